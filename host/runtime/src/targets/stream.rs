@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use plumb_cameras::bounded_read::{LineError, ReadError, read_line, read_text};
 use plumb_cameras::error_chain::ErrorChain;
-use plumb_cameras::source::stream::{Connection, Endpoint, Interruption, StreamError};
+use plumb_cameras::source::stream::{Arrival, Connection, Endpoint, Interruption, StreamError};
 use thiserror::Error;
 use tracing::{debug, info};
 
@@ -160,13 +160,18 @@ impl Reader {
     /// input ends.
     fn receive(self, endpoint: &Endpoint) {
         while !self.is_closed() {
-            match endpoint.next_connection() {
-                Ok(Some(file)) => {
+            match endpoint.next_arrival() {
+                Ok(Some(Arrival::Sender(file))) => {
                     info!("a sender of targets has connected");
                     self.receive_one(file, endpoint);
                     if endpoint.is_input() {
                         break;
                     }
+                }
+                Ok(Some(Arrival::Stranger(file, stranger))) => {
+                    let (problem, kind) = (stranger.to_string(), OmissionKind::Unreadable);
+                    let reason = self.end(SenderFault::FirstLine, Omission { problem, kind });
+                    endpoint.refuse(&file, &reason);
                 }
                 Ok(None) => {}
                 Err(error) => {
@@ -185,12 +190,12 @@ impl Reader {
         let mut input = BufReader::new(Connection::new(file, endpoint, &is_closed));
         let beginning = if endpoint.is_input() { Beginning::Banner } else { Beginning::Target };
         let mut intake = LineIntake::new(beginning);
-        let End(reason) = loop {
+        let end = loop {
             if let Err(end) = self.receive_line(&mut input, &mut intake) {
                 break end;
             }
         };
-        if let Some(reason) = reason {
+        if let End(Some(reason)) = end {
             input.get_ref().refuse(&reason);
         }
         debug!(lines = intake.lines(), "a sender of targets has ended");
@@ -223,7 +228,7 @@ impl Reader {
             fault = (!is_skipped).then_some(SenderFault::Endless);
         }
         if let Some(fault) = fault {
-            return Err(self.end(fault, omission));
+            return Err(End(Some(self.end(fault, omission))));
         }
         self.leave_out(omission);
         Ok(())
@@ -238,11 +243,11 @@ impl Reader {
         self.sender.leave_out(problem, |left_out| kind.count(left_out));
     }
 
-    /// Leaves a line out, and ends its sender because of `fault`.
-    fn end(&self, fault: SenderFault, Omission { problem, kind }: Omission) -> End {
+    /// Leaves a line out that ends its sender because of `fault`. Returns the reason, for people.
+    fn end(&self, fault: SenderFault, Omission { problem, kind }: Omission) -> String {
         let reason = format!("{fault}: {problem}");
         self.leave_out(Omission { problem: format!("a sender is ended: {reason}"), kind });
-        End(Some(reason))
+        reason
     }
 
     /// Returns the end of a sender whose connection cannot be read on, and tells why where the
@@ -250,11 +255,6 @@ impl Reader {
     fn interrupted(&self, error: &io::Error) -> End {
         let reason = match Interruption::of(error) {
             Some(Interruption::Closed) => return End(None),
-            Some(stranger @ Interruption::Stranger(_)) => {
-                let omission =
-                    Omission { problem: stranger.to_string(), kind: OmissionKind::Unreadable };
-                return self.end(SenderFault::FirstLine, omission);
-            }
             Some(interruption) => interruption.to_string(),
             None if error.kind() == ErrorKind::ConnectionReset => return End(None),
             None => format!("targets cannot be received: {error}"),

@@ -9,23 +9,36 @@ use std::os::unix::fs::FileTypeExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
+use nix::errno::Errno;
+use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::socket::{
     AddressFamily, Backlog, SockFlag, SockType, UnixAddr, bind, listen, socket,
 };
 use nix::sys::stat::{Mode, fchmod};
-use tracing::debug;
+use tracing::{debug, warn};
 
 use super::address::StreamAddress;
-use super::connection::wait;
+use super::arrival::{Arrival, MAX_WAITING, WaitingRoom};
 use super::error::StreamError;
 use crate::error_chain::ErrorChain;
+
+/// Longest wait of one call into the operating system, ms: the reaction time to a closed stream.
+const POLL_MS: u16 = 100;
 
 /// Place where the senders of a stream connect. Dropping it removes a Unix socket.
 #[derive(Debug)]
 pub struct Endpoint {
     kind: Kind,
-    /// Connection that was accepted while another one was connected, and is the next one.
-    pub(super) kept: RefCell<Option<File>>,
+    waiting: RefCell<WaitingRoom>,
+}
+
+/// What a wait has found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Ready {
+    /// Whether the sender is readable, or has ended.
+    pub(super) sender: bool,
+    /// Whether there are others: connections that wait, or are to be accepted.
+    pub(super) others: bool,
 }
 
 #[derive(Debug)]
@@ -66,11 +79,11 @@ impl Endpoint {
             }
             StreamAddress::StandardInput => Kind::Input,
         };
-        Ok(Self { kind, kept: RefCell::default() })
+        Ok(Self { kind, waiting: RefCell::default() })
     }
 
-    /// Returns the handle that is readable when a sender waits; `None` for standard input.
-    pub(super) fn listener(&self) -> Option<BorrowedFd<'_>> {
+    /// Returns the handle that is readable when somebody connects; `None` for standard input.
+    fn listener(&self) -> Option<BorrowedFd<'_>> {
         match &self.kind {
             Kind::Unix { listener, .. } => Some(listener.as_fd()),
             Kind::Tcp(listener) => Some(listener.as_fd()),
@@ -83,22 +96,73 @@ impl Endpoint {
         self.listener().is_none()
     }
 
-    /// Waits for a sender, for a tenth of a second at most. Returns its connection, if one has
-    /// come.
+    /// Waits for a connection that begins to send, for a tenth of a second at most. Returns it, if
+    /// there is one. Standard input is a sender at once.
     ///
     /// # Errors
     /// Where the operating system reports one.
-    pub fn next_connection(&self) -> io::Result<Option<File>> {
-        if let Some(kept) = self.kept.take() {
-            return Ok(Some(kept));
+    pub fn next_arrival(&self) -> io::Result<Option<Arrival>> {
+        if self.is_input() {
+            return Ok(self.accept()?.map(Arrival::Sender));
         }
-        wait(&[self.listener()])?;
-        self.accept()
+        self.wait(None)?;
+        self.arrival()
     }
 
-    /// Keeps a connection that was accepted as the next one.
-    pub(super) fn keep(&self, connection: File) {
-        *self.kept.borrow_mut() = Some(connection);
+    /// Waits until somebody connects, begins to send or ends, for [`POLL_MS`] at most. Returns what
+    /// it has found of `sender` and of others.
+    pub(super) fn wait(&self, sender: Option<&File>) -> io::Result<Ready> {
+        let waiting = self.waiting.borrow();
+        let own = sender.map(AsFd::as_fd).into_iter();
+        let others = self.listener().into_iter().chain(waiting.handles());
+        let mut handles: Vec<PollFd<'_>> =
+            own.chain(others).map(|fd| PollFd::new(fd, PollFlags::POLLIN)).collect();
+        match poll(&mut handles, PollTimeout::from(POLL_MS)) {
+            Ok(_) | Err(Errno::EINTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let mut found = handles.iter().map(|handle| handle.any().unwrap_or(false));
+        let sender = sender.is_some() && found.next().unwrap_or(false);
+        Ok(Ready { sender, others: !waiting.is_empty() || found.any(|it| it) })
+    }
+
+    /// Returns a connection that has begun to send, of those that wait and those that connect.
+    ///
+    /// # Errors
+    /// Where the operating system reports one.
+    pub(super) fn arrival(&self) -> io::Result<Option<Arrival>> {
+        let mut waiting = self.waiting.borrow_mut();
+        let arrival = waiting.next_that_sends();
+        if arrival.is_some() || self.is_input() {
+            return Ok(arrival);
+        }
+        // No more at once, however many connect.
+        for _ in 0..MAX_WAITING {
+            let Some(connection) = self.accept()? else { break };
+            if let Some(oldest) = waiting.add(connection) {
+                self.refuse(&oldest, "others have connected, and this connection sends nothing");
+            }
+        }
+        Ok(waiting.next_that_sends())
+    }
+
+    /// Puts a connection back: it is the next arrival.
+    pub(super) fn put_back(&self, connection: File) {
+        self.waiting.borrow_mut().put_back(connection);
+    }
+
+    /// Refuses those that wait, and the next one that connects.
+    ///
+    /// # Errors
+    /// Where the operating system reports one.
+    pub(super) fn refuse_others(&self, reason: &str) -> io::Result<()> {
+        let waiting = self.waiting.borrow_mut().clear();
+        let newcomer = if self.is_input() { None } else { self.accept()? };
+        for other in waiting.iter().chain(&newcomer) {
+            warn!("another sender was refused: {reason}");
+            self.refuse(other, reason);
+        }
+        Ok(())
     }
 
     /// Returns the connection of a sender that waits, or standard input; `None` where no sender
@@ -106,7 +170,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// Where the operating system reports one.
-    pub(super) fn accept(&self) -> io::Result<Option<File>> {
+    fn accept(&self) -> io::Result<Option<File>> {
         let accepted = match &self.kind {
             Kind::Unix { listener, .. } => listener.accept().map(|(it, _)| OwnedFd::from(it)),
             Kind::Tcp(listener) => listener.accept().map(|(it, _)| OwnedFd::from(it)),
@@ -128,7 +192,7 @@ impl Endpoint {
     }
 
     /// Sends the reason of a refusal to a sender, as a line of JSON. Standard input gets none.
-    pub(super) fn refuse(&self, mut connection: &File, reason: &str) {
+    pub fn refuse(&self, mut connection: &File, reason: &str) {
         if self.listener().is_some() {
             let line = format!("{}\n", serde_json::json!({ "error": reason }));
             if let Err(error) = connection.write_all(line.as_bytes()) {

@@ -7,7 +7,8 @@ use plumb_frame::image::ImageSize;
 use plumb_timing::SenderClockError;
 use thiserror::Error;
 
-use super::connection::{Interruption, SILENCE};
+use super::arrival::Stranger;
+use super::connection::SILENCE;
 use super::header::{HeaderError, Part};
 use crate::decode::DecodeError;
 use crate::source::{BoxedError, UnfitIntrinsics};
@@ -73,7 +74,7 @@ pub enum StreamError {
         "a connection is ended: its first line is no header of a frame (is it a browser or \
          another program?)"
     )]
-    Stranger(#[source] Interruption),
+    Stranger(#[source] Stranger),
     /// The sender has ended or disconnected within a frame.
     #[error("the sender has ended in the middle of frame {number}")]
     Truncated {

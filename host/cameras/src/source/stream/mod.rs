@@ -12,6 +12,7 @@
 //! decodes the newest. Memory is bounded by [`MAX_PIXELS`] and [`MAX_HEADER_BYTES`].
 
 mod address;
+mod arrival;
 mod connection;
 mod endpoint;
 mod error;
@@ -35,6 +36,7 @@ use receiver::RawFrame;
 use reception::Reception;
 
 pub use address::{AddressError, StreamAddress};
+pub use arrival::{Arrival, Stranger};
 pub use connection::{Connection, Interruption};
 pub use endpoint::Endpoint;
 pub use error::StreamError;
@@ -102,7 +104,7 @@ fn first_frame(
     while reception.slot().wait(limit.saturating_sub(begin.elapsed())) {
         match reception.slot().take() {
             Some(Item::Frame(frame)) => return Ok(frame),
-            Some(Item::Lost(error)) if is_of_no_camera(&error) => last = Some(error.into_cause()),
+            Some(Item::Lost(error)) if is_of_another(&error) => last = Some(error.into_cause()),
             Some(Item::Lost(error) | Item::End(Some(error))) => return Err(error.into()),
             Some(Item::End(None)) | None => return Err(StreamError::Empty.into()),
         }
@@ -121,12 +123,11 @@ pub(crate) fn decode_all(mut bytes: &[u8], intrinsics: Intrinsics) -> u64 {
     decoded
 }
 
-/// Returns whether a connection has ended that may have been none of a camera: a program that only
-/// looks whether something listens, a browser, one that sends nothing.
-fn is_of_no_camera(error: &SourceError) -> bool {
+/// Returns whether a connection has ended that may have been none of the camera: that of a browser,
+/// or a dead one.
+fn is_of_another(error: &SourceError) -> bool {
     let cause = error.source().and_then(|cause| cause.downcast_ref());
-    use StreamError::{Disconnected, GaveWay, Stranger};
-    matches!(cause, Some(Disconnected | GaveWay | Stranger(_)))
+    matches!(cause, Some(StreamError::GaveWay | StreamError::Stranger(_)))
 }
 
 impl CameraSource for StreamSource {

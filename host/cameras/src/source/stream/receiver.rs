@@ -7,6 +7,7 @@ use std::sync::Arc;
 use plumb_timing::SenderClock;
 use tracing::{debug, info};
 
+use super::arrival::Arrival;
 use super::connection::{Connection, Interruption, SILENCE};
 use super::endpoint::Endpoint;
 use super::error::StreamError;
@@ -60,10 +61,19 @@ impl Receiver {
     /// Where the operating system reports one, or standard input fails.
     fn receive_all(&self) -> Result<(), StreamError> {
         while !self.slot.is_closed() {
-            let connection = self.endpoint.next_connection().map_err(StreamError::Io)?;
-            let Some(file) = connection else { continue };
-            info!("a sender has connected");
-            let end = self.receive(file);
+            let arrival = self.endpoint.next_arrival().map_err(StreamError::Io)?;
+            let end = match arrival {
+                None => continue,
+                Some(Arrival::Sender(file)) => {
+                    info!("a sender has connected");
+                    self.receive(file)
+                }
+                Some(Arrival::Stranger(file, stranger)) => {
+                    let error = StreamError::Stranger(stranger);
+                    self.endpoint.refuse(&file, &ErrorChain(&error).to_string());
+                    End::Failed(error)
+                }
+            };
             let is_only = self.endpoint.is_input();
             let error = match end {
                 End::Closed => return Ok(()),
@@ -133,7 +143,6 @@ impl End {
             Some(Interruption::Closed) => return Self::Closed,
             Some(Interruption::Stalled) => StreamError::Stalled { number, waited: SILENCE },
             Some(Interruption::GaveWay) => StreamError::GaveWay,
-            Some(stranger @ Interruption::Stranger(_)) => StreamError::Stranger(stranger.clone()),
             None if error.kind() == ErrorKind::ConnectionReset => StreamError::Truncated { number },
             None => StreamError::Io(error),
         })
