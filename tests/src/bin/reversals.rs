@@ -1,7 +1,7 @@
 //! Table of drives whose target is replaced on the way by one in the opposite direction, with every
-//! law: on rigs with right wiring, which are not to be stopped, and on rigs with wrong wiring, which
-//! are to be stopped as soon as without the allowance for old ways. Exits with 1 if the divergence
-//! guard stops a rig with right wiring.
+//! law: on rigs with right wiring, which are not to be stopped, and on rigs with wrong wiring,
+//! which are to be stopped as soon as without the allowance for old ways. Exits with 1 if the
+//! divergence guard stops a rig with right wiring.
 //!
 //! Usage: `reversals [--seeds N]`.
 

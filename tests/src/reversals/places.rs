@@ -56,7 +56,8 @@ impl Places {
             .expect("an endless sequence")
     }
 
-    /// Returns whether taut cables hold the ball at every place, with room to the workspace's sides.
+    /// Returns whether taut cables hold the ball at every place, with room to the workspace's
+    /// sides.
     fn are_within_reach(&self, workspace: &Workspace) -> bool {
         let is_inside = |place: Point3<f64>| {
             Point::from_metres(place.into()).is_some_and(|place| workspace.contains(place))

@@ -294,9 +294,9 @@ impl Board {
         Ok(())
     }
 
-    /// Begins a drive with the goal of `state`, or goes on with it. The guards of a drive end once a
-    /// position shows the ball at standstill, not before: targets that come often must not disarm
-    /// them.
+    /// Begins a drive with the goal of `state`, or goes on with it. The guards of a drive end once
+    /// a position shows the ball at standstill, not before: targets that come often must not
+    /// disarm them.
     fn drive_to(&mut self, now: Micros, state: State) {
         if let Some(params) = self.setup.params() {
             self.servo.leave_target(now, &self.planner, params);
