@@ -75,7 +75,7 @@ pub(super) fn calibrate(
         None => {
             // The file's intrinsics may be a guess for pictures of another size.
             let camera = Camera { calibrated_for: CalibratedFor::Nothing, ..camera };
-            let view = View::open(file, rig, camera, 1)?;
+            let view = View::open_whole(file, rig, camera)?;
             from_camera(view, options.views.unwrap_or(20), &lens_folder(camera_file.path))?
         }
     };

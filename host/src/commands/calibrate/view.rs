@@ -9,8 +9,8 @@ use nalgebra::Point3;
 use plumb_calibrate::board::{Board, Placement};
 use plumb_calibrate::render::{draw_board, shown_pose};
 use plumb_cameras::settings::SourceName;
-use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::stream::StreamAddress;
+use plumb_cameras::source::{CameraSource, OpenedRecording, open_recording};
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::rig::{Rig, Simulation};
 use plumb_sim::synthetic::{
@@ -31,6 +31,12 @@ const MAX_LOST: usize = 30;
 const MOTOR_DIAMETER_M: f64 = 0.02;
 /// Seed of the simulated camera's noise.
 const SEED: u64 = 1;
+
+/// Returns the source of the pictures that the rig file `file` chooses.
+fn source_name(file: &Path, rig: &Rig) -> Result<SourceName, Failure> {
+    let chosen = rig.camera.source(rig.simulation.is_some());
+    chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))
+}
 
 /// What a picture shows.
 pub(super) enum Stage {
@@ -68,6 +74,18 @@ struct SimulatedView {
 }
 
 impl View {
+    /// Opens the camera as [`open`](Self::open), for one picture of each stage. Every picture of a
+    /// recording is read, however long the search in one takes.
+    pub(super) fn open_whole(file: &Path, rig: &Rig, camera: Camera) -> Result<Self, Failure> {
+        let (SourceName::Recording, Some(path)) = (source_name(file, rig)?, &rig.camera.recording)
+        else {
+            return Self::open(file, rig, camera, 1);
+        };
+        let OpenedRecording { source, intrinsics } = open_recording(path, &camera)?;
+        let camera = Camera { intrinsics, ..camera };
+        Ok(Self { source: Source::Camera(source), camera, frames: 1 })
+    }
+
     /// Opens the camera of the rig file `file`, whose camera file describes `camera`.
     pub(super) fn open(
         file: &Path,
@@ -75,8 +93,7 @@ impl View {
         camera: Camera,
         frames: usize,
     ) -> Result<Self, Failure> {
-        let chosen = rig.camera.source(rig.simulation.is_some());
-        let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))?;
+        let chosen = source_name(file, rig)?;
         if let (SourceName::Simulated, Some(simulation)) = (chosen, &rig.simulation) {
             let source = SimulatedView::new(simulation, &camera)?;
             return Ok(Self { source: Source::Simulated(Box::new(source)), camera, frames });
