@@ -4,8 +4,8 @@
 
 mod common;
 
-use std::io::Write;
-use std::net::TcpListener;
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -99,6 +99,46 @@ fn ten_lines_of_the_book_are_a_camera() {
     assert_eq!(summary["lost"], 0, "{summary}");
     // The ball of the picture hangs still, within a pixel of the target.
     assert!(summary["error_mm"].as_f64().unwrap() < 4.0, "{summary}");
+}
+
+/// What a form of a web page sends.
+const STRANGER: &[u8] = b"POST /upload HTTP/1.1\r\nContent-Type: text/plain\r\n\r\n{\"t\": 0}\n";
+
+#[test]
+fn a_stranger_before_the_camera_is_ended_and_the_camera_is_awaited() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder();
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let emulator = Emulator::start();
+    stream_rig(folder.path(), &emulator.port, &format!("tcp:127.0.0.1:{port}"));
+    let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["run", "rig.toml", "--out", "run", "--json"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stranger = loop {
+        if let Ok(stream) = TcpStream::connect(("127.0.0.1", port)) {
+            break stream;
+        }
+        assert!(run.try_wait().unwrap().is_none(), "the run has ended");
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    stranger.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    stranger.write_all(STRANGER).unwrap();
+    let mut answer = Vec::new();
+    // Bytes that were not read reset the connection after the answer.
+    let _reset = stranger.read_to_end(&mut answer);
+    let answer = String::from_utf8(answer).unwrap();
+    assert!(answer.contains("its first line is no header of a frame"), "{answer}");
+    assert!(answer.contains("POST /upload HTTP/1.1"), "{answer}");
+    let script = Script::start(folder.path(), &["-c", &patient_script(port)]);
+    if script.is_none() {
+        common::send(&run, Signal::SIGINT);
+    }
+    let output = run.wait_with_output().unwrap();
+    assert!(script.is_none() || output.status.success(), "{}", stderr(&output));
 }
 
 /// The whole loop: the board's motors move the ball that the script shows.

@@ -5,8 +5,10 @@
 mod common;
 
 use std::fs;
-use std::io::Write;
-use std::net::TcpListener;
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpListener};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
@@ -112,6 +114,71 @@ fn a_file_is_played_and_a_wrong_one_is_refused_before_anything_moves() {
     }
 }
 
+/// Connects to a socket, as soon as the run listens there.
+fn connect(run: &mut Child, path: &Path) -> UnixStream {
+    loop {
+        if let Ok(stream) = UnixStream::connect(path) {
+            stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+            return stream;
+        }
+        assert!(run.try_wait().unwrap().is_none(), "the run has ended");
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Returns what a sender receives until its connection ends.
+fn answer(mut sender: UnixStream) -> String {
+    let mut bytes = Vec::new();
+    // Bytes that were not read reset the connection after the answer.
+    let _reset = sender.read_to_end(&mut bytes);
+    String::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn a_stranger_moves_nothing_and_a_sender_that_reconnects_is_welcome() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder();
+    let emulator = Emulator::start();
+    let mut run = start(folder.path(), &emulator, "unix:targets.sock");
+    let socket = folder.path().join("targets.sock");
+    let line = |x: f64| format!("{{\"target\": [{x}, 0.25, 0.42]}}\n");
+    // What a form of a web page sends.
+    let mut stranger = connect(&mut run, &socket);
+    let mode = fs::symlink_metadata(&socket).unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o600, "{mode:o}");
+    until_rows(&mut run, &folder.path().join("run"), 2);
+    let post = "POST / HTTP/1.1\r\nHost: 127.0.0.1:5601\r\nContent-Type: text/plain\r\n\r\nx=\r\n";
+    let _ended = stranger.write_all([post.to_owned(), line(0.46).repeat(9)].concat().as_bytes());
+    stranger.shutdown(Shutdown::Write).unwrap();
+    assert!(answer(stranger).contains("first line is no target"));
+    // The connection of a sender is dead and open; the sender connects anew until it is taken.
+    let mut dead = connect(&mut run, &socket);
+    dead.write_all(line(0.49).as_bytes()).unwrap();
+    dead.set_read_timeout(Some(Duration::from_millis(20))).unwrap();
+    let (mut sender, mut told) = (None, [0; 300]);
+    while dead.read(&mut told).is_err() {
+        drop(sender.take());
+        let mut next = connect(&mut run, &socket);
+        // One that is refused may have gone.
+        let _refused = next.write_all(line(0.48).as_bytes());
+        sender = Some(next);
+    }
+    let mut sender = sender.unwrap();
+    assert!(String::from_utf8_lossy(&told).contains("nothing for 2 s"));
+    for _ in 0..60 {
+        sender.write_all(line(0.48).as_bytes()).unwrap();
+        thread::sleep(Duration::from_millis(40));
+    }
+    common::send(&run, nix::sys::signal::Signal::SIGINT);
+    let output = run.wait_with_output().unwrap();
+    let (line, targets) = good(&output);
+    assert_eq!(targets["unreadable"], 1, "{line}");
+    assert_eq!(line["legs"][0]["target"].to_string(), "[0.48,0.25,0.42]");
+    let told = stderr(&output);
+    assert!(told.contains("its first line is no target (is it a browser or another"), "{told}");
+    assert!(told.contains("it begins with \"POST / HTTP/1.1\""), "{told}");
+}
+
 /// Returns the block of Python on the page, for this port and 3 s.
 fn page_script(port: u16) -> String {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/use/moving-targets.md");
@@ -127,22 +194,19 @@ fn the_program_of_the_book_moves_the_ball() {
     let folder = folder();
     let emulator = Emulator::start();
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let run = start(folder.path(), &emulator, &format!("tcp:127.0.0.1:{port}"));
-    let status = loop {
-        let mut script = Command::new("python3");
-        let status = script.args(["-c", &page_script(port)]).stderr(Stdio::null()).status();
-        match status {
-            // Plumb does not listen so far.
-            Ok(status) if !status.success() => thread::sleep(Duration::from_millis(50)),
-            status => break status,
-        }
-    };
+    let mut run = start(folder.path(), &emulator, &format!("tcp:127.0.0.1:{port}"));
+    // The script sends for 3 s: it begins after the first row.
+    until_rows(&mut run, &folder.path().join("run"), 2);
+    let status = Command::new("python3").args(["-c", &page_script(port)]).status();
     common::send(&run, nix::sys::signal::Signal::SIGINT);
     let output = run.wait_with_output().unwrap();
-    if let Err(error) = status {
-        assert!(std::env::var_os("CI").is_none(), "python3: {error}");
-        println!("skipped: python3 cannot be started: {error}");
-        return;
+    match status {
+        Ok(status) => assert!(status.success(), "{}", stderr(&output)),
+        Err(error) => {
+            assert!(std::env::var_os("CI").is_none(), "python3: {error}");
+            println!("skipped: python3 cannot be started: {error}");
+            return;
+        }
     }
     let (line, targets) = good(&output);
     assert!(targets["taken"].as_u64().unwrap() > 20, "{line}");

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::thread;
 use std::time::Duration;
@@ -21,6 +22,7 @@ use plumb_sim::simulated::VirtualBoard;
 use plumb_vision::detect::DetectorKind;
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
+use tungstenite::handshake::client::Request;
 use tungstenite::{Message, WebSocket};
 
 /// Longest wait of a viewer for a message.
@@ -37,6 +39,14 @@ fn server() -> (FoxgloveOutput, SocketAddr) {
     let output = FoxgloveOutput::start(&settings, &rig(), &camera_file::paper().unwrap()).unwrap();
     let address = SocketAddr::from(([127, 0, 0, 1], output.port().unwrap()));
     (output, address)
+}
+
+/// Returns the request of a viewer.
+fn handshake(address: SocketAddr) -> Request {
+    let mut request = format!("ws://{address}/").into_client_request().unwrap();
+    let protocol = "foxglove.sdk.v1".parse().unwrap();
+    request.headers_mut().insert("Sec-WebSocket-Protocol", protocol);
+    request
 }
 
 /// Drives the paper's rig to its target in virtual time.
@@ -58,12 +68,9 @@ struct Viewer {
 impl Viewer {
     /// Connects and subscribes to every topic.
     fn subscribe(address: SocketAddr) -> Self {
-        let mut request = format!("ws://{address}/").into_client_request().unwrap();
-        let protocol = "foxglove.sdk.v1".parse().unwrap();
-        request.headers_mut().insert("Sec-WebSocket-Protocol", protocol);
         let stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let (socket, _) = tungstenite::client(request, stream).unwrap();
+        let (socket, _) = tungstenite::client(handshake(address), stream).unwrap();
         let mut viewer = Self { socket, topics: BTreeMap::new(), schemas: BTreeMap::new() };
         while viewer.topics.len() < 8 {
             viewer.subscribe_to_advertised();
@@ -199,6 +206,32 @@ fn viewers_that_never_read_change_no_bit_of_a_run() {
     drop(dead);
     assert_eq!(summary, expected);
     assert_eq!(trace, alone);
+}
+
+/// docs/SECURITY.md says what a page of another site can do here.
+#[test]
+fn only_a_viewer_is_answered_and_it_can_only_look() {
+    let (_output, address) = server();
+    let connect = || {
+        let stream = TcpStream::connect(address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    };
+    // What a form sends.
+    let mut stream = connect();
+    write!(stream, "POST / HTTP/1.1\r\nHost: {address}\r\nContent-Length: 2\r\n\r\nhi").unwrap();
+    let mut reply = Vec::new();
+    let _reset = stream.read_to_end(&mut reply);
+    assert!(!String::from_utf8_lossy(&reply).contains(" 101 "), "{reply:?}");
+    // A WebSocket of anybody.
+    let plain = format!("ws://{address}/").into_client_request().unwrap();
+    assert!(tungstenite::client(plain, connect()).is_err());
+    // The crate looks at no origin: a page of another site can be a viewer. It may do nothing.
+    let mut request = handshake(address);
+    request.headers_mut().insert("Origin", "http://stranger.example".parse().unwrap());
+    let (mut socket, _) = tungstenite::client(request, connect()).unwrap();
+    let info: Value = serde_json::from_str(socket.read().unwrap().to_text().unwrap()).unwrap();
+    assert_eq!((&info["op"], &info["capabilities"]), (&json!("serverInfo"), &json!([])), "{info}");
 }
 
 #[test]

@@ -16,8 +16,8 @@ pub(super) struct ViewerOptions {
     /// Write the run to this MCAP file, which must not exist, for Foxglove, Lichtblick or Rerun
     #[arg(long, value_name = "FILE", value_parser = output::file)]
     pub(super) mcap: Option<PathBuf>,
-    /// Show the run live in Foxglove or Lichtblick. Whoever reaches the address sees the run
-    /// [default without ADDRESS: 127.0.0.1:8765]
+    /// Show the run live in Foxglove or Lichtblick. Whoever reaches the address sees the run, also
+    /// a web page in a browser on this computer [default without ADDRESS: 127.0.0.1:8765]
     #[arg(
         long,
         value_name = "ADDRESS",

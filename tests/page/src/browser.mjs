@@ -30,6 +30,17 @@ export async function bounded(promise, what) {
   return Promise.race([promise, late]).finally(() => clearTimeout(timer));
 }
 
+/** Returns the first true result of a function, which is called again and again. */
+export async function until(find, what) {
+  const end = performance.now() + PATIENCE;
+  while (performance.now() < end) {
+    const found = await find();
+    if (found) return found;
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+  throw new Error(`timed out: ${what}`);
+}
+
 /** A browser without a window. Messages are JSON texts that end with a zero byte. */
 export class Browser {
   #child;
@@ -147,12 +158,7 @@ class Tab {
 
   /** Waits until an expression in the page is true. */
   async until(expression) {
-    const wait = async () => {
-      while (!(await this.evaluate(expression))) {
-        await new Promise((resolve) => setTimeout(resolve, 20));
-      }
-    };
-    await bounded(wait(), expression);
+    await until(() => this.evaluate(expression), expression);
   }
 
   /** Presses and releases a key. */

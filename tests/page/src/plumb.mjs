@@ -6,9 +6,14 @@ import os from "node:os";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
 
-import { bounded } from "./browser.mjs";
+import { bounded, until } from "./browser.mjs";
 
 const ROOT = fileURLToPath(new URL("../../..", import.meta.url));
+
+/** Path of the program. */
+export const PROGRAM = path.join(
+  process.env.CARGO_TARGET_DIR ?? path.join(ROOT, "target"), "release", "plumb",
+);
 
 /** Text before an address that the program prints, and the address. */
 const PAGE = /page: (http:\S+)/;
@@ -23,10 +28,8 @@ export class Program {
 
   /** Starts the program in a folder. It is ready once its output has a match of `sign`. */
   constructor(args, folder, sign) {
-    const target = process.env.CARGO_TARGET_DIR ?? path.join(ROOT, "target");
-    const program = path.join(target, "release", "plumb");
     const stdio = ["ignore", "pipe", "pipe"];
-    this.#child = spawn(program, args, { stdio, cwd: folder });
+    this.#child = spawn(PROGRAM, args, { stdio, cwd: folder });
     this.#exit = new Promise((resolve) => this.#child.once("exit", resolve));
     this.#ready = new Promise((resolve, reject) => {
       const look = () => {
@@ -48,6 +51,16 @@ export class Program {
   /** Returns standard output so far. */
   get output() {
     return this.#output;
+  }
+
+  /** Returns standard error so far. */
+  get messages() {
+    return this.#messages;
+  }
+
+  /** Waits until standard error has a match of `sign`. Returns what it holds. */
+  async told(sign) {
+    return (await until(() => this.#messages.match(sign), sign))[1];
   }
 
   /** Returns the exit code once the program has ended by itself. */
@@ -126,9 +139,12 @@ export async function startCalibration(folder, options = []) {
   return { program, address: await program.ready() };
 }
 
-/** Starts an emulated board and a run with a page, in a folder with a rig. */
-export async function startRun(folder, options = []) {
-  const board = new Program(["emulate", "rig.toml", "--json"], folder.path, /^(\S+)\s/);
+/**
+ * Starts an emulated board and a run with a page, in a folder with a rig; a rig without motors in
+ * space needs another one for the board.
+ */
+export async function startRun(folder, options = [], boardRig = ["rig.toml"]) {
+  const board = new Program(["emulate", ...boardRig, "--json"], folder.path, /^(\S+)\s/);
   const port = await board.ready();
   const args = ["run", "rig.toml", "--port", port, "--page=127.0.0.1:0", "--out", "run"];
   const program = new Program([...args, ...options], folder.path, PAGE);
