@@ -76,7 +76,7 @@ test("a stranger's page moves no ball, and reads no page", async () => {
     }
     assert.equal(await own.evaluate(text("motors")), before);
     assert.equal(await own.evaluate(text("state")), "ready");
-    assert.match(program.messages, /first line is no target \(is it a browser or another program\?/);
+    assert.match(program.messages, /first line is no target \(is it a browser or another prog/);
     assert.match(program.messages, /it begins with "POST \/ HTTP\/1.1"/);
 
     // A sender that begins with a target moves it through the same port.

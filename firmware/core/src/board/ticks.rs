@@ -177,7 +177,8 @@ impl Board {
     /// Checks whether the target is reached, and whether a guard stops the drive.
     fn check_progress(&mut self, now: Micros, goal: Goal, out: &mut Outbox) {
         let Some(params) = self.setup.params() else { return };
-        let progress = self.servo.check_progress(now, goal.target, &self.planner, params);
+        let progress =
+            self.servo.check_progress(now, goal.target, self.planner.positions(), params);
         if progress.reached {
             let target = self.servo.end_following().unwrap_or(goal.target);
             self.state = State::Holding(Goal { target, ..goal });

@@ -16,7 +16,6 @@ mod error;
 mod following;
 mod guards;
 mod nearest;
-mod old_ways;
 mod progress;
 mod reference;
 mod tracker;
@@ -33,7 +32,7 @@ use reference::Follower;
 
 pub use arrival::ArrivalDetector;
 pub use error::{error, magnitude};
-pub use guards::{DriveState, Guards, MotorsOfDrive};
+pub use guards::{DriveState, Guards};
 pub use reference::Aim;
 pub use tracker::BallTracker;
 
@@ -109,11 +108,6 @@ pub(crate) fn limit_us(limit: Milliseconds) -> u64 {
     u64::from(u32::from(limit.0) * 1000)
 }
 
-/// Returns the age of a frame that was `captured` then, µs; saturates after an hour.
-fn age_us(now: Micros, captured: Micros) -> u32 {
-    now.since(captured).min(u64::from(u32::MAX)) as u32
-}
-
 /// Returns the time without a position after which the rates are reduced, µs: two fifths of the
 /// deadline, which at 500 ms and 30 Hz is six frames.
 pub(crate) fn coasting_us(deadline: Milliseconds) -> u64 {
@@ -146,15 +140,8 @@ impl<L: Law> Servo<L> {
         self.client.reset();
     }
 
-    /// Returns whether the motors stand, and stood when the ball was last seen, up to half a second
-    /// before `now`.
-    pub fn has_seen_rest(&self, now: Micros, planner: &Planner) -> bool {
-        let stood = |captured| planner.positions_ago(age_us(now, captured)) == planner.positions();
-        !planner.moving() && self.tracker.captured().is_none_or(stood)
-    }
-
-    /// Begins a drive. The guards start anew at standstill only: while motors turn (`moving`) from
-    /// the last drive, or the ball was last seen while they did, they go on.
+    /// Begins a drive. The guards start anew at standstill only: while motors turn
+    /// (`moving`) from the last drive, they go on.
     pub fn begin_drive(&mut self, now: Micros, moving: bool) {
         if !moving {
             self.guards = Guards::default();
@@ -171,20 +158,6 @@ impl<L: Law> Servo<L> {
         self.request = None;
         self.arrival = ArrivalDetector::default();
         self.follower = None;
-    }
-
-    /// Notes at `now` that the drive's target is about to be replaced. The ball goes on its way to
-    /// it until the motors have changed theirs, and the guards allow for that.
-    pub fn leave_target(&mut self, now: Micros, planner: &Planner, params: &Params) {
-        let Some(ball) = self.tracker.filtered() else { return };
-        let ahead = match &self.follower {
-            Some(follower) => Some(follower.aim(now, params).a_second_later()),
-            None => self.guards.last_target().map(Point::micrometres),
-        };
-        if let Some(ahead) = ahead {
-            let way = [0, 1, 2].map(|i| ahead[i] - ball[i]);
-            self.guards.note_change(now, way, &planner.run_out());
-        }
     }
 
     /// Ends the drive, so that the guards start anew with the next one even in motion.
@@ -235,12 +208,13 @@ impl<L: Law> Servo<L> {
         }
     }
 
-    /// Checks the filtered position after a position was taken in. Call once for each position.
+    /// Checks the filtered position after a position was taken in; `motors` are the positions of
+    /// the motors, Q4 steps. Call once for each position.
     pub fn check_progress(
         &mut self,
         now: Micros,
         target: Point,
-        planner: &Planner,
+        motors: [i32; 3],
         params: &Params,
     ) -> Progress {
         let Some(filtered) = self.tracker.filtered() else { return Progress::default() };
@@ -252,11 +226,7 @@ impl<L: Law> Servo<L> {
             Some(follower) => (follower.smoothed(), follower.has_arrived()),
             None => (target, true),
         };
-        let motors = MotorsOfDrive {
-            present: planner.positions(),
-            at_capture: planner.positions_ago(age_us(now, captured)),
-        };
-        let state = DriveState::new(captured, filtered, target, motors);
+        let state = DriveState::new(filtered, target, motors);
         Progress {
             reached: self.arrival.update(state.error, self.tracker.residual(), &params.reached)
                 && is_final,
