@@ -66,11 +66,11 @@ fn the_ball_follows_a_moving_target_until_a_stop_and_again_after_a_resume() {
 
     // A node that comes now can see who has stopped the rig, and resume.
     let mut late = Peer::start(&domain, "/plumb", &[]);
-    let stop = late.until("stop", |stop| stop["values"]["by"] == "ROS 2");
+    let stop = late.until_stop(|stop| stop["by"] == "ROS 2");
     assert!(stop["values"]["number"].as_str().unwrap() != "0", "{stop}");
     let resumed = late.call("resume");
     assert!(resumed["success"] == true, "{resumed}");
-    late.until("stop", |stop| stop["values"]["number"] == "0");
+    late.until_stop(|stop| stop["number"] == "0");
     // The node that goes on moves nothing.
     for _ in 0..3 {
         peer.until_status(STATUS, "pause for a second");

@@ -68,6 +68,8 @@ impl Domain {
 pub(crate) struct Peer {
     child: Child,
     lines: Receiver<Value>,
+    /// The newest message of the latched topic `stop_status`, null before the first one.
+    stop: Value,
 }
 
 impl Peer {
@@ -85,7 +87,7 @@ impl Peer {
                 let _ = sender.send(serde_json::from_str(&line).unwrap());
             }
         });
-        let mut peer = Self { child, lines };
+        let mut peer = Self { child, lines, stop: Value::Null };
         peer.next("ready");
         peer
     }
@@ -108,13 +110,31 @@ impl Peer {
             self.send(&json!({"call": service}));
             let sent = Instant::now();
             while let Some(left) = AGAIN.checked_sub(sent.elapsed()) {
-                let Ok(mut line) = self.lines.recv_timeout(left) else { break };
+                let Ok(mut line) = self.line(left) else { break };
                 if let Some(answer) = line.get_mut("answer") {
                     return (answer.take(), begin.elapsed());
                 }
             }
         }
         panic!("no answer in time");
+    }
+
+    /// Returns the next line of the node. Keeps the newest state of Stop on the way.
+    fn line(&mut self, limit: Duration) -> Result<Value, RecvTimeoutError> {
+        let line = self.lines.recv_timeout(limit)?;
+        if let Some(stop) = line.get("stop") {
+            self.stop = stop.clone();
+        }
+        Ok(line)
+    }
+
+    /// Waits until the newest state of Stop is one for which `is_wanted`. It may have come before,
+    /// on the way to another message.
+    pub(crate) fn until_stop(&mut self, is_wanted: impl Fn(&Value) -> bool) -> Value {
+        if is_wanted(&self.stop["values"]) {
+            return self.stop.clone();
+        }
+        self.until("stop", |stop| is_wanted(&stop["values"]))
     }
 
     /// Returns the next message of this kind that comes from now on.
@@ -127,7 +147,7 @@ impl Peer {
         // The newest message of each name, for the report of a failure.
         let (begin, mut newest) = (Instant::now(), Map::new());
         loop {
-            match self.lines.recv_timeout(LIMIT.saturating_sub(begin.elapsed())) {
+            match self.line(LIMIT.saturating_sub(begin.elapsed())) {
                 Ok(mut line) => {
                     let Some(message) = line.get_mut(kind) else { continue };
                     if is_wanted(message) {

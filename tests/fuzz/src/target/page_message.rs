@@ -18,6 +18,7 @@ pub const TARGET: Target = Target {
         "{\"type\":\"jog\",\"motor\":\"A\",\"steps\":",
         "\"rate\":",
         "{\"type\":\"stop\"}",
+        "{\"type\":\"resume\",\"stop\":",
         "{\"type\":\"hold\"}",
         "{\"type\":\"click\",\"u\":",
         "\"v\":",
