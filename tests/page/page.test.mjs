@@ -154,7 +154,7 @@ test("the ball follows the cross while it is dragged, and stops where it is let 
   const demo = await Demo.start();
   try {
     const tab = await browser.open(demo.address, DESKTOP);
-    await tab.until(`${text("state")} === "holding"`);
+    await tab.until(`${text("state")} === "seeking"`);
     const z = `document.getElementById("height")`;
     await tab.evaluate(`{ ${z}.value = 0.3; ${z}.dispatchEvent(new Event("input")); }`);
     const x = `document.getElementById("x").value`;

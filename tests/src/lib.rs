@@ -13,6 +13,7 @@ pub mod noise;
 pub mod parallel;
 pub mod plain_room;
 pub mod plants;
+pub mod reversals;
 pub mod soak;
 pub mod source_tree;
 pub mod tensions;

@@ -6,8 +6,8 @@ mod common;
 use common::bench::{BALL, Bench, TARGET, point};
 use common::{BUILD, config, motor};
 use plumb_core::params::Params;
-use plumb_core::plan::Planner;
-use plumb_core::servo::{DriveState, Guards};
+use plumb_core::plan::{Planner, RunOut};
+use plumb_core::servo::{DriveState, Guards, MotorsOfDrive};
 use plumb_core::{BuildLimits, MotorRates};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Growth, Motor, Progress};
@@ -65,8 +65,9 @@ fn the_fastest_motors_at_the_ends_of_every_range_stay_within_their_travel() {
 fn the_guards_accept_the_farthest_positions() {
     const FAR: i32 = 4_000_000;
     let there = Point([Micrometres(FAR); 3]);
-    let near = DriveState::new([FAR; 3], there, [i32::MIN / 2; 3]);
-    let far = DriveState::new([-FAR; 3], there, [i32::MAX / 2; 3]);
+    let motors = |at: i32| MotorsOfDrive { present: [at; 3], at_capture: [at; 3] };
+    let near = DriveState::new(Micros(0), [FAR; 3], there, motors(i32::MIN / 2));
+    let far = DriveState::new(Micros(1), [-FAR; 3], there, motors(i32::MAX / 2));
     let params = common::params(Config {
         growth: Growth { margin: Micrometres(1_000_000), time: Milliseconds(5_000) },
         progress: Progress { margin: Micrometres(1_000_000), time: Milliseconds(60_000) },
@@ -78,6 +79,14 @@ fn the_guards_accept_the_farthest_positions() {
     let turned = DriveState { motors: near.motors, ..far };
     assert_eq!(guards.update(Micros(2), &turned, &params), Some(Fault::NotFollowing));
     assert_eq!(guards.update(Micros(u64::MAX), &far, &params), Some(Fault::ErrorGrowing));
+    // The longest old way.
+    let mut guards = Guards::default();
+    assert_eq!(guards.update(Micros(0), &near, &params), None);
+    let run_out = RunOut { motors: [i32::MAX / 2; 3], time_us: 2_000 };
+    guards.note_change(Micros(0), [-2 * FAR; 3], &run_out);
+    let rests = DriveState { motors: near.motors, ..far };
+    assert_eq!(guards.update(Micros(1), &rests, &params), None);
+    assert_eq!(guards.update(Micros(u64::MAX), &rests, &params), Some(Fault::ErrorGrowing));
 }
 
 #[test]

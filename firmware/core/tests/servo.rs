@@ -6,12 +6,15 @@ mod common;
 use common::{config, params};
 use plumb_core::MotorRates;
 use plumb_core::law::{InlineLaw, Law, LawSelection, Measurement, Setpoint};
+use plumb_core::plan::RunOut;
 use plumb_core::servo::{
-    ArrivalDetector, BallPosition, BallTracker, DriveState, Guards, MotorPositions, Servo,
+    ArrivalDetector, BallPosition, BallTracker, DriveState, Guards, MotorPositions, MotorsOfDrive,
+    Servo,
 };
-use plumb_protocol::config::Reached;
+use plumb_protocol::Config;
+use plumb_protocol::config::{Growth, Reached};
 use plumb_protocol::message::{Fault, Knot, Reference};
-use plumb_protocol::units::{Micrometres, Micros, Point, Speed};
+use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Point, Speed};
 
 /// Largest plausible move of the ball along an axis, µm.
 const MAX_MOVE: i32 = 25_000;
@@ -70,7 +73,9 @@ fn a_target_that_comes_back_finds_the_guard_armed() {
     let (here, there) = (Point([Micrometres(0); 3]), Point([500_000, 0, 0].map(Micrometres)));
     let mut guards = Guards::default();
     let mut update = |ms: u64, x: i32, target| {
-        guards.update(Micros(ms * 1000), &DriveState::new([x, 0, 0], target, [0; 3]), &params)
+        let motors = MotorsOfDrive { present: [0; 3], at_capture: [0; 3] };
+        let now = Micros(ms * 1000);
+        guards.update(now, &DriveState::new(now, [x, 0, 0], target, motors), &params)
     };
     assert_eq!(update(0, 0, here), None);
     assert_eq!(update(33, -1_000, there), None);
@@ -78,6 +83,122 @@ fn a_target_that_comes_back_finds_the_guard_armed() {
     assert_eq!(update(66, 100_000, here), None);
     assert_eq!(update(665, 100_000, here), None);
     assert_eq!(update(666, 100_000, here), Some(Fault::ErrorGrowing));
+}
+
+/// Time between two positions, ms.
+const FRAME_MS: u64 = 33;
+
+/// A drive along x, from 0: motor A turns by a step for a millimetre of the ball.
+struct Drive {
+    guards: Guards,
+    frame: u64,
+    /// Position of the ball, µm.
+    ball: i32,
+    target: i32,
+    /// Whether the motor is reversed: it turns back where the ball goes on.
+    is_reversed: bool,
+}
+
+impl Drive {
+    /// Begins a drive to a target at 500 mm. The ball has gone 300 mm of its way.
+    fn new(is_reversed: bool) -> Self {
+        let target = if is_reversed { -500_000 } else { 500_000 };
+        let mut drive = Self { guards: Guards::default(), frame: 0, ball: 0, target, is_reversed };
+        assert_eq!(drive.move_by(10_000, if is_reversed { 1 } else { 30 }), None);
+        drive
+    }
+
+    /// Returns the position of motor A, Q4 steps.
+    fn motor(&self) -> i32 {
+        let turned = self.ball / 1000 * 16;
+        if self.is_reversed { -turned } else { turned }
+    }
+
+    /// Replaces the target by one at `target`, µm. The motors come to rest after a turn that moves
+    /// the ball by `rest`, µm, in `time_ms`.
+    fn replace(&mut self, target: i32, rest: i32, time_ms: u64) {
+        let end = Self { ball: self.ball + rest, guards: self.guards, ..*self }.motor();
+        let run_out = RunOut { motors: [end, 0, 0], time_us: time_ms * 1000 };
+        let now = Micros(self.frame * FRAME_MS * 1000);
+        self.guards.note_change(now, [self.target - self.ball, 0, 0], &run_out);
+        self.target = target;
+    }
+
+    /// Moves the ball by `step`, µm, in each of `frames` frames. Returns the first fault.
+    fn move_by(&mut self, step: i32, frames: u32) -> Option<Fault> {
+        let params = params(Config {
+            growth: Growth { margin: Micrometres(40_000), time: Milliseconds(200) },
+            ..config()
+        });
+        (0..frames).find_map(|_| {
+            self.frame += 1;
+            self.ball += step;
+            let now = Micros(self.frame * FRAME_MS * 1000);
+            let at = [self.motor(), 0, 0];
+            let motors = MotorsOfDrive { present: at, at_capture: at };
+            let target = Point([self.target, 0, 0].map(Micrometres));
+            let state = DriveState::new(now, [self.ball, 0, 0], target, motors);
+            self.guards.update(now, &state, &params)
+        })
+    }
+}
+
+/// Frames after which a ball that moves by 10 mm a frame is stopped: 40 mm, and then 200 ms.
+const STOPPED_AFTER: u32 = 5 + 7;
+
+#[test]
+fn a_ball_that_goes_on_its_old_way_is_no_divergence() {
+    let mut drive = Drive::new(false);
+    drive.replace(-500_000, 200_000, 600);
+    assert_eq!(drive.move_by(10_000, 20), None);
+    // It comes back.
+    assert_eq!(drive.move_by(-10_000, 60), None);
+}
+
+/// After the run-out of 200 ms, 8 positions later.
+#[test]
+fn an_old_way_ends_when_its_setpoints_have_run_out() {
+    let mut drive = Drive::new(false);
+    drive.replace(-500_000, 70_000, 200);
+    assert_eq!(drive.move_by(10_000, 6 + 8 + STOPPED_AFTER - 1), None);
+    assert_eq!(drive.move_by(10_000, 1), Some(Fault::ErrorGrowing));
+}
+
+#[test]
+fn a_ball_that_turns_back_from_its_old_way_and_leaves_its_target_is_stopped_at_once() {
+    let mut drive = Drive::new(false);
+    drive.replace(900_000, 200_000, 600);
+    assert_eq!(drive.move_by(-10_000, STOPPED_AFTER - 1), None);
+    assert_eq!(drive.move_by(-10_000, 1), Some(Fault::ErrorGrowing));
+}
+
+#[test]
+fn a_ball_that_motors_at_rest_leave_alone_has_no_old_way() {
+    let mut drive = Drive::new(false);
+    assert_eq!(drive.move_by(0, 40), None);
+    drive.replace(-500_000, 0, 0);
+    assert_eq!(drive.move_by(10_000, STOPPED_AFTER - 1), None);
+    assert_eq!(drive.move_by(10_000, 1), Some(Fault::ErrorGrowing));
+}
+
+/// The ball of a reversed motor goes away from every target. Targets come with every position, on
+/// both sides of the ball's way.
+#[test]
+fn targets_that_come_often_give_a_ball_on_the_wrong_way_no_old_way() {
+    for frames in [1, 2, 5] {
+        let mut drive = Drive::new(true);
+        let mut moved = 1;
+        let fault = loop {
+            drive.replace(-500_000 - 100_000 * (moved % 2), 200_000, 600);
+            if let Some(fault) = drive.move_by(10_000, frames) {
+                break fault;
+            }
+            moved += 1;
+            assert!(moved < 100, "no stop with a target every {frames} positions");
+        };
+        assert_eq!(fault, Fault::ErrorGrowing);
+        assert!(drive.frame <= u64::from(1 + STOPPED_AFTER), "{frames}: {}", drive.frame);
+    }
 }
 
 /// Up to the deadline the motors coast, and the drive goes on.

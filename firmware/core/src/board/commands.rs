@@ -294,15 +294,19 @@ impl Board {
         Ok(())
     }
 
-    /// Begins a drive with the goal of `state`, or goes on with it. The guards of a drive end at
-    /// standstill, not before: targets that come often must not disarm them.
+    /// Begins a drive with the goal of `state`, or goes on with it. The guards of a drive end once
+    /// a position shows the ball at standstill, not before: targets that come often must not
+    /// disarm them.
     fn drive_to(&mut self, now: Micros, state: State) {
+        if let Some(params) = self.setup.params() {
+            self.servo.leave_target(now, params);
+        }
         if self.state.goal().is_some() {
             self.servo.change_target(now);
             // A deadline that a path waits beyond counts at once.
             self.schedule.idle_ticks = 0;
         } else {
-            self.servo.begin_drive(now, self.planner.moving());
+            self.servo.begin_drive(now, !self.servo.has_seen_rest(now, &self.planner));
         }
         self.state = state;
     }

@@ -56,6 +56,7 @@ impl Board {
     fn report_due(&mut self, now: Micros, out: &mut Outbox) {
         let schedule = &self.schedule;
         let is_busy = schedule.had_event || schedule.check_due || schedule.telemetry_due;
+        self.servo.allow_for_left_way(now, &self.planner);
         if self.schedule.check_due {
             self.check(now, out);
         }
@@ -177,8 +178,7 @@ impl Board {
     /// Checks whether the target is reached, and whether a guard stops the drive.
     fn check_progress(&mut self, now: Micros, goal: Goal, out: &mut Outbox) {
         let Some(params) = self.setup.params() else { return };
-        let progress =
-            self.servo.check_progress(now, goal.target, self.planner.positions(), params);
+        let progress = self.servo.check_progress(now, goal.target, &self.planner, params);
         if progress.reached {
             let target = self.servo.end_following().unwrap_or(goal.target);
             self.state = State::Holding(Goal { target, ..goal });

@@ -2,8 +2,8 @@
 //! wider range fails here before it overflows on the chip.
 
 use super::{
-    MAX_BOUND, MAX_COORDINATE_UM, MAX_GAIN, MAX_MARGIN_UM, MAX_REACHED_RADIUS_UM, MAX_SIGN_GAIN,
-    MAX_TRAVEL,
+    MAX_BOUND, MAX_COORDINATE_UM, MAX_GAIN, MAX_MARGIN_UM, MAX_PATH_SPEED, MAX_REACHED_RADIUS_UM,
+    MAX_SIGN_GAIN, MAX_TRAVEL,
 };
 use crate::law::{INTERVAL_ERROR, LIMB_BITS};
 
@@ -56,6 +56,17 @@ fn errors_and_their_squares_fit_their_words() {
     check(16 * radius * radius, I64);
     // Guards add a margin to |e|.
     check(LENGTH + i128::from(MAX_MARGIN_UM), U32);
+}
+
+/// `OldWays`: the way to a target, or to where a reference is a second later, and the turn of a
+/// motor; scalar products of three.
+#[test]
+fn old_ways_fit_their_words() {
+    let second = i128::from(MAX_PATH_SPEED);
+    check(ERROR + 2 * second, I32);
+    check(3 * ERROR * (ERROR + 2 * second), I64);
+    let turn = 2 * i128::from(MAX_TRAVEL);
+    check(3 * (turn / 4 + 1) * 2 * turn, I64);
 }
 
 /// The filter has 4 fraction bits.

@@ -71,6 +71,15 @@ fn the_bound_of_a_stop_fits_its_words() {
     check((2 * TRAVEL + 1) * PULSE, I64);
 }
 
+/// `Planner::run_out`: half of the way of a ramp that ends within the travel.
+#[test]
+fn the_run_out_fits_its_words() {
+    let ticks = RATE / least_delta() + 1;
+    check(RATE * ticks, I64);
+    check(2 * TRAVEL, U32);
+    check(PULSE / 16 * 16, U32);
+}
+
 #[test]
 fn the_safe_zone_fits_its_words() {
     let ticks = i128::from(MAX_SAFE_ZONE_TICKS) + 3 + 2 * i128::from(SAFE_TICKS);

@@ -19,6 +19,7 @@ mod ramp;
 mod step_axis;
 mod travel_limit;
 
+pub use forecast::RunOut;
 pub use jog::Jogging;
 pub(crate) use moving_average::mean_lag_us;
 pub use planner::Planner;

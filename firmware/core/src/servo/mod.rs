@@ -16,6 +16,7 @@ mod error;
 mod following;
 mod guards;
 mod nearest;
+mod old_ways;
 mod progress;
 mod reference;
 mod tracker;
@@ -32,7 +33,7 @@ use reference::Follower;
 
 pub use arrival::ArrivalDetector;
 pub use error::{error, magnitude};
-pub use guards::{DriveState, Guards};
+pub use guards::{DriveState, Guards, MotorsOfDrive};
 pub use reference::Aim;
 pub use tracker::BallTracker;
 
@@ -96,6 +97,8 @@ pub struct Servo<L = InlineLaw> {
     /// When the drive began.
     drive_since: Micros,
     guards: Guards,
+    /// Way from the ball to a target that was replaced in this tick, µm.
+    left_way: Option<[i32; 3]>,
     /// See [`Servo::tensions`].
     tensions: Option<[RelativeTension; 3]>,
     /// The reference, while the drive follows one.
@@ -106,6 +109,11 @@ pub struct Servo<L = InlineLaw> {
 pub(crate) fn limit_us(limit: Milliseconds) -> u64 {
     // 16 + 10 bits: a product of 32 bits costs the chip one clock, one of 64 bits forty.
     u64::from(u32::from(limit.0) * 1000)
+}
+
+/// Returns the age of a frame that was `captured` then, µs; saturates after an hour.
+fn age_us(now: Micros, captured: Micros) -> u32 {
+    now.since(captured).min(u64::from(u32::MAX)) as u32
 }
 
 /// Returns the time without a position after which the rates are reduced, µs: two fifths of the
@@ -127,6 +135,7 @@ impl<L: Law> Servo<L> {
             arrival: ArrivalDetector::default(),
             drive_since: Micros(0),
             guards: Guards::default(),
+            left_way: None,
             tensions: None,
             follower: None,
         }
@@ -140,11 +149,18 @@ impl<L: Law> Servo<L> {
         self.client.reset();
     }
 
-    /// Begins a drive. The guards start anew at standstill only: while motors turn
-    /// (`moving`) from the last drive, they go on.
+    /// Returns whether the motors stand, and stood when the ball was last seen, up to half a second
+    /// before `now`.
+    pub fn has_seen_rest(&self, now: Micros, planner: &Planner) -> bool {
+        let stood = |captured| planner.positions_ago(age_us(now, captured)) == planner.positions();
+        !planner.moving() && self.tracker.captured().is_none_or(stood)
+    }
+
+    /// Begins a drive. The guards start anew at standstill only: while motors turn (`moving`) from
+    /// the last drive, or the ball was last seen while they did, they go on.
     pub fn begin_drive(&mut self, now: Micros, moving: bool) {
         if !moving {
-            self.guards = Guards::default();
+            self.guards.reset();
         }
         self.drive_since = now;
         self.tensions = None;
@@ -160,10 +176,30 @@ impl<L: Law> Servo<L> {
         self.follower = None;
     }
 
+    /// Notes that the drive's target is about to be replaced at `now`. The ball goes on its way to
+    /// it until the motors have changed theirs.
+    pub fn leave_target(&mut self, now: Micros, params: &Params) {
+        let Some(ball) = self.tracker.filtered() else { return };
+        let ahead = match &self.follower {
+            Some(follower) => Some(follower.aim(now, params).a_second_later()),
+            None => self.guards.last_target().map(Point::micrometres),
+        };
+        let way = ahead.map(|ahead| [0, 1, 2].map(|i| ahead[i] - ball[i]));
+        self.left_way = self.left_way.or(way);
+    }
+
+    /// Has the guards allow for the way to a target that was replaced; call in the second half of
+    /// the tick at `now`, since it takes the time of several divisions.
+    pub fn allow_for_left_way(&mut self, now: Micros, planner: &Planner) {
+        if let Some(way) = self.left_way.take() {
+            self.guards.note_change(now, way, &planner.run_out());
+        }
+    }
+
     /// Ends the drive, so that the guards start anew with the next one even in motion.
     pub fn end_drive(&mut self, now: Micros) {
         self.drive_since = now;
-        self.guards = Guards::default();
+        self.guards.reset();
     }
 
     /// Takes in a position that arrived at `now`. With a target, an inline law computes the
@@ -208,13 +244,12 @@ impl<L: Law> Servo<L> {
         }
     }
 
-    /// Checks the filtered position after a position was taken in; `motors` are the positions of
-    /// the motors, Q4 steps. Call once for each position.
+    /// Checks the filtered position after a position was taken in. Call once for each position.
     pub fn check_progress(
         &mut self,
         now: Micros,
         target: Point,
-        motors: [i32; 3],
+        planner: &Planner,
         params: &Params,
     ) -> Progress {
         let Some(filtered) = self.tracker.filtered() else { return Progress::default() };
@@ -226,7 +261,11 @@ impl<L: Law> Servo<L> {
             Some(follower) => (follower.smoothed(), follower.has_arrived()),
             None => (target, true),
         };
-        let state = DriveState::new(filtered, target, motors);
+        let motors = MotorsOfDrive {
+            present: planner.positions(),
+            at_capture: planner.positions_ago(age_us(now, captured)),
+        };
+        let state = DriveState::new(captured, filtered, target, motors);
         Progress {
             reached: self.arrival.update(state.error, self.tracker.residual(), &params.reached)
                 && is_final,

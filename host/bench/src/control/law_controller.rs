@@ -137,8 +137,7 @@ impl Controller for LawController {
             return;
         }
         self.changed |= self.deferred.is_none();
-        let progress =
-            self.servo.check_progress(now, self.target, self.planner.positions(), &self.params);
+        let progress = self.servo.check_progress(now, self.target, &self.planner, &self.params);
         self.reached |= progress.reached;
         self.guarded = self.guarded.or(progress.fault);
     }

@@ -61,6 +61,11 @@ impl Aim {
     pub fn at(target: Point) -> Self {
         Self { position: target.micrometres(), velocity: [0; 3] }
     }
+
+    /// Returns the position a second later at the same velocity.
+    pub(super) fn a_second_later(&self) -> [i32; 3] {
+        [0, 1, 2].map(|i| self.position[i].saturating_add(self.velocity[i]))
+    }
 }
 
 /// The reference of a drive that follows a path.
