@@ -7,7 +7,7 @@
 use nalgebra::Point3;
 use thiserror::Error;
 
-use crate::trajectory::Sample;
+use crate::trajectory::{MAX_COORDINATE_M, Sample};
 
 /// Contents of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,9 +88,6 @@ pub enum LineMistake {
         time: f64,
     },
 }
-
-/// Largest coordinate, metres. Millimetres are beyond it.
-const MAX_COORDINATE_M: f64 = 100.0;
 
 /// Number of mistakes that a message lists.
 const MAX_LISTED: usize = 20;

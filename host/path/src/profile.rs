@@ -130,41 +130,78 @@ struct Grid {
     is_closed: bool,
 }
 
-/// Direction along a grid.
+/// Bounds of speed and acceleration.
 #[derive(Debug, Clone, Copy)]
-enum Step {
-    Forward,
-    Backward,
+struct Bounds {
+    /// Speed, m/s.
+    speed: f64,
+    /// Acceleration along the curve, m/s².
+    acceleration: f64,
+}
+
+impl Bounds {
+    /// Returns the lower of each of the bounds.
+    fn min(self, other: Self) -> Self {
+        let speed = self.speed.min(other.speed);
+        Self { speed, acceleration: self.acceleration.min(other.acceleration) }
+    }
+}
+
+impl Node {
+    /// Brings the node within `bounds`.
+    fn keep_below(&mut self, bounds: Bounds) {
+        self.speed = self.speed.min(bounds.speed);
+        self.acceleration = self.acceleration.min(bounds.acceleration);
+    }
+}
+
+/// Least bounds of the nodes between any two, from a table of those of 1, 2, 4, ... neighbours.
+struct LeastBounds(Vec<Vec<Bounds>>);
+
+impl LeastBounds {
+    /// Makes the table of at least one node.
+    fn new(nodes: &[Node]) -> Self {
+        let single = |node: &Node| Bounds { speed: node.speed, acceleration: node.acceleration };
+        let mut table = vec![nodes.iter().map(single).collect::<Vec<_>>()];
+        let mut width = 1;
+        while 2 * width <= nodes.len() {
+            let before = &table[table.len() - 1];
+            let pairs = before.iter().zip(&before[width..]);
+            let next = pairs.map(|(left, right)| left.min(*right)).collect();
+            table.push(next);
+            width *= 2;
+        }
+        Self(table)
+    }
+
+    /// Returns the least bounds of the nodes from `first` to `last`, both included.
+    fn within(&self, first: usize, last: usize) -> Bounds {
+        let last = last.max(first);
+        let level = (last - first + 1).ilog2() as usize;
+        let row = &self.0[level];
+        row[first].min(row[last + 1 - (1 << level)])
+    }
 }
 
 impl Grid {
-    /// Returns the next node in a direction and its distance, metres; `None` at an end.
-    fn next(&self, i: usize, step: Step) -> Option<(usize, f64)> {
-        let last = self.nodes.len() - 1;
-        let distance = |a: usize, b: usize| self.nodes[b].s - self.nodes[a].s;
-        match step {
-            Step::Forward if i < last => Some((i + 1, distance(i, i + 1))),
-            Step::Forward => self.is_closed.then(|| (1, distance(0, 1))),
-            Step::Backward if i > 0 => Some((i - 1, distance(i - 1, i))),
-            Step::Backward => self.is_closed.then(|| (last - 1, distance(last - 1, last))),
-        }
-    }
-
     /// Replaces the bounds of each node by the least ones within the distance `reach` of it,
     /// metres.
     fn erode(&mut self, reach: &[f64]) {
-        let before = self.clone();
+        let Some(last) = self.nodes.last().copied() else { return };
+        let least = LeastBounds::new(&self.nodes);
+        let places: Vec<f64> = self.nodes.iter().map(|node| node.s).collect();
+        let end = places.len() - 1;
+        // The first node beyond a distance counts: its cell begins within it.
+        let before = |s: f64| places.partition_point(|place| *place < s).saturating_sub(1);
+        let after = |s: f64| places.partition_point(|place| *place <= s).min(end);
         for (i, node) in self.nodes.iter_mut().enumerate() {
-            for step in [Step::Forward, Step::Backward] {
-                let (mut here, mut distance) = (i, 0.0);
-                // The first node beyond the distance counts: its cell begins within it.
-                while distance <= reach[i]
-                    && let Some((next, cell)) = before.next(here, step)
-                {
-                    node.speed = node.speed.min(before.nodes[next].speed);
-                    node.acceleration = node.acceleration.min(before.nodes[next].acceleration);
-                    (here, distance) = (next, distance + cell);
-                }
+            let (from, to) = (places[i] - reach[i], places[i] + reach[i]);
+            node.keep_below(least.within(before(from), after(to)));
+            if self.is_closed && from < 0.0 {
+                node.keep_below(least.within(before(from + last.s), end));
+            }
+            if self.is_closed && to > last.s {
+                node.keep_below(least.within(0, after(to - last.s)));
             }
         }
     }

@@ -10,7 +10,13 @@ use thiserror::Error;
 
 use crate::curve::{Curve, Section};
 use crate::spline::{Ends, interpolate};
-use crate::trajectory::{Limits, PathError, Run, Trajectory, Waypoints};
+use crate::trajectory::{Limits, PathError, Run, Trajectory, Waypoints, check_near};
+
+/// Least size of a shape, metres.
+pub const LEAST_SIZE_M: f64 = 0.001;
+
+/// Largest size of a shape, metres: the width of the largest workspace.
+pub const MAX_SIZE_M: f64 = 8.0;
 
 /// Number of places through which a circle or a figure of eight is interpolated. The curve is then
 /// within a millionth of its size.
@@ -57,7 +63,7 @@ pub struct Shape {
     pub kind: ShapeKind,
     /// Centre, metres.
     pub centre: Point3<f64>,
-    /// Size, metres.
+    /// Size, metres, from [`LEAST_SIZE_M`] to [`MAX_SIZE_M`].
     pub size: f64,
     /// Plane.
     pub plane: Plane,
@@ -91,11 +97,12 @@ impl Shape {
     /// Returns the trajectory along the shape.
     ///
     /// # Errors
-    /// Where the size or a limit is no number above 0.
+    /// Where the size, the centre or a limit is out of its range.
     pub fn trajectory(&self, limits: &Limits, run: Run) -> Result<Trajectory, PathError> {
-        if !(self.size.is_finite() && self.size > 0.0) {
-            return Err(PathError::Limit { name: "size", value: self.size });
+        if !(LEAST_SIZE_M..=MAX_SIZE_M).contains(&self.size) {
+            return Err(PathError::Size(self.size));
         }
+        check_near([&self.centre])?;
         match self.kind {
             ShapeKind::Line => {
                 let ends = [[-0.5, 0.0], [0.5, 0.0]];

@@ -79,8 +79,9 @@ impl TimeLaw {
         law
     }
 
-    /// Returns the time law of a closed curve, from rest.
-    pub(crate) fn round(profile: &Profile) -> Self {
+    /// Returns the time law of a closed curve, from rest. Where that takes longer than `longest`,
+    /// seconds, the laps begin after that time.
+    pub(crate) fn round(profile: &Profile, longest: f64) -> Self {
         let mut law = Self::begin(profile.window);
         let length = profile.nodes[profile.nodes.len() - 1].s;
         let (mut lap, mut speed) = (profile.nodes.clone(), 0.0);
@@ -89,17 +90,31 @@ impl TimeLaw {
             speed = accelerate(&mut lap, &profile.nodes, speed);
             law.run(&lap, laps * length);
             laps += 1.0;
+            if is_longer(law.end().time, longest) {
+                law.laps = Some(Laps { begin: law.end().time, period: 0.0 });
+                return law;
+            }
         }
         let before = law.end().time;
         law.run(&profile.nodes, laps * length);
         let period = law.end().time - before;
         let begin = before + law.window;
+        if is_longer(begin + period + law.window, longest) {
+            law.laps = Some(Laps { begin: begin + law.window, period });
+            return law;
+        }
         while law.end().time < begin + period + law.window {
             laps += 1.0;
             law.run(&profile.nodes, laps * length);
         }
         law.laps = Some(Laps { begin, period });
         law
+    }
+
+    /// Returns the times at which the acceleration of the profile jumps, seconds, in their order,
+    /// and the time of the end.
+    pub(crate) fn jumps(&self) -> impl Iterator<Item = f64> {
+        self.instants.iter().map(|instant| instant.time).chain([self.duration()])
     }
 
     fn begin(window: f64) -> Self {
@@ -154,6 +169,11 @@ impl TimeLaw {
         let share = (time - from.time) / (to.time - from.time);
         from.at(time, from.speed + share * (to.speed - from.speed))
     }
+}
+
+/// Returns whether `time` is above `longest`, or no number.
+fn is_longer(time: f64, longest: f64) -> bool {
+    time.is_nan() || time > longest
 }
 
 /// Sets the speeds of `lap` to those of a ball that begins it at `speed`, m/s, and goes as fast as

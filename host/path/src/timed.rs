@@ -10,6 +10,9 @@ use crate::trajectory::{Moment, PathError, Run, Sample};
 /// Time in which the clock of a loop comes from rest to its full rate, seconds.
 const START_S: f64 = 2.0;
 
+/// Number of parts into which a check divides the start of a loop.
+const START_PARTS: u32 = 400;
+
 /// Least number of samples of a loop.
 const LEAST_LOOP: usize = 4;
 
@@ -68,6 +71,17 @@ impl Timed {
     /// Returns the time of a lap, seconds; `None` where the trajectory has an end.
     pub(crate) fn period(&self) -> Option<f64> {
         (self.run == Run::Loop).then(|| self.duration())
+    }
+
+    /// Returns the times of the samples, seconds, and in the start of a loop times close together.
+    pub(crate) fn breaks(&self) -> Vec<f64> {
+        if self.run == Run::Once {
+            return self.times.clone();
+        }
+        let start = (0..START_PARTS).map(|part| START_S * f64::from(part) / f64::from(START_PARTS));
+        // The clock of a loop reaches half of the start's time at its end.
+        let rest = self.times.iter().map(|time| time + START_S / 2.0);
+        start.chain(rest.filter(|time| *time >= START_S)).collect()
     }
 
     /// Returns the time after which the trajectory holds nothing new, seconds.

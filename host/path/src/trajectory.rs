@@ -6,6 +6,7 @@ use thiserror::Error;
 use crate::corner::blend;
 use crate::curve::Curve;
 use crate::profile::Profile;
+use crate::shape::{LEAST_SIZE_M, MAX_SIZE_M};
 use crate::time_law::TimeLaw;
 use crate::timed::Timed;
 
@@ -51,21 +52,25 @@ impl Limits {
         Self { speed, acceleration: DEFAULT_ACCELERATION, jerk: DEFAULT_JERK }
     }
 
-    /// Checks that every limit is a number above 0.
+    /// Checks that every limit is within [`LIMITS`].
     fn check(&self) -> Result<(), PathError> {
         let named =
             [("speed", self.speed), ("acceleration", self.acceleration), ("jerk", self.jerk)];
-        for (name, value) in named {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(PathError::Limit { name, value });
-            }
+        match named.into_iter().find(|(_, value)| !LIMITS.contains(value)) {
+            Some((name, value)) => Err(PathError::Limit { name, value }),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
-/// Longest trajectory, seconds; of a loop its first lap. Its check takes some seconds.
+/// Longest trajectory, seconds; of a loop its first lap.
 const LONGEST_S: f64 = 24.0 * 3600.0;
+
+/// Range of the limits in SI units. What is beyond it is no motion of a ball.
+const LIMITS: std::ops::RangeInclusive<f64> = 1e-9..=1e6;
+
+/// Largest coordinate of a place, and largest tolerance, metres. Millimetres are beyond it.
+pub const MAX_COORDINATE_M: f64 = 100.0;
 
 /// Repetition of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -138,9 +143,20 @@ pub enum PathError {
         /// Distance, millimetres.
         gap_mm: f64,
     },
-    /// A coordinate, a time or the tolerance is not finite.
-    #[error("a coordinate, a time or the tolerance is not a finite number")]
+    /// A time is not finite.
+    #[error("a time is not a finite number")]
     NotFinite,
+    /// A coordinate or the tolerance is out of its range.
+    #[error("{name} is {value:?} m, but must be within {MAX_COORDINATE_M} m: is it in metres?")]
+    Far {
+        /// Name of the length.
+        name: &'static str,
+        /// Its value, metres.
+        value: f64,
+    },
+    /// The size of a shape is out of its range.
+    #[error("the size of a shape is {0:?} m, but must be {LEAST_SIZE_M} to {MAX_SIZE_M} m")]
+    Size(f64),
     /// The ball would be under way for too long.
     #[error(
         "the path takes {hours:.1} hours, but 24 are the most: are its times in seconds, its \
@@ -150,8 +166,8 @@ pub enum PathError {
         /// Time, hours; of a loop that of the first lap.
         hours: f64,
     },
-    /// A limit is no number above 0.
-    #[error("the limit of {name} is {value}, but must be above 0")]
+    /// A limit is out of its range.
+    #[error("the limit of {name} is {value:?}, but must be above 0, from 1e-9 to 1e6 in SI units")]
     Limit {
         /// Name of the limit.
         name: &'static str,
@@ -168,11 +184,13 @@ impl Trajectory {
     ///
     /// # Errors
     /// Where there are fewer than two waypoints, two consecutive ones are in one place, or a number
-    /// is not finite or not above 0; where the ball is under way for more than a day.
+    /// is out of its range; where the ball is under way for more than a day.
     pub fn through(waypoints: &Waypoints, limits: &Limits, run: Run) -> Result<Self, PathError> {
         let Waypoints { places, tolerance } = waypoints;
-        let coordinates = places.iter().flat_map(|place| place.iter());
-        check_finite(coordinates.chain([tolerance]))?;
+        check_near(places)?;
+        if !(0.0..=MAX_COORDINATE_M).contains(tolerance) {
+            return Err(PathError::Far { name: "the tolerance", value: *tolerance });
+        }
         Self::along(blend(places, *tolerance, run)?, limits)
     }
 
@@ -181,7 +199,7 @@ impl Trajectory {
         limits.check()?;
         let profile = Profile::new(&curve, limits);
         let law = match curve.is_closed {
-            true => TimeLaw::round(&profile),
+            true => TimeLaw::round(&profile, LONGEST_S),
             false => TimeLaw::once(&profile),
         };
         Self::of_possible_length(Kind::Curve(curve, law))
@@ -209,8 +227,10 @@ impl Trajectory {
     /// Where there are fewer than two samples (a loop: four), the times do not rise, a loop does
     /// not end where it begins, or a number is not finite; where it takes more than a day.
     pub fn through_samples(samples: &[Sample], run: Run) -> Result<Self, PathError> {
-        let numbers = samples.iter().flat_map(|it| it.position.iter().chain([&it.time]));
-        check_finite(numbers)?;
+        check_near(samples.iter().map(|sample| &sample.position))?;
+        if !samples.iter().all(|sample| sample.time.is_finite()) {
+            return Err(PathError::NotFinite);
+        }
         Self::of_possible_length(Kind::Timed(Timed::new(samples, run)?))
     }
 
@@ -254,6 +274,20 @@ impl Trajectory {
         }
     }
 
+    /// Returns times, seconds, in their order from 0 to [`span`](Self::span), between which the
+    /// motion has no jump of the acceleration's change.
+    pub(crate) fn breaks(&self) -> Vec<f64> {
+        let span = self.span();
+        let mut breaks = match &self.kind {
+            Kind::Timed(timed) => timed.breaks(),
+            Kind::Curve(_, law) => law.jumps().collect(),
+        };
+        breaks.retain(|time| *time > 0.0 && *time < span);
+        breaks.insert(0, 0.0);
+        breaks.push(span);
+        breaks
+    }
+
     /// Returns the time after which the trajectory holds nothing new, seconds: its end, or the end
     /// of the first lap at full speed.
     pub fn span(&self) -> f64 {
@@ -264,7 +298,13 @@ impl Trajectory {
     }
 }
 
-/// Checks that all numbers are finite.
-fn check_finite<'a>(mut numbers: impl Iterator<Item = &'a f64>) -> Result<(), PathError> {
-    if numbers.all(|number| number.is_finite()) { Ok(()) } else { Err(PathError::NotFinite) }
+/// Checks that all coordinates are within [`MAX_COORDINATE_M`].
+pub(crate) fn check_near<'a>(
+    places: impl IntoIterator<Item = &'a Point3<f64>>,
+) -> Result<(), PathError> {
+    let mut coordinates = places.into_iter().flat_map(|place| place.iter());
+    match coordinates.find(|it| it.is_nan() || it.abs() > MAX_COORDINATE_M) {
+        Some(&value) => Err(PathError::Far { name: "a coordinate", value }),
+        None => Ok(()),
+    }
 }

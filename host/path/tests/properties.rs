@@ -260,7 +260,7 @@ fn the_first_breach_is_named_with_its_place() {
     let trajectory = Trajectory::through(&waypoints, &limits, Run::Once).unwrap();
     let left = |moment: &Moment| match moment.position.x < 0.4 {
         true => Ok(()),
-        false => Err(PathError::NotFinite),
+        false => Err(PathError::OpenLoop { gap_mm: 0.0 }),
     };
     let breach = check(&trajectory, &limits, left).unwrap_err();
     assert!((breach.distance_m - 0.1).abs() < 0.001, "{breach}");
@@ -273,6 +273,60 @@ fn the_first_breach_is_named_with_its_place() {
     assert!(matches!(breach.rule, Rule::Acceleration { .. }), "{breach}");
 }
 
+/// Limits of a usual speed.
+fn slow() -> Limits {
+    Limits::with_speed(0.05)
+}
+
+/// Returns a shape of a size, metres.
+fn shape(kind: ShapeKind, size: f64) -> Shape {
+    let (centre, plane) = (Point3::new(0.5, 0.3, 0.3), Plane::Level);
+    Shape { kind, centre, size, plane, tolerance: 0.005, seed: 1 }
+}
+
+/// A number far from those of a rig, and its negative.
+fn extreme() -> impl Strategy<Value = f64> {
+    let far = [0.0, 1e-308, 1e-300, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e15, 1e308, f64::INFINITY];
+    prop_oneof![
+        prop::sample::select(far.to_vec()),
+        prop::sample::select(far.to_vec()).prop_map(|x| -x),
+        Just(f64::NAN),
+        prop::num::f64::ANY,
+        0.0..1.0,
+    ]
+}
+
+const KINDS: [ShapeKind; 5] =
+    [ShapeKind::Circle, ShapeKind::Line, ShapeKind::Eight, ShapeKind::Square, ShapeKind::Spline];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    /// No number of a path makes it panic, run for ever, or take what is no motion.
+    #[test]
+    fn numbers_far_from_those_of_a_rig_are_refused_or_make_a_path(
+        kind in prop::sample::select(KINDS.to_vec()),
+        numbers in prop::array::uniform8(extreme()),
+        usual in prop::array::uniform8(prop::bool::weighted(0.7)),
+        is_loop: bool,
+    ) {
+        let sane = [0.2, 0.005, 0.5, 0.3, 0.3, 0.05, 0.25, 5.0];
+        let pick = |i: usize| if usual[i] { sane[i] } else { numbers[i] };
+        let [size, tolerance, x, y, z, speed, acceleration, jerk] = [0, 1, 2, 3, 4, 5, 6, 7].map(pick);
+        let run = if is_loop { Run::Loop } else { Run::Once };
+        let limits = Limits { speed, acceleration, jerk };
+        let shape = Shape { centre: Point3::new(x, y, z), tolerance, ..shape(kind, size) };
+        if let Ok(trajectory) = shape.trajectory(&limits, run) {
+            let _breach = check(&trajectory, &limits, anywhere);
+            for share in [0.0, 0.3, 1.0] {
+                let moment = trajectory.at(share * trajectory.span());
+                prop_assert!(moment.position.iter().all(|it| it.is_finite()), "{moment:?}");
+                prop_assert!(moment.velocity.iter().all(|it| it.is_finite()), "{moment:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn wrong_input_is_refused() {
     let places = vec![Point3::new(0.3, 0.2, 0.3), Point3::new(0.6, 0.2, 0.3)];
@@ -280,6 +334,12 @@ fn wrong_input_is_refused() {
     let limits = Limits::with_speed(0.0);
     let error = Trajectory::through(&waypoints, &limits, Run::Once).unwrap_err();
     assert_eq!(error, PathError::Limit { name: "speed", value: 0.0 });
+    let error = shape(ShapeKind::Circle, 1e308).trajectory(&slow(), Run::Once).unwrap_err();
+    assert_eq!(error, PathError::Size(1e308));
+    let far =
+        Waypoints { places: vec![Point3::origin(), Point3::new(0.0, 1e6, 0.0)], tolerance: 0.0 };
+    let error = Trajectory::through(&far, &slow(), Run::Once).unwrap_err();
+    assert_eq!(error, PathError::Far { name: "a coordinate", value: 1e6 });
     let sample = |time| Sample { time, position: Point3::new(time, 0.0, 0.3) };
     let samples = [0.0, 1.0, 1.0].map(sample);
     let error = Trajectory::through_samples(&samples, Run::Once).unwrap_err();
