@@ -4,9 +4,11 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::fmt::{Debug, Display};
+use std::time::Duration;
 
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use plumb_runtime::advice::after_fault;
+use plumb_runtime::board_fault::FaultCause;
 use plumb_tests::source_tree::{read, root};
 use serde::de::DeserializeOwned;
 
@@ -75,6 +77,28 @@ fn every_row_of_a_fault_has_the_advice_of_the_program() {
         let line = faults.lines().find(|line| line.starts_with(&row)).expect(&row);
         let advice = line.rsplit(" | ").next().unwrap_or_default();
         assert!(advice.starts_with(after_fault(fault)), "docs/use/faults.md: {line}");
+    }
+}
+
+/// Begins with the text of each cause that this program counts, and ends with its advice.
+#[test]
+fn every_cause_of_a_fault_has_its_row() {
+    let page = read(&root().join("docs/use/faults.md"));
+    let seconds = Duration::from_secs;
+    let causes = [
+        FaultCause::DamagedFrames { damaged: 4, sent: 14 },
+        FaultCause::LateHost { times: 1, longest: seconds(1) },
+        FaultCause::OldPositions { old: 13, oldest: seconds(1) },
+    ];
+    for cause in causes {
+        let text: String = cause.to_string().chars().filter(|c| !c.is_ascii_digit()).collect();
+        let row = page.lines().find(|line| {
+            let begin = line.split(" | ").next().unwrap_or_default();
+            let words: Vec<&str> = begin.trim_start_matches("| ").split("...").collect();
+            line.starts_with("| ") && words.len() > 1 && words.iter().all(|it| text.contains(it))
+        });
+        let row = row.unwrap_or_else(|| panic!("docs/use/faults.md: no row of: {cause}"));
+        assert!(row.contains(cause.advice()), "docs/use/faults.md: {row}");
     }
 }
 

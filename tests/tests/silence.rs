@@ -117,7 +117,7 @@ fn a_board_that_stops_for_want_of_positions_is_noticed_while_the_camera_stalls()
     let (result, end) = run(30.0, SILENT_FROM..30_000_000, 0..0);
     let summary = result.expect("a run that ends in order");
     // The host is there: it asks for the board's state while it waits for pictures.
-    assert_eq!(summary.ending, StopReason::Fault(Fault::PositionLost), "{summary:?}");
+    assert_eq!(summary.ending, StopReason::Fault(Fault::PositionLost.into()), "{summary:?}");
     // The deadline is 0.5 s; the rest is the ramp.
     assert!(end - SILENT_FROM < 2_000_000 && summary.at_rest, "{end} us, {summary:?}");
 }

@@ -1,8 +1,7 @@
 //! JSON messages of a run. Their schemas are in `host/foxglove/schemas/`.
 
-use plumb_protocol::message::{State, Telemetry};
+use plumb_protocol::message::Telemetry;
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};
-use plumb_runtime::advice::after_fault;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
 use serde::Serialize;
 
@@ -96,10 +95,7 @@ impl TelemetryMessage {
             frame: record.number,
             board_time_s: telemetry.time.0 as f64 / 1e6,
             state: telemetry.state.to_string(),
-            advice: match telemetry.state {
-                State::Fault(fault) => Some(after_fault(fault)),
-                _ => None,
-            },
+            advice: record.board_fault().map(|fault| fault.advice()),
             configuration: telemetry.configuration,
             target: telemetry.target,
             sequence: telemetry.sequence,

@@ -68,6 +68,7 @@ fn record(number: u64, images: &(ColourImage, DepthImage)) -> FrameRecord {
         observation: None,
         target: Point3::origin(),
         telemetry: None,
+        fault_cause: None,
         state: None,
         filtered_error: None,
         ground_truth: None,

@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use nalgebra::Point3;
-use plumb_protocol::message::{Fault, State};
-use plumb_runtime::advice::after_fault;
+use plumb_protocol::message::State;
+use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, Stop};
 use plumb_runtime::run::{StopReason, Summary};
@@ -31,7 +31,7 @@ pub(crate) struct RunStatus {
     has_begun: bool,
     /// State of the board; `None` before its telemetry about a new target.
     state: Option<State>,
-    fault: Option<Fault>,
+    fault: Option<BoardFault>,
     /// The target that the rig drives to, holds or follows.
     present_target: Option<Point3<f64>>,
     /// Whether the present target has moved: it is that of a path or of a moving target.
@@ -100,10 +100,8 @@ impl RunStatus {
         let telemetry = record.telemetry.map(|telemetry| telemetry.state);
         // Telemetry from before a target says nothing about the drive to it.
         self.state = if self.present_target.is_some() { record.state } else { telemetry };
-        match telemetry {
-            Some(State::Fault(fault)) => self.fault = Some(fault),
-            Some(_) => self.fault = None,
-            None => {}
+        if telemetry.is_some() {
+            self.fault = record.board_fault();
         }
     }
 
@@ -174,7 +172,7 @@ impl RunStatus {
         add("error mm", self.error.map(|error| format!("{:.1}", error * 1e3)));
         add("last target", self.last_leg.clone());
         add("last loss", self.last_loss.clone());
-        add("advice", self.fault.map(|fault| after_fault(fault).to_owned()));
+        add("advice", self.fault.map(|fault| fault.advice().to_owned()));
         Report { level, message, values }
     }
 

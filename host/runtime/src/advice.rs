@@ -1,5 +1,6 @@
 //! What to do after a fault, in words for people. docs/use/faults.md explains each fault and begins
-//! with the same words; a test compares them.
+//! with the same words; a test compares them. Where this program has counted the cause,
+//! [`BoardFault::advice`](crate::board_fault::BoardFault::advice) has better ones.
 
 use plumb_protocol::message::Fault;
 

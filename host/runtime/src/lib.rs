@@ -38,6 +38,7 @@
 #![deny(missing_docs)]
 
 pub mod advice;
+pub mod board_fault;
 pub mod commission;
 #[doc(hidden)]
 pub mod fuzzing;

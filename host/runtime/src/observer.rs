@@ -7,9 +7,10 @@ use nalgebra::{Point3, Vector3};
 use plumb_cameras::source::BoxedError;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::observation::BallObservation;
-use plumb_protocol::message::{Fault, State, Telemetry};
+use plumb_protocol::message::{State, Telemetry};
 use thiserror::Error;
 
+use crate::board_fault::{BoardFault, FaultCause};
 use crate::operator::{CommandOutcome, OperatorCommand, StopEvent};
 use crate::rig::MotionError;
 use crate::stop_reason::StopReason;
@@ -59,6 +60,8 @@ pub struct FrameRecord {
     pub target: Point3<f64>,
     /// The newest telemetry of the board; `None` before the first.
     pub telemetry: Option<Telemetry>,
+    /// Cause of the fault for which the board has stopped by itself; `None` where none is known.
+    pub fault_cause: Option<FaultCause>,
     /// State of the board, if its telemetry is about the present target.
     pub state: Option<State>,
     /// |e| of the position that the board has filtered, metres, from the newest telemetry; `None`
@@ -106,6 +109,14 @@ impl PathPoint {
 const LEAST_SPEED: f64 = 1e-6;
 
 impl FrameRecord {
+    /// Returns the fault that the telemetry reports, with its cause where that is known.
+    pub fn board_fault(&self) -> Option<BoardFault> {
+        match self.telemetry.as_ref()?.state {
+            State::Fault(fault) => Some(BoardFault { fault, cause: self.fault_cause }),
+            _ => None,
+        }
+    }
+
     /// Returns the ball's measured position, metres in the rig frame; `None` if it is unknown.
     pub fn position(&self) -> Option<Point3<f64>> {
         self.observation.and_then(|ball| ball.position).map(|position| position.mean)
@@ -155,7 +166,7 @@ pub enum RunEvent {
     /// drive, [`TargetEnded`](Self::TargetEnded) has the fault.
     BoardStopped {
         /// Reason.
-        fault: Fault,
+        fault: BoardFault,
     },
     /// Something happened with [targets that move](crate::targets).
     Targets(TargetsEvent),

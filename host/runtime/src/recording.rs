@@ -61,6 +61,7 @@ mod tests {
             observation,
             target,
             telemetry,
+            fault_cause: None,
             state,
             filtered_error: None,
             ground_truth: None,

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use plumb_protocol::message::Fault;
 use serde::{Serialize, Serializer};
+
+use crate::board_fault::BoardFault;
 
 /// Reason of the end of a run, or of the drive to one target.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -13,7 +14,7 @@ pub enum StopReason {
     /// The target was not reached within the timeout.
     Timeout,
     /// The board stopped by itself.
-    Fault(Fault),
+    Fault(BoardFault),
     /// The run was interrupted from outside.
     Interrupted,
     /// The operator stopped the drive.
@@ -34,7 +35,7 @@ pub enum StopReason {
 
 impl StopReason {
     /// Returns the fault for which the board stopped by itself, if that is the reason.
-    pub fn fault(&self) -> Option<Fault> {
+    pub fn fault(&self) -> Option<BoardFault> {
         match self {
             Self::Fault(fault) => Some(*fault),
             _ => None,

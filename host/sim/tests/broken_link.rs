@@ -132,7 +132,7 @@ fn run(moment: Break) -> Summary {
 fn a_link_that_breaks_after_a_fault_does_not_hide_it() {
     for moment in [Break::InTheNextRead, Break::InTheNextWrite] {
         let summary = run(moment);
-        let fault = StopReason::Fault(Fault::PositionLost);
+        let fault = StopReason::Fault(Fault::PositionLost.into());
         assert_eq!(summary.ending, fault, "{moment:?}");
         assert_eq!(summary.legs[0].ending, fault, "{moment:?}");
         assert!(!summary.reached && !summary.at_rest, "{moment:?}: {summary:?}");

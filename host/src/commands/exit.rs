@@ -254,12 +254,18 @@ mod tests {
 
     use plumb_cameras::png::PngError;
     use plumb_protocol::message::ConfigField;
+    use plumb_runtime::link::Damage;
 
     use super::*;
 
     fn silent() -> LinkError {
         let waited = Duration::from_secs(1);
-        LinkError::Silent { port: "port".to_owned(), what: "the greeting", waited }
+        LinkError::Silent {
+            port: "port".to_owned(),
+            what: "the greeting",
+            waited,
+            damage: Damage::default(),
+        }
     }
 
     fn code(error: impl Error + 'static) -> u8 {

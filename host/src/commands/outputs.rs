@@ -221,8 +221,8 @@ impl Closed {
         let (frames, time, folder) = (summary.frames, summary.time_s, self.folder.display());
         let run = match error {
             Some(error) => {
-                if summary.ending.fault().is_some() {
-                    tell!("{}", summary.ending);
+                if let Some(fault) = summary.ending.fault() {
+                    tell!("{}. {}", summary.ending, fault.advice());
                 }
                 let error = ErrorChain(error);
                 Err(failed(format!("{error} (recorded so far: {folder}, {frames} frames)")))
@@ -234,6 +234,9 @@ impl Closed {
                     summary.ending,
                     error.unwrap_or_default()
                 );
+                if let Some(fault) = summary.ending.fault() {
+                    tell!("{}", fault.advice());
+                }
                 if let Some(path) = &summary.path {
                     tell!("{path}");
                 }

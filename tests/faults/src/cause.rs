@@ -65,7 +65,7 @@ impl Cause {
             Err(RunError::Connect(error)) => Some(Self::of_link(error)),
             Err(RunError::Broken { error, summary }) => Some(match (&summary.ending, error) {
                 (_, ControlLoopError::Repeated(_)) => Self::RepeatedPicture,
-                (StopReason::Fault(fault), _) => Self::Board(*fault),
+                (StopReason::Fault(fault), _) => Self::Board(fault.fault),
                 (_, ControlLoopError::Link(error)) => Self::of_link(error),
                 (_, ControlLoopError::Source(error)) if is_repetition(error) => {
                     Self::RepeatedPicture
@@ -80,7 +80,7 @@ impl Cause {
 
     fn of_reason(reason: &StopReason) -> Option<Self> {
         match reason {
-            StopReason::Fault(fault) => Some(Self::Board(*fault)),
+            StopReason::Fault(fault) => Some(Self::Board(fault.fault)),
             StopReason::Timeout => Some(Self::Timeout),
             StopReason::Reached | StopReason::Interrupted => None,
             _ => Some(Self::Other),

@@ -6,6 +6,7 @@ use plumb_cameras::camera_file;
 use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Micros;
+use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::operator::operator;
@@ -133,7 +134,10 @@ fn make_ready(board: &VirtualBoard) -> Result<(), LinkError> {
 fn ending(result: Result<plumb_runtime::run::Summary, RunError>) -> Ending {
     match result {
         Ok(summary) => {
-            let by_travel = matches!(summary.ending, StopReason::Fault(Fault::Travel(_)));
+            let by_travel = matches!(
+                summary.ending,
+                StopReason::Fault(BoardFault { fault: Fault::Travel(_), .. })
+            );
             let is_unexpected = !summary.ending.is_chosen() && !by_travel;
             Ending { cause: summary.ending.to_string(), is_unexpected }
         }

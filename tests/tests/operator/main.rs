@@ -144,7 +144,7 @@ fn a_motor_is_jogged_at_rest_only() {
 #[test]
 fn a_fault_is_cleared_and_the_run_goes_on() {
     let scenario = Scenario { hidden: 30..60, ..IDEAL };
-    let lost = StopReason::Fault(Fault::PositionLost);
+    let lost = StopReason::Fault(Fault::PositionLost.into());
     let mut sent = 0;
     let (summary, seen) = run(&scenario, &mut |number, seen| {
         let step = match sent {
@@ -178,7 +178,7 @@ fn a_fault_of_a_board_that_holds_is_an_event() {
         if number == 700 { vec![OperatorCommand::End] } else { vec![] }
     });
     assert!(reached.is_some_and(|reached| reached < 600), "{reached:?}");
-    let stopped = RunEvent::BoardStopped { fault: Fault::PositionLost };
+    let stopped = RunEvent::BoardStopped { fault: Fault::PositionLost.into() };
     assert_eq!(seen.events.iter().filter(|event| **event == stopped).count(), 1);
 }
 

@@ -27,6 +27,7 @@ fn record(number: u64) -> FrameRecord {
         observation: None,
         target: Point3::new(0.4, 0.4, 0.15),
         telemetry: None,
+        fault_cause: None,
         state: None,
         filtered_error: None,
         ground_truth: None,

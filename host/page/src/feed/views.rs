@@ -4,7 +4,7 @@ use std::time::UNIX_EPOCH;
 
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};
-use plumb_runtime::advice::after_fault;
+use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::operator::Stop;
 use plumb_runtime::tension::near_slack;
@@ -41,15 +41,10 @@ pub(super) fn frame_view(record: &FrameRecord) -> FrameView {
 /// Returns the board's state; `None` before the first telemetry.
 pub(super) fn board_view(record: &FrameRecord) -> Option<BoardView> {
     let telemetry = record.telemetry.as_ref()?;
-    let fault = match telemetry.state {
-        State::Fault(fault) => {
-            Some(FaultView { text: fault.to_string(), next: after_fault(fault) })
-        }
-        _ => None,
-    };
+    let view = |fault: BoardFault| FaultView { text: fault.to_string(), next: fault.advice() };
     Some(BoardView {
         state: state_name(telemetry.state),
-        fault,
+        fault: record.board_fault().map(view),
         rates: telemetry.rates.map(Rate::to_si).map(|rate| (rate * 10.0).round() / 10.0 + 0.0),
         motors: telemetry.motors.map(Steps16::to_si),
         filtered_error: record.filtered_error,

@@ -1,6 +1,7 @@
 //! Tests of the status.
 
 use nalgebra::Vector3;
+use plumb_protocol::message::Fault;
 use plumb_runtime::observer::PathPoint;
 use plumb_runtime::operator::CommandRefusal;
 
@@ -22,6 +23,7 @@ fn record(state: Option<State>) -> FrameRecord {
         observation: None,
         target: target(0.4),
         telemetry: None,
+        fault_cause: None,
         state,
         filtered_error: None,
         ground_truth: None,
@@ -34,12 +36,12 @@ fn a_fault_is_an_error_with_its_advice_until_it_is_cleared() {
     let now = Instant::now();
     let mut status = RunStatus::new(now);
     assert_eq!(status.run(now).level, Level::Ok);
-    let fault = Fault::PositionLost;
+    let fault = BoardFault::from(Fault::PositionLost);
     status.note_event(&RunEvent::TargetEnded { number: 0, reason: StopReason::Fault(fault) });
     let report = status.run(now);
     assert_eq!(report.level, Level::Error);
     assert!(report.message.contains(&fault.to_string()), "{}", report.message);
-    assert!(report.values.contains(&KeyValue::new("advice", after_fault(fault))));
+    assert!(report.values.contains(&KeyValue::new("advice", fault.advice())));
     status.note_event(&command(OperatorCommand::ClearFault, CommandOutcome::Accepted));
     assert_eq!(status.run(now).level, Level::Ok);
 }

@@ -2,10 +2,10 @@
 
 use plumb_cameras::source::SourceError;
 use plumb_frame::detect::DetectError;
-use plumb_protocol::message;
 use thiserror::Error;
 
 use super::fault::Output;
+use crate::board_fault::BoardFault;
 use crate::link::LinkError;
 
 /// Reason that an examination ended without a result. The motors stand or ramp down.
@@ -66,7 +66,7 @@ pub enum ExaminationError {
     },
     /// The board stopped by itself.
     #[error("the board has stopped by itself: {0}; remove the cause, then `plumb clear`")]
-    Stopped(message::Fault),
+    Stopped(BoardFault),
     /// Somebody interrupted the examination.
     #[error("interrupted: the motors have stopped on the way")]
     Interrupted,

@@ -66,6 +66,7 @@ impl<T: Transport> Examination<'_, '_, T> {
         self.link.poll()?;
         let telemetry = self.link.status()?;
         if let State::Fault(fault) = telemetry.state {
+            let fault = self.link.board_fault().unwrap_or_else(|| fault.into());
             return Err(ExaminationError::Stopped(fault));
         }
         if let Some(record) = picture {
@@ -101,6 +102,7 @@ impl<T: Transport> Examination<'_, '_, T> {
             observation,
             target: self.start,
             telemetry: None,
+            fault_cause: None,
             state: None,
         }))
     }

@@ -9,6 +9,29 @@ use thiserror::Error;
 
 use crate::advice::after_fault;
 
+/// Frames that were damaged on the wire in the last two seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Damage {
+    /// Frames to the board, by its own count.
+    pub to_board: u32,
+    /// Frames from the board.
+    pub to_host: u32,
+}
+
+impl Damage {
+    /// Returns the end of a message: the damage as its cause, or `otherwise` where there was none.
+    fn or(&self, otherwise: &str) -> String {
+        let Self { to_board, to_host } = self;
+        if to_board + to_host == 0 {
+            return otherwise.to_owned();
+        }
+        format!(
+            ": {to_host} frames from the board and {to_board} frames to it were damaged on the \
+             wire; check the baud rate, the cable and the ground"
+        )
+    }
+}
+
 /// Failure of the link to the board.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -61,8 +84,8 @@ pub enum LinkError {
     },
     /// The board does not answer a request.
     #[error(
-        "{port}: no answer to {what} within {waited:?}; is this port a Plumb board, and does its \
-         cable lose nothing?"
+        "{port}: no answer to {what} within {waited:?}{}",
+        .damage.or("; is this port a Plumb board, and does its cable lose nothing?")
     )]
     Silent {
         /// Its path.
@@ -71,30 +94,37 @@ pub enum LinkError {
         what: &'static str,
         /// Time that the host waited.
         waited: Duration,
+        /// Damage on the wire.
+        damage: Damage,
     },
     /// The board does not send telemetry any more.
     #[error(
-        "{port}: nothing has come from the board for {:.1} s; is it powered, and its cable \
-         plugged in? It stops by itself where no message reaches it",
-        .age.as_secs_f64()
+        "{port}: nothing has come from the board for {:.1} s{}. It stops by itself where no \
+         message reaches it",
+        .age.as_secs_f64(),
+        .damage.or("; is it powered, and its cable plugged in?")
     )]
     NoTelemetry {
         /// Its path.
         port: String,
         /// Time since the last telemetry.
         age: Duration,
+        /// Damage on the wire.
+        damage: Damage,
     },
     /// The board answers, but positions arrive late or not at all.
     #[error(
-        "{port}: the board has not acknowledged a position for {:.1} s: the link is too slow, \
-         or loses too much; check the baud rate and the cable",
-        .age.as_secs_f64()
+        "{port}: the board has not acknowledged a position for {:.1} s{}",
+        .age.as_secs_f64(),
+        .damage.or(": the link is too slow, or loses too much; check the baud rate and the cable")
     )]
     Lagging {
         /// Its path.
         port: String,
         /// Time since the oldest position without an acknowledgement was sent.
         age: Duration,
+        /// Damage on the wire.
+        damage: Damage,
     },
     /// The board restarted and has lost its configuration.
     #[error(

@@ -29,6 +29,7 @@ impl<T: Transport> Link<T> {
     pub(super) fn send(&mut self, id: u16, command: Command) -> Result<(), LinkError> {
         let frame = frame::encode(&ToBoard { id, command })?;
         self.last_tx = self.transport.now();
+        self.evidence.sent(self.last_tx);
         self.transport.send(&frame)
     }
 
@@ -171,7 +172,8 @@ impl<T: Transport> Link<T> {
     }
 
     pub(super) fn silent(&self, what: &'static str, waited: Duration) -> LinkError {
-        LinkError::Silent { port: self.transport.name(), what, waited }
+        let damage = self.damage();
+        LinkError::Silent { port: self.transport.name(), what, waited, damage }
     }
 }
 

@@ -35,6 +35,7 @@ impl<T: Transport> Link<T> {
                 }
                 Some(Err(_)) => {
                     self.bad_frames += 1;
+                    self.evidence.damaged(self.transport.now());
                     debug!(count = self.bad_frames, "a frame from the board is damaged");
                 }
             }
@@ -63,6 +64,7 @@ impl<T: Transport> Link<T> {
     fn note_telemetry(&mut self, telemetry: &Telemetry) {
         let is_ours = self.configuration.is_some() && telemetry.configuration == self.configuration;
         self.clock.update(telemetry.time, self.transport.now(), is_ours);
+        self.evidence.board_count(telemetry.bad_frames, self.transport.now());
         if telemetry.time < self.configured {
             // Of the time before the configuration, on its way until now.
             return;
@@ -86,8 +88,10 @@ impl<T: Transport> Link<T> {
 
     /// Notes the fault for which the board stopped by itself. Reports come more than once.
     pub(super) fn note_fault(&mut self, fault: Fault) {
-        if self.fault.replace(fault) != Some(fault) {
+        if self.fault() != Some(fault) {
+            let fault = self.explain(fault);
             info!(%fault, "the board has stopped by itself");
+            self.fault = Some(fault);
         }
     }
 
@@ -99,6 +103,9 @@ impl<T: Transport> Link<T> {
         let of_submission = self.note_reply(answer);
         self.refused_positions += u32::from(of_position);
         if let Some(refusal) = answer.refusal {
+            if of_position && refusal == Refusal::PositionStale {
+                self.evidence.old_position(self.transport.now());
+            }
             // A board can refuse every position: one a frame.
             if of_position {
                 trace!(id = answer.id, %refusal, "the board refused a position");

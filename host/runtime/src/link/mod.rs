@@ -7,6 +7,7 @@
 
 mod board_clock;
 mod error;
+mod evidence;
 mod exchange;
 mod follow;
 mod incoming;
@@ -28,8 +29,10 @@ use plumb_protocol::message::{
 use plumb_protocol::units::{Covariance, Micros, Point};
 use tracing::{debug, info};
 
+use crate::board_fault::BoardFault;
 use board_clock::BoardClock;
-pub use error::LinkError;
+pub use error::{Damage, LinkError};
+use evidence::Evidence;
 use follow::PathRequest;
 use monitor::{LinkMonitor, Problem};
 use rest::{JogUnderWay, RampDown};
@@ -80,9 +83,11 @@ pub struct Link<T> {
     /// Answer to the last submitted command.
     reply: Option<Reply>,
     telemetry: Option<Telemetry>,
-    fault: Option<Fault>,
+    fault: Option<BoardFault>,
     start_cause: Option<StartCause>,
     monitor: LinkMonitor,
+    /// Counts that tell the cause of a fault.
+    evidence: Evidence,
     clock: BoardClock,
     refused_positions: u32,
     bad_frames: u32,
@@ -121,6 +126,7 @@ impl<T: Transport> Link<T> {
             fault: None,
             start_cause: None,
             monitor: LinkMonitor::default(),
+            evidence: Evidence::default(),
             clock: BoardClock::default(),
             refused_positions: 0,
             bad_frames: 0,
@@ -209,6 +215,7 @@ impl<T: Transport> Link<T> {
             (self.sequence, u32::try_from(age.as_micros()).unwrap_or(u32::MAX));
         let id = self.post(Command::Position(Position { sequence, age_us, ball, covariance }))?;
         self.monitor.sent(sequence, id, self.transport.now());
+        self.evidence.position(age, self.transport.now());
         Ok(())
     }
 
@@ -257,7 +264,24 @@ impl<T: Transport> Link<T> {
 
     /// Returns the fault for which the board stopped by itself, if there is one.
     pub fn fault(&self) -> Option<Fault> {
+        self.fault.map(|it| it.fault)
+    }
+
+    /// Returns the same with its cause, where this link has counted one.
+    pub fn board_fault(&self) -> Option<BoardFault> {
         self.fault
+    }
+
+    /// Returns a fault of the board with its cause, where the counts show one.
+    fn explain(&self, fault: Fault) -> BoardFault {
+        let explain =
+            |config: &Config| self.evidence.explain(fault, &config.deadlines, self.transport.now());
+        self.config.as_ref().map_or_else(|| fault.into(), explain)
+    }
+
+    /// Returns the frames that were damaged on the wire lately.
+    fn damage(&self) -> Damage {
+        self.evidence.damage(self.transport.now())
     }
 
     /// Returns the number of positions that the board refused since the greeting.
@@ -274,10 +298,10 @@ impl<T: Transport> Link<T> {
         if self.configuration.is_none() {
             return Ok(());
         }
-        let port = self.transport.name();
+        let (port, damage) = (self.transport.name(), self.damage());
         match self.monitor.problem(self.transport.now()) {
-            Some(Problem::Silent(age)) => Err(LinkError::NoTelemetry { port, age }),
-            Some(Problem::Lagging(age)) => Err(LinkError::Lagging { port, age }),
+            Some(Problem::Silent(age)) => Err(LinkError::NoTelemetry { port, age, damage }),
+            Some(Problem::Lagging(age)) => Err(LinkError::Lagging { port, age, damage }),
             Some(Problem::Restarted) => Err(self.session_lost()),
             None => match self.telemetry {
                 Some(Telemetry { state: State::Unconfigured, .. }) => Err(self.session_lost()),

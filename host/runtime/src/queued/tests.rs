@@ -35,6 +35,7 @@ fn record(number: u64) -> FrameRecord {
         observation,
         target,
         telemetry,
+        fault_cause: None,
         state,
         filtered_error: None,
         ground_truth,

@@ -131,7 +131,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         self.close_operator();
         if let Err(error) = &result {
             // A failure has no event: the summary has its message.
-            self.legs.end(ending_after(error, self.link.fault()), &self.stats);
+            self.legs.end(ending_after(error, self.link.board_fault()), &self.stats);
         }
         result
     }
@@ -304,6 +304,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             observation: view.ball,
             target: path.map_or(self.target, |path| path.position),
             telemetry: self.link.telemetry().copied(),
+            fault_cause: self.link.board_fault().and_then(|it| it.cause),
             state: about_target.map(|telemetry| telemetry.state),
             filtered_error,
             ground_truth: view.frame.ground_truth(),
@@ -341,7 +342,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         }
         if !self.legs.is_driving() {
             self.note_idle_fault();
-            if let (false, Some(fault)) = (self.is_operated(), self.link.fault()) {
+            if let (false, Some(fault)) = (self.is_operated(), self.link.board_fault()) {
                 // Nobody can clear it.
                 return Ok(Some(StopReason::Fault(fault)));
             }
@@ -349,9 +350,9 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             return Ok(self.targets_reason(now));
         }
         // A fault after the telemetry of a held target counts.
-        if let Some(fault) = self.link.fault() {
-            if fault == Fault::PositionLost && self.repetition.is_repeating() {
-                return Err(RepeatedPicture { fault: Some(fault) }.into());
+        if let Some(fault) = self.link.board_fault() {
+            if fault.fault == Fault::PositionLost && self.repetition.is_repeating() {
+                return Err(RepeatedPicture { fault: Some(fault.fault) }.into());
             }
             return Ok(Some(StopReason::Fault(fault)));
         }

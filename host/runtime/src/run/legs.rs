@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn a_fault_or_a_lost_source_during_the_dwell_time_is_no_success() {
-        assert!(!is_reached_after(StopReason::Fault(Fault::BallOutside)));
+        assert!(!is_reached_after(StopReason::Fault(Fault::BallOutside.into())));
         assert!(!is_reached_after(StopReason::EndOfFrames));
         assert!(!is_reached_after(StopReason::Failed("the camera is gone".to_owned())));
     }

@@ -19,6 +19,7 @@ use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
 use tracing::info;
 
+use crate::board_fault::BoardFault;
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, LinkError, Serial, Transport};
 use crate::rig::{MotionRules, Rig};
@@ -213,7 +214,7 @@ impl<T: Transport> Run<T> {
         let (result, at_rest) = come_to_rest(&mut self.link, result);
         let reason = match &result {
             Ok(reason) => reason.clone(),
-            Err(error) => ending_after(error, fault.or(self.link.fault())),
+            Err(error) => ending_after(error, fault.or(self.link.board_fault())),
         };
         let failure = result.as_ref().err().filter(|_| reason.fault().is_some());
         let failure = failure.map(|error| ErrorChain(error).to_string());
@@ -289,7 +290,7 @@ impl<T: Transport> Run<T> {
 
 /// Returns the reason of the end of a run or a drive that `error` ended. A fault that the board
 /// reported before its link broke, or because the camera repeats one picture, is the reason.
-fn ending_after(error: &ControlLoopError, fault: Option<Fault>) -> StopReason {
+fn ending_after(error: &ControlLoopError, fault: Option<BoardFault>) -> StopReason {
     match (error, fault) {
         (ControlLoopError::Link(_) | ControlLoopError::Repeated(_), Some(fault)) => {
             StopReason::Fault(fault)

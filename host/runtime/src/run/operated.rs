@@ -164,14 +164,13 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
 
     /// Reports a fault of a board that drives to no target, once.
     pub(super) fn note_idle_fault(&mut self) {
-        let fault = self.link.fault();
-        if let Some(fault) = fault
+        if let Some(fault) = self.link.board_fault()
             && self.idle_fault.is_none()
         {
             self.emit(&RunEvent::BoardStopped { fault });
             self.is_settling = false;
             self.cancel_targets();
         }
-        self.idle_fault = fault;
+        self.idle_fault = self.link.fault();
     }
 }

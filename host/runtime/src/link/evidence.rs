@@ -1,0 +1,151 @@
+//! What the link counts in order to tell the cause of a fault.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use plumb_protocol::config::Deadlines;
+use plumb_protocol::message::Fault;
+
+use super::KEEP_ALIVE;
+use super::error::Damage;
+use crate::board_fault::{BoardFault, FaultCause};
+
+/// Time for which counts are kept: one and a half times the longest deadline that a rig may have.
+const KEPT: Duration = Duration::from_millis(7500);
+
+/// Time over which damaged frames are counted for an error of the link: the longest wait for an
+/// answer, and a telemetry that reports it.
+const DAMAGE_WINDOW: Duration = Duration::from_secs(2);
+
+/// Time between two messages to the board above which this program woke late: three times the
+/// longest that a program in time leaves.
+const LATE: Duration = KEEP_ALIVE.saturating_mul(3);
+
+/// Least share of damaged frames that explains a fault: one in this number.
+const DAMAGED_ONE_IN: u32 = 4;
+
+/// Counts of the last seconds, with their times.
+#[derive(Debug, Default)]
+pub(super) struct Evidence {
+    /// When the last message was sent.
+    last_tx: Duration,
+    sent: Recent,
+    damaged_to_board: Recent,
+    damaged_to_host: Recent,
+    /// The board's count of damaged frames in its last telemetry.
+    board_count: Option<u16>,
+    /// Late wake-ups, by the time without a message, ms.
+    late: Recent,
+    /// Positions that the board refused for their age.
+    old: Recent,
+    /// Ages with which positions were sent, ms.
+    ages: Recent,
+}
+
+impl Evidence {
+    /// Notes that a message is sent at `now`.
+    pub(super) fn sent(&mut self, now: Duration) {
+        let silence = now.saturating_sub(self.last_tx);
+        if silence > LATE {
+            self.late.add(now, milliseconds(silence));
+        }
+        self.last_tx = now;
+        self.sent.add(now, 1);
+    }
+
+    /// Notes that a position is sent, of a frame taken `age` ago.
+    pub(super) fn position(&mut self, age: Duration, now: Duration) {
+        self.ages.add(now, milliseconds(age));
+    }
+
+    /// Notes that the board refused a position for its age.
+    pub(super) fn old_position(&mut self, now: Duration) {
+        self.old.add(now, 1);
+    }
+
+    /// Notes the board's count of damaged frames since its start; saturating.
+    pub(super) fn board_count(&mut self, count: u16, now: Duration) {
+        let before = self.board_count.replace(count).unwrap_or(count);
+        self.damaged_to_board.add(now, count.saturating_sub(before).into());
+    }
+
+    /// Notes a damaged frame from the board.
+    pub(super) fn damaged(&mut self, now: Duration) {
+        self.damaged_to_host.add(now, 1);
+    }
+
+    /// Returns the frames that were damaged on the wire lately.
+    pub(super) fn damage(&self, now: Duration) -> Damage {
+        let from = now.saturating_sub(DAMAGE_WINDOW);
+        let to_board = self.damaged_to_board.since(from).sum();
+        Damage { to_board, to_host: self.damaged_to_host.since(from).sum() }
+    }
+
+    /// Returns the fault that is known at `now`, with its cause where the counts show one. They are
+    /// those of one and a half times the deadline that has passed.
+    pub(super) fn explain(&self, fault: Fault, deadlines: &Deadlines, now: Duration) -> BoardFault {
+        let deadline = match fault {
+            Fault::HostSilent => deadlines.host,
+            Fault::PositionLost => deadlines.position,
+            _ => return fault.into(),
+        };
+        let deadline = Duration::from_millis(deadline.0.into());
+        let from = now.saturating_sub(deadline * 3 / 2);
+        let cause = match fault {
+            // A message may have been on its way when the silence began.
+            Fault::HostSilent => self.late_host(deadline * 3 / 4, from, now),
+            // A position may have come before and after the silence, with an age of its own.
+            _ => self.late_host(deadline * 2 / 5, from, now).or_else(|| self.old_positions(from)),
+        };
+        BoardFault { fault, cause: cause.or_else(|| self.damaged_frames(from)) }
+    }
+
+    /// Returns the late wake-ups, if this program was silent for at least `least`.
+    fn late_host(&self, least: Duration, from: Duration, now: Duration) -> Option<FaultCause> {
+        let present = now.saturating_sub(self.last_tx);
+        let late = self.late.since(from).map(|ms| Duration::from_millis(ms.into()));
+        let silences = || late.clone().chain((present > LATE).then_some(present));
+        let longest = silences().max()?;
+        let times = silences().count() as u32;
+        (longest >= least).then_some(FaultCause::LateHost { times, longest })
+    }
+
+    fn damaged_frames(&self, from: Duration) -> Option<FaultCause> {
+        let damaged = self.damaged_to_board.since(from).sum();
+        let sent = self.sent.since(from).sum();
+        let explains = damaged > 0 && damaged >= sent / DAMAGED_ONE_IN;
+        explains.then_some(FaultCause::DamagedFrames { damaged, sent })
+    }
+
+    fn old_positions(&self, from: Duration) -> Option<FaultCause> {
+        let old: u32 = self.old.since(from).sum();
+        let oldest = Duration::from_millis(self.ages.since(from).max()?.into());
+        let explains = old > 0 && old as usize >= self.ages.since(from).count() / 2;
+        explains.then_some(FaultCause::OldPositions { old, oldest })
+    }
+}
+
+/// Numbers with their times.
+#[derive(Debug, Default)]
+struct Recent(VecDeque<(Duration, u32)>);
+
+impl Recent {
+    /// Adds a number above 0.
+    fn add(&mut self, now: Duration, number: u32) {
+        if number > 0 {
+            while self.0.front().is_some_and(|(at, _)| *at + KEPT < now) {
+                self.0.pop_front();
+            }
+            self.0.push_back((now, number));
+        }
+    }
+
+    /// Returns the numbers since `from`.
+    fn since(&self, from: Duration) -> impl Iterator<Item = u32> + Clone {
+        self.0.iter().filter(move |(at, _)| *at >= from).map(|(_, number)| *number)
+    }
+}
+
+fn milliseconds(time: Duration) -> u32 {
+    u32::try_from(time.as_millis()).unwrap_or(u32::MAX)
+}
