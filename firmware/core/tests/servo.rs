@@ -6,7 +6,7 @@ mod common;
 use common::{config, params};
 use plumb_core::MotorRates;
 use plumb_core::law::{InlineLaw, Law, LawSelection, Measurement, Setpoint};
-use plumb_core::plan::RunOut;
+use plumb_core::plan::{Planner, RunOut};
 use plumb_core::servo::{
     ArrivalDetector, BallPosition, BallTracker, DriveState, Guards, MotorPositions, MotorsOfDrive,
     Servo,
@@ -208,7 +208,7 @@ fn a_position_is_missed_from_the_microsecond_after_its_deadline_on() {
     let deadline = u64::from(config().deadlines.position.0) * 1000;
     let LawSelection::Inline(law) = params.law() else { panic!("the law of these tests") };
     let mut servo = Servo::new(Some(law));
-    servo.begin_drive(Micros(0), false);
+    servo.begin_drive(Micros(0), &Planner::default());
     let position = BallPosition { captured: Micros(0), ball: [0; 3], covariance: None };
     let target = Some(Point([Micrometres(100_000); 3]));
     servo.on_position(Micros(0), &position, target, &MotorPositions::UNUSED, &params);
@@ -237,7 +237,7 @@ fn following<L: Law>(law: Option<L>) -> Servo<L> {
         knots: std::array::from_fn(knot),
     };
     let mut servo = Servo::new(law);
-    servo.begin_drive(Micros(START), false);
+    servo.begin_drive(Micros(START), &Planner::default());
     servo.follow(Micros(START), Point::default(), &reference);
     servo
 }

@@ -306,7 +306,7 @@ impl Board {
             // A deadline that a path waits beyond counts at once.
             self.schedule.idle_ticks = 0;
         } else {
-            self.servo.begin_drive(now, !self.servo.has_seen_rest(now, &self.planner));
+            self.servo.begin_drive(now, &self.planner);
         }
         self.state = state;
     }

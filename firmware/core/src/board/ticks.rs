@@ -56,7 +56,7 @@ impl Board {
     fn report_due(&mut self, now: Micros, out: &mut Outbox) {
         let schedule = &self.schedule;
         let is_busy = schedule.had_event || schedule.check_due || schedule.telemetry_due;
-        self.servo.allow_for_left_way(now, &self.planner);
+        self.servo.update_guards(now, &self.planner);
         if self.schedule.check_due {
             self.check(now, out);
         }
@@ -169,7 +169,7 @@ impl Board {
             return;
         };
         // The deadline of positions counts from the newest one.
-        self.servo.begin_drive(self.servo.last_seen(), false);
+        self.servo.begin_drive(self.servo.last_seen(), &self.planner);
         let target = Point(here.map(Micrometres));
         self.state = State::Holding(Goal { target, command: settling.command });
         self.schedule.dirty = true;

@@ -97,6 +97,8 @@ pub struct Servo<L = InlineLaw> {
     /// When the drive began.
     drive_since: Micros,
     guards: Guards,
+    /// Positions of motors at rest with which a drive has begun in this tick, Q4 steps.
+    begun_at: Option<[i32; 3]>,
     /// Way from the ball to a target that was replaced in this tick, µm.
     left_way: Option<[i32; 3]>,
     /// See [`Servo::tensions`].
@@ -135,6 +137,7 @@ impl<L: Law> Servo<L> {
             arrival: ArrivalDetector::default(),
             drive_since: Micros(0),
             guards: Guards::default(),
+            begun_at: None,
             left_way: None,
             tensions: None,
             follower: None,
@@ -149,19 +152,16 @@ impl<L: Law> Servo<L> {
         self.client.reset();
     }
 
-    /// Returns whether the motors stand, and stood when the ball was last seen, up to half a second
-    /// before `now`.
-    pub fn has_seen_rest(&self, now: Micros, planner: &Planner) -> bool {
-        let stood = |captured| planner.positions_ago(age_us(now, captured)) == planner.positions();
-        !planner.moving() && self.tracker.captured().is_none_or(stood)
+    /// Returns whether the motors were at `positions` (Q4 steps) when the ball was last seen, up to
+    /// half a second before `now`.
+    fn was_seen_at(&self, positions: [i32; 3], now: Micros, planner: &Planner) -> bool {
+        let stood = |captured| planner.positions_ago(age_us(now, captured)) == positions;
+        self.tracker.captured().is_none_or(stood)
     }
 
-    /// Begins a drive. The guards start anew at standstill only: while motors turn (`moving`) from
-    /// the last drive, or the ball was last seen while they did, they go on.
-    pub fn begin_drive(&mut self, now: Micros, moving: bool) {
-        if !moving {
-            self.guards.reset();
-        }
+    /// Begins a drive.
+    pub fn begin_drive(&mut self, now: Micros, planner: &Planner) {
+        self.begun_at = (!planner.moving()).then(|| planner.positions());
         self.drive_since = now;
         self.tensions = None;
         self.change_target(now);
@@ -188,10 +188,16 @@ impl<L: Law> Servo<L> {
         self.left_way = self.left_way.or(way);
     }
 
-    /// Has the guards allow for the way to a target that was replaced; call in the second half of
-    /// the tick at `now`, since it takes the time of several divisions.
-    pub fn allow_for_left_way(&mut self, now: Micros, planner: &Planner) {
-        if let Some(way) = self.left_way.take() {
+    /// Tells the guards of a drive that has begun, and of a target that was replaced; call in the
+    /// second half of the tick at `now`, since it takes the time of several divisions. The guards
+    /// start anew at standstill only: while motors turn from the last drive, or the ball was last
+    /// seen while they did, they go on.
+    pub fn update_guards(&mut self, now: Micros, planner: &Planner) {
+        let left_way = self.left_way.take();
+        let begun_at = self.begun_at.take();
+        if begun_at.is_some_and(|positions| self.was_seen_at(positions, now, planner)) {
+            self.guards.reset();
+        } else if let Some(way) = left_way {
             self.guards.note_change(now, way, &planner.run_out());
         }
     }

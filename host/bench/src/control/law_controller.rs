@@ -59,7 +59,7 @@ impl LawController {
         let is_deferred = params.deferred_law().is_some();
         let (inline, deferred) = if is_deferred { (None, law) } else { (law, None) };
         let mut servo = Servo::new(inline);
-        servo.begin_drive(Micros(0), false);
+        servo.begin_drive(Micros(0), &planner);
         Self {
             servo,
             deferred,
@@ -98,7 +98,8 @@ impl LawController {
     fn resume(&mut self, now: Micros) {
         if self.lost && !self.planner.moving() {
             (self.lost, self.resumed) = (false, true);
-            self.servo.begin_drive(now, false);
+            self.servo.end_drive(now);
+            self.servo.begin_drive(now, &self.planner);
         }
     }
 
