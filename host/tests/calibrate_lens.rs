@@ -180,7 +180,7 @@ fn pictures_that_do_not_suffice_are_refused_and_nothing_is_written() {
     assert!(code == Some(2) && text.contains("photos"), "{text}");
     fs::create_dir(&photos).unwrap();
     let (code, text) = run();
-    assert!(code == Some(2) && text.contains("has no .png or .jpg picture"), "{text}");
+    assert!(code == Some(2) && text.contains("has no picture (.png, .jpg,"), "{text}");
     let scene = Scene::wall(640, 480, lens(), 3.0);
     png::save(&photos.join("wall.png"), &scene.colour).unwrap();
     let (code, text) = run();

@@ -40,7 +40,8 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-image", uses: &["plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-emulator", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-frame", uses: &[], tests_use: &[] },
-    Rule { name: "plumb-vision", uses: &["plumb-frame"], tests_use: &[] },
+    // The tests read recorded pictures.
+    Rule { name: "plumb-vision", uses: &["plumb-frame"], tests_use: &["plumb-cameras"] },
     Rule { name: "plumb-path", uses: &[], tests_use: &[] },
     Rule { name: "plumb-timing", uses: &[], tests_use: &[] },
     Rule { name: "plumb-openni", uses: &["plumb-timing"], tests_use: &[] },

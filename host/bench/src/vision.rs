@@ -19,6 +19,7 @@ mod timing;
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
+use plumb_cameras::source::BoxedError;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
@@ -138,6 +139,9 @@ pub enum VisionError {
         #[source]
         error: DetectError,
     },
+    /// A picture could not be compressed to a JPEG and back.
+    #[error("a picture cannot be compressed")]
+    Compress(#[source] BoxedError),
     /// OpenCV refused an operation.
     #[error("OpenCV refused an operation")]
     OpenCv(#[from] opencv::Error),

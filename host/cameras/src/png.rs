@@ -3,16 +3,12 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use opencv::core::{Mat, ToInputArray, Vec3b, Vector};
-use opencv::imgcodecs::{IMWRITE_PNG_COMPRESSION, imencode};
-use plumb_frame::image::{ColourImage, DepthImage};
+use ::png::{BitDepth, ColorType, Compression, Encoder};
+use plumb_frame::image::{ColourImage, DepthImage, ImageSize};
 use thiserror::Error;
 
 use crate::source::BoxedError;
 use crate::whole_writes::write_whole;
-
-/// zlib's fastest level: a tenth of the default level's time for a file half as large again.
-const COMPRESSION: i32 = 1;
 
 /// Failure to write a PNG file.
 #[derive(Debug, Error)]
@@ -48,22 +44,37 @@ pub fn save(path: &Path, image: &ColourImage) -> Result<(), PngError> {
 /// Encodes a colour image.
 ///
 /// # Errors
-/// Where the image has no pixels or memory is short.
+/// Where the image has no pixels, or more than 2^32 - 1 columns or rows.
 pub fn encode_colour(image: &ColourImage) -> Result<Vec<u8>, BoxedError> {
-    let [rows, columns] = [image.height() as i32, image.width() as i32];
-    encode(&Mat::new_rows_cols_with_bytes::<Vec3b>(rows, columns, image.channels())?)
+    let rgb: Vec<[u8; 3]> = image.pixels().iter().map(|&[b, g, r]| [r, g, b]).collect();
+    encode(image.size(), ColorType::Rgb, BitDepth::Eight, rgb.as_flattened())
 }
 
 /// Encodes a depth image.
-pub(crate) fn encode_depth(image: &DepthImage) -> Result<Vec<u8>, BoxedError> {
-    let [rows, columns] = [image.height() as i32, image.width() as i32];
-    encode(&Mat::new_rows_cols_with_data(rows, columns, image.pixels())?)
+///
+/// # Errors
+/// As [`encode_colour`].
+pub fn encode_depth(image: &DepthImage) -> Result<Vec<u8>, BoxedError> {
+    let bytes: Vec<[u8; 2]> = image.pixels().iter().map(|depth| depth.to_be_bytes()).collect();
+    encode(image.size(), ColorType::Grayscale, BitDepth::Sixteen, bytes.as_flattened())
 }
 
-/// Encodes a matrix.
-fn encode(image: &impl ToInputArray) -> Result<Vec<u8>, BoxedError> {
-    let mut bytes = Vector::<u8>::new();
-    let options = Vector::from_slice(&[IMWRITE_PNG_COMPRESSION, COMPRESSION]);
-    imencode(".png", image, &mut bytes, &options)?;
-    Ok(bytes.into())
+/// Encodes rows of samples.
+fn encode(
+    size: ImageSize,
+    kind: ColorType,
+    depth: BitDepth,
+    rows: &[u8],
+) -> Result<Vec<u8>, BoxedError> {
+    let (width, height) = (size.width.try_into()?, size.height.try_into()?);
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(kind);
+    encoder.set_depth(depth);
+    // A recording needs speed more than small files.
+    encoder.set_compression(Compression::Fast);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rows)?;
+    writer.finish()?;
+    Ok(bytes)
 }

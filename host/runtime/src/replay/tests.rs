@@ -1,9 +1,9 @@
 //! Tests of the replay.
 
 use nalgebra::{Isometry3, Vector3};
-use opencv::core::{CV_8UC3, CV_16UC1, Mat, Scalar};
-use opencv::imgcodecs::imwrite_def;
+use plumb_cameras::png;
 use plumb_frame::camera::Intrinsics;
+use plumb_frame::image::Image;
 use plumb_frame::observation::Circle;
 use plumb_vision::localise::observe;
 
@@ -51,14 +51,12 @@ fn recording() -> tempfile::TempDir {
         "# t\n0.000000 0.png\n0.033333 1.png\n0.066667 gone.png\n0.1 2.png\n0.2 1.png\n",
     );
     write("depth.txt", "0.001 d.png\n0.034 d.png\n0.066667 d.png\n0.1 d.png\nx y\n");
-    let write_image = |name: &str, typ: i32, value: f64| {
-        let mat = Mat::new_rows_cols_with_default(24, 32, typ, Scalar::all(value)).unwrap();
-        imwrite_def(folder.path().join(name).to_str().unwrap(), &mat).unwrap();
-    };
     for value in 0..3 {
-        write_image(&format!("{value}.png"), CV_8UC3, f64::from(value));
+        let path = folder.path().join(format!("{value}.png"));
+        png::save(&path, &Image::filled(32, 24, [value; 3])).unwrap();
     }
-    write_image("d.png", CV_16UC1, 500.0);
+    let depth = png::encode_depth(&Image::filled(32, 24, 500)).unwrap();
+    std::fs::write(folder.path().join("d.png"), depth).unwrap();
     folder
 }
 

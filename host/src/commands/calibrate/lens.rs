@@ -31,7 +31,7 @@ const NOT_LENS: [&str; 4] = ["board", "motors", "ball", "print_board"];
 #[derive(Args)]
 #[command(next_help_heading = "With --lens")]
 pub(super) struct LensOptions {
-    /// Folder with the pictures, PNG or JPEG, of one size; without it the rig's camera takes them
+    /// Folder with the pictures, of one size; without it the rig's camera takes them
     #[arg(long, value_name = "FOLDER", conflicts_with_all = NOT_LENS)]
     pictures: Option<PathBuf>,
     /// Number of pictures that the rig's camera takes [default: 20]

@@ -15,6 +15,8 @@ pub mod page_request;
 #[cfg(feature = "host")]
 pub mod path_file;
 #[cfg(feature = "host")]
+pub mod picture;
+#[cfg(feature = "host")]
 pub mod rig_file;
 #[cfg(feature = "host")]
 pub mod ros2_camera;
@@ -58,6 +60,8 @@ pub const TARGETS: &[Target] = &[
     tum_folder::TARGET,
     #[cfg(feature = "host")]
     oni_file::TARGET,
+    #[cfg(feature = "host")]
+    picture::TARGET,
     #[cfg(feature = "host")]
     stream::TARGET,
     #[cfg(feature = "host")]

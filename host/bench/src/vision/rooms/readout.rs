@@ -1,7 +1,6 @@
 //! What spoils a frame after the exposure: compression, and depth that is missing.
 
-use opencv::core::{MatTraitConstManual, Vec3b, Vector};
-use opencv::imgcodecs::{IMREAD_COLOR, IMWRITE_JPEG_QUALITY, imdecode, imencode};
+use plumb_cameras::{decode, jpeg};
 use plumb_sim::synthetic::SyntheticError;
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::RgbdFrame;
@@ -10,20 +9,14 @@ use rand::{Rng, RngExt};
 
 use super::kind::DepthState;
 use crate::vision::VisionError;
-use crate::vision::baselines::borrow_colour;
 
 /// Size of the patches of missing depth, pixels.
 const PATCH: usize = 40;
 
 /// Returns `frame` with its colour compressed to a JPEG of `quality` (1 to 100) and back.
-pub(super) fn compressed(frame: &RgbdFrame, quality: i32) -> Result<RgbdFrame, VisionError> {
-    let (mut bytes, options) =
-        (Vector::<u8>::new(), Vector::from_slice(&[IMWRITE_JPEG_QUALITY, quality]));
-    imencode(".jpg", &borrow_colour(frame.colour())?, &mut bytes, &options)?;
-    let decoded = imdecode(&bytes, IMREAD_COLOR)?;
-    let pixels = decoded.data_typed::<Vec3b>()?.iter().map(|pixel| pixel.0).collect();
-    let colour: ColourImage = Image::new(frame.colour().width(), frame.colour().height(), pixels)
-        .map_err(SyntheticError::from)?;
+pub(super) fn compressed(frame: &RgbdFrame, quality: u8) -> Result<RgbdFrame, VisionError> {
+    let bytes = jpeg::encode(frame.colour(), quality).map_err(VisionError::Compress)?;
+    let colour = decode::colour(&bytes).map_err(|error| VisionError::Compress(error.into()))?;
     made(frame.time(), colour, frame.depth().clone(), *frame.intrinsics())
 }
 

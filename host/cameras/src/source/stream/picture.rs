@@ -119,12 +119,8 @@ fn encoded<P: Copy>(
     size: ImageSize,
     decode: impl Fn(&[u8]) -> Result<Image<P>, DecodeError>,
 ) -> Result<Image<P>, DecodeError> {
-    let other = |found: ImageSize| DecodeError::OtherSize { size: found, expected: size };
-    let stated = decode::size(bytes).ok_or(DecodeError::Damaged)?;
-    if stated != size {
-        return Err(other(stated));
+    match decode::size(bytes).ok_or(DecodeError::Damaged)? {
+        stated if stated == size => decode(bytes),
+        stated => Err(DecodeError::OtherSize { size: stated, expected: size }),
     }
-    // A JPEG may ask to be turned.
-    let image = decode(bytes)?;
-    if image.size() == size { Ok(image) } else { Err(other(image.size())) }
 }

@@ -10,7 +10,7 @@ use crate::{bounded_read, decode};
 /// Most bytes of an image file: an uncompressed image of [`decode::MAX_PIXELS`], and a reserve.
 pub const MAX_BYTES: u64 = 1 << 28;
 
-/// Reads the colour image (8-bit, three channels) in the file at `path`.
+/// Reads the colour image in the file at `path`.
 ///
 /// # Errors
 /// Where the file cannot be read, is no regular file, or is larger than [`MAX_BYTES`]; as

@@ -1,7 +1,7 @@
 //! Recordings in the TUM RGB-D format: a folder with the lists `rgb.txt` and `depth.txt`.
 //!
 //! A line of a list is `timestamp path`: seconds, and a file relative to the folder. `#` starts a
-//! comment. Colour is 8-bit PNG or JPEG; depth is 16-bit PNG, registered to colour.
+//! comment. Colour is PNG, JPEG, PGM or PPM; depth is 16-bit PNG or PGM, registered to colour.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};

@@ -1,28 +1,32 @@
 //! Tests of TUM RGB-D folders.
 
-use opencv::core::{CV_8UC1, CV_8UC3, CV_16UC1, Mat, Scalar};
-use opencv::imgcodecs::imwrite_def;
+use plumb_frame::image::Image;
 use tempfile::TempDir;
 
 use super::*;
 use crate::error_chain::ErrorChain;
+use crate::png;
 use crate::source::playback::Playback;
 
 const INTRINSICS: Intrinsics =
     Intrinsics { fx: 500.0, fy: 500.0, cx: 15.5, cy: 11.5, depth_scale: 5000.0, distortion: None };
 
-fn picture(folder: &TempDir, name: &str, typ: i32, width: i32, value: f64) {
-    let mat = Mat::new_rows_cols_with_default(24, width, typ, Scalar::all(value)).unwrap();
-    imwrite_def(folder.path().join(name).to_str().unwrap(), &mat).unwrap();
+fn save_colour(folder: &TempDir, name: &str, width: usize, value: u8) {
+    png::save(&folder.path().join(name), &Image::filled(width, 24, [value; 3])).unwrap();
 }
 
-fn recording(rgb: &str, depth: &str) -> TempDir {
+fn save_depth(folder: &TempDir, name: &str, width: usize, value: u16) {
+    let bytes = png::encode_depth(&Image::filled(width, 24, value)).unwrap();
+    std::fs::write(folder.path().join(name), bytes).unwrap();
+}
+
+fn recording(colours: &str, depths: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("rgb.txt"), rgb).unwrap();
-    std::fs::write(folder.path().join("depth.txt"), depth).unwrap();
+    std::fs::write(folder.path().join("rgb.txt"), colours).unwrap();
+    std::fs::write(folder.path().join("depth.txt"), depths).unwrap();
     for i in 0..4 {
-        picture(&folder, &format!("c{i}.png"), CV_8UC3, 32, f64::from(i));
-        picture(&folder, &format!("d{i}.png"), CV_16UC1, 32, f64::from(1000 + i));
+        save_colour(&folder, &format!("c{i}.png"), 32, i);
+        save_depth(&folder, &format!("d{i}.png"), 32, 1000 + u16::from(i));
     }
     folder
 }
@@ -56,18 +60,20 @@ fn colour_and_depth_are_paired_by_nearest_time() {
 
 #[test]
 fn broken_files_are_named_and_reading_goes_on() {
-    let rgb = "0.0 c0.png\nx c1.png\n0.1 gone.png\n0.2\n0.3 torn.png\n0.4 grey.png\n0.5 wide.png\n\
+    let rgb = "0.0 c0.png\nx c1.png\n0.1 gone.png\n0.2\n0.3 torn.png\n0.4 grey.pgm\n0.5 wide.png\n\
                0.6 c2.png\n0.7 c3.png\n0.8 c1.png\n0.9 both.png\n1.0 c3.png\n";
     let depth = "0.0 d0.png\n0.1 d1.png\nnan d2.png\n0.3 d1.png\n0.4 d1.png\n0.5 d1.png\n\
-                     0.6 d8.png\n0.7 dgone.png\n0.8 d1.png\n0.9 dboth.png\n1.0 d3.png\n";
+                     0.6 d8.pgm\n0.7 dgone.png\n0.8 d1.png\n0.9 dboth.png\n1.0 d3.png\n";
     let folder = recording(rgb, depth);
     let good = std::fs::read(folder.path().join("c0.png")).unwrap();
     std::fs::write(folder.path().join("torn.png"), &good[..good.len() / 2]).unwrap();
-    picture(&folder, "grey.png", CV_8UC1, 32, 1.0);
-    picture(&folder, "wide.png", CV_8UC3, 40, 1.0);
-    picture(&folder, "d8.png", CV_8UC1, 32, 1.0);
-    picture(&folder, "both.png", CV_8UC3, 40, 1.0);
-    picture(&folder, "dboth.png", CV_16UC1, 40, 1.0);
+    let grey = [b"P5 32 24 255 ", &[7; 32 * 24][..]].concat();
+    for name in ["grey.pgm", "d8.pgm"] {
+        std::fs::write(folder.path().join(name), &grey).unwrap();
+    }
+    save_colour(&folder, "wide.png", 40, 1);
+    save_colour(&folder, "both.png", 40, 1);
+    save_depth(&folder, "dboth.png", 40, 1);
     let all = read_all(&folder);
     let expected = [
         Err("depth.txt:3: "),
@@ -76,9 +82,9 @@ fn broken_files_are_named_and_reading_goes_on() {
         Err("gone.png: cannot be read"),
         Err("rgb.txt:4: "),
         Err("torn.png: not a picture"),
-        Err("grey.png: the colour picture must be 8-bit BGR"),
+        Ok((0.4, 7, 1001)),
         Err("d1.png: no frame can be made of the images: the colour picture is 40x24 but"),
-        Err("d8.png: the depth picture must be 16-bit"),
+        Err("d8.pgm: the depth picture must be 16-bit"),
         Err("dgone.png: cannot be read"),
         Ok((0.8, 1, 1001)),
         Err("both.png: 40x24, but the recording's first picture is 32x24"),

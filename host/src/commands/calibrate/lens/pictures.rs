@@ -56,11 +56,14 @@ pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
         .map_err(unreadable)?;
     paths.retain(|path| {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        ["png", "jpg", "jpeg"].contains(&ending.as_str())
+        ["png", "jpg", "jpeg", "pgm", "ppm"].contains(&ending.as_str())
     });
     paths.sort();
     if paths.is_empty() {
-        return Err(bad_input(format!("{}: has no .png or .jpg picture", folder.display())));
+        return Err(bad_input(format!(
+            "{}: has no picture (.png, .jpg, .pgm or .ppm)",
+            folder.display()
+        )));
     }
     let (mut all, mut size) = (Vec::new(), None);
     for path in &paths {

@@ -1,41 +1,22 @@
 //! The detector `ball` on real pictures, and on balls drawn into them.
 
-use std::fs;
-
 use nalgebra::Point3;
-use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Vec3b};
-use opencv::imgcodecs::{IMREAD_COLOR, IMREAD_UNCHANGED, imread};
+use plumb_cameras::source::CameraSource;
+use plumb_cameras::source::tum::TumFolder;
 
 use super::{detect, miss};
 use crate::camera::Intrinsics;
 use crate::detect::scene::{Disturbances, INTRINSICS, pictures, red_ball, seen};
 use crate::frame::RgbdFrame;
-use crate::image::Image;
 use crate::render::{Ball, Scene};
 
 /// Reads the frames of a folder of real pictures; none if the folder is absent.
 fn real(name: &str, intrinsics: Intrinsics) -> Vec<RgbdFrame> {
     let Some(folder) = pictures(name) else { return Vec::new() };
-    // Lines "timestamp path"; each colour picture of these folders has its depth on the same line.
-    let list = |file: &str| -> Vec<(String, String)> {
-        let text = fs::read_to_string(folder.join(file)).unwrap();
-        let lines = text.lines().filter(|line| !line.starts_with('#'));
-        lines.map(|line| line.split_once(' ').map(|(t, p)| (t.into(), p.into())).unwrap()).collect()
-    };
-    let picture =
-        |path: &str, flags| -> Mat { imread(folder.join(path).to_str().unwrap(), flags).unwrap() };
-    let (colours, depths) = (list("rgb.txt"), list("depth.txt"));
-    assert!(!colours.is_empty() && colours.len() == depths.len(), "{name}");
-    let pairs = colours.iter().zip(&depths).map(|((time, colour), (same_time, depth))| {
-        assert_eq!(time, same_time, "{name}");
-        let (colour, depth) = (picture(colour, IMREAD_COLOR), picture(depth, IMREAD_UNCHANGED));
-        let (width, height) = (colour.cols() as usize, colour.rows() as usize);
-        let colour = colour.data_typed::<Vec3b>().unwrap().iter().map(|pixel| pixel.0).collect();
-        let colour = Image::new(width, height, colour).unwrap();
-        let depth = Image::new(width, height, depth.data_typed().unwrap().to_vec()).unwrap();
-        RgbdFrame::new(time.parse().unwrap(), colour, depth, intrinsics).unwrap()
-    });
-    pairs.collect()
+    let mut source = TumFolder::open(&folder, intrinsics).unwrap();
+    let frames: Vec<RgbdFrame> = std::iter::from_fn(|| source.next_frame().unwrap()).collect();
+    assert!(!frames.is_empty(), "{name}");
+    frames
 }
 
 fn desk() -> Vec<RgbdFrame> {
