@@ -45,12 +45,17 @@ pub(super) struct Evidence {
 impl Evidence {
     /// Notes that a message is sent at `now`.
     pub(super) fn sent(&mut self, now: Duration) {
-        let silence = now.saturating_sub(self.last_tx);
+        let silence = self.silence(now);
         if silence > LATE {
             self.late.add(now, milliseconds(silence));
         }
         self.last_tx = now;
         self.sent.add(now, 1);
+    }
+
+    /// Returns the time since the last message was sent.
+    pub(super) fn silence(&self, now: Duration) -> Duration {
+        now.saturating_sub(self.last_tx)
     }
 
     /// Notes that a position is sent, of a frame taken `age` ago.
@@ -102,7 +107,7 @@ impl Evidence {
 
     /// Returns the late wake-ups, if this program was silent for at least `least`.
     fn late_host(&self, least: Duration, from: Duration, now: Duration) -> Option<FaultCause> {
-        let present = now.saturating_sub(self.last_tx);
+        let present = self.silence(now);
         let late = self.late.since(from).map(|ms| Duration::from_millis(ms.into()));
         let silences = || late.clone().chain((present > LATE).then_some(present));
         let longest = silences().max()?;

@@ -28,8 +28,7 @@ impl<T: Transport> Link<T> {
 
     pub(super) fn send(&mut self, id: u16, command: Command) -> Result<(), LinkError> {
         let frame = frame::encode(&ToBoard { id, command })?;
-        self.last_tx = self.transport.now();
-        self.evidence.sent(self.last_tx);
+        self.evidence.sent(self.transport.now());
         self.transport.send(&frame)
     }
 

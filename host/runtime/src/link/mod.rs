@@ -61,8 +61,6 @@ pub struct Link<T> {
     transport: T,
     accumulator: Accumulator,
     next_id: u16,
-    /// When the last message was sent.
-    last_tx: Duration,
     sequence: u16,
     /// Id of the Configure command in force.
     configuration: Option<u16>,
@@ -111,7 +109,6 @@ impl<T: Transport> Link<T> {
             transport,
             accumulator: Accumulator::new(),
             next_id: 1,
-            last_tx: Duration::ZERO,
             sequence: 0,
             configuration: None,
             config: None,
@@ -246,7 +243,7 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where the link is lost.
     pub fn keep_alive(&mut self) -> Result<(), LinkError> {
-        if self.transport.now().saturating_sub(self.last_tx) >= KEEP_ALIVE {
+        if self.evidence.silence(self.transport.now()) >= KEEP_ALIVE {
             self.post(Command::Status)?;
         }
         Ok(())
