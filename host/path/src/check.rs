@@ -66,8 +66,8 @@ pub enum Rule<E: Error + 'static> {
 }
 
 /// Checks a trajectory every 5 ms, a loop until the end of its first lap at full speed; one of more
-/// than 25 minutes less often, but between any two of its corners or places. `rule` returns an error
-/// for a motion that must not be, for example in a place without cables.
+/// than 25 minutes less often, but between any two of its corners or places. `rule` returns an
+/// error for a motion that must not be, for example in a place without cables.
 ///
 /// # Errors
 /// The first breach of a rule.

@@ -312,7 +312,8 @@ proptest! {
     ) {
         let sane = [0.2, 0.005, 0.5, 0.3, 0.3, 0.05, 0.25, 5.0];
         let pick = |i: usize| if usual[i] { sane[i] } else { numbers[i] };
-        let [size, tolerance, x, y, z, speed, acceleration, jerk] = [0, 1, 2, 3, 4, 5, 6, 7].map(pick);
+        let all = [0, 1, 2, 3, 4, 5, 6, 7].map(pick);
+        let [size, tolerance, x, y, z, speed, acceleration, jerk] = all;
         let run = if is_loop { Run::Loop } else { Run::Once };
         let limits = Limits { speed, acceleration, jerk };
         let shape = Shape { centre: Point3::new(x, y, z), tolerance, ..shape(kind, size) };
