@@ -166,7 +166,7 @@ fn options_that_contradict_each_other_are_refused_with_a_reason() {
     let cases: [(&[&str], &str); 5] = [
         (&["--driver", "tmc2209", "--microsteps", "4"], "choose one of 8, 16"),
         (&["--sides", "1", "0.2", "0.2"], "no triangle"),
-        (&["--height", "0.1"], "must be from 0.4 to 3.5 m"),
+        (&["--height", "0.1"], "must be 0.4 to 3.5 m"),
         (&["--camera", "recording"], "needs --recording"),
         (&["--recording", "absent"], "absent: "),
     ];

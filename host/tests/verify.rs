@@ -84,7 +84,10 @@ fn a_family_by_its_vertices_is_decided_and_errors_are_located() {
     for (text, named) in [
         ("vertices = []", "family.toml:1: "),
         ("\nvertices = [[[1, 0], [0, 1]]]", "family.toml:2: in `vertices`"),
-        ("vertices = [[[1, 0, 0], [0, nan, 0], [0, 0, 1]]]", "must be a finite number"),
+        (
+            "vertices = [[[1, 0, 0], [0, nan, 0], [0, 0, 1]]]",
+            "has the entry NaN; entries are numbers of at most 1e9",
+        ),
         ("vertices = [[[1, 0, 0], [0, 1e12, 0], [0, 0, 1]]]", "vertex 1 (from 1) has the entry"),
         ("matrices = 3", "matrices"),
     ] {

@@ -106,7 +106,11 @@ impl Samples {
             samples.outside.extend([0.0, -1.0]);
         } else if let Some(least) = number(range).filter(|_| range.contains(" to ")) {
             samples.inside.push(least);
-            samples.outside.push(if least == 0.0 { -0.01 } else { least * 0.9 - 0.1 });
+            samples.outside.push(if least == 0.0 {
+                -0.01
+            } else {
+                least - 0.1 * least.abs() - 0.1
+            });
         }
         let largest = range.split("to ").nth(1).and_then(number);
         if let Some(largest) = largest {
@@ -306,4 +310,5 @@ fn ranges_are_read() {
     assert_eq!(Samples::of("above 0"), samples(&[], &[0.0, -1.0]));
     assert_eq!(Samples::of("1, 2, 4"), samples(&[1.0, 2.0, 4.0], &[0.0, 3.0, 8.0]));
     assert_eq!(Samples::of("40 to 4 000"), samples(&[40.0, 4000.0], &[35.9, 4081.0]));
+    assert_eq!(Samples::of("-10 to 10"), samples(&[-10.0, 10.0], &[-11.1, 11.2]));
 }

@@ -13,7 +13,9 @@ use intrinsics::CheckedIntrinsics;
 
 pub(crate) use intrinsics::NO_DEPTH;
 
-use crate::toml_file::{Finite, Mistake, Positive, TomlFileError, diagnose, parse_toml, read_toml};
+use crate::toml_file::{
+    BallDiameter, Coordinate, Hue, Mistake, TomlFileError, diagnose, parse_toml, read_toml,
+};
 
 /// Text of the paper's camera file, `rigs/camera.toml`.
 pub const PAPER: &str = include_str!("../../rigs/camera.toml");
@@ -58,10 +60,9 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 ///
 /// # Errors
 /// Where the file cannot be read, has an unknown key, lacks a key, or a value is out of its range:
-/// all numbers are finite, `fx`, `fy`, `depth_scale` (or "none") and `diameter_m` above 0, the hue
-/// from 0 to 360, the quaternion's norm within 1 % of 1 (it is normalised), and the distortion has
-/// an inverse over the whole picture. Without `width` and `height` the principal point is taken for
-/// its middle.
+/// the ranges of docs/use/camera-file.md; the quaternion's norm is within 1 % of 1 (it is
+/// normalised), and the distortion has an inverse over the whole picture. Without `width` and
+/// `height` the principal point is taken for its middle.
 pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
     read_toml::<CameraFile>(path).map(Camera::from)
 }
@@ -97,7 +98,7 @@ struct CameraFile {
 #[serde(deny_unknown_fields)]
 pub struct Pose {
     /// Position of the camera in the rig frame, metres.
-    translation: [Finite; 3],
+    translation: [Coordinate; 3],
     /// Rotation from camera axes into the rig frame: x, y, z, w; norm 1 within 1 %.
     quaternion: Rotation,
 }
@@ -105,7 +106,7 @@ pub struct Pose {
 impl Pose {
     /// Returns the pose as the transformation from camera axes into the rig frame, metres.
     pub fn isometry(&self) -> Isometry3<f64> {
-        let [x, y, z] = self.translation.map(Finite::get);
+        let [x, y, z] = self.translation.map(Coordinate::get);
         Isometry3::from_parts(Translation3::new(x, y, z), self.quaternion.0)
     }
 }
@@ -114,29 +115,11 @@ impl Pose {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BallTable {
-    /// Diameter, metres, above 0.
-    diameter_m: Positive,
+    /// Diameter, metres, 0.001 to 10.
+    diameter_m: BallDiameter,
     /// Hue, degrees, 0 to 360. Default: 0, red.
     #[serde(default)]
     hue: Hue,
-}
-
-/// Hue, degrees. The default is red.
-#[derive(Debug, Default, Deserialize)]
-#[serde(try_from = "f64")]
-struct Hue(f64);
-
-/// Hue out of its range.
-#[derive(Debug, Error)]
-#[error("a hue is from 0 to 360 degrees (0 red, 120 green, 240 blue), not {0}")]
-struct HueError(f64);
-
-impl TryFrom<f64> for Hue {
-    type Error = HueError;
-
-    fn try_from(degrees: f64) -> Result<Self, HueError> {
-        if (0.0..=360.0).contains(&degrees) { Ok(Self(degrees)) } else { Err(HueError(degrees)) }
-    }
 }
 
 /// Rotation, written as the quaternion [x, y, z, w].
@@ -172,7 +155,7 @@ impl From<CameraFile> for Camera {
             calibrated_for: file.intrinsics.calibrated_for,
             pose: file.pose.isometry(),
             ball_diameter: file.ball.diameter_m.get(),
-            ball_hue: file.ball.hue.0,
+            ball_hue: file.ball.hue.get(),
         }
     }
 }

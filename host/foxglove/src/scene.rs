@@ -9,6 +9,7 @@ use foxglove::messages::{
 };
 use nalgebra::Point3;
 use plumb_runtime::observer::FrameRecord;
+use plumb_runtime::rig::quantity::Corner;
 use plumb_runtime::rig::{Rig, Simulation};
 
 use crate::camera::RIG;
@@ -48,9 +49,7 @@ pub(crate) struct Scene {
 impl Scene {
     /// Makes the scene of a rig and a ball of `ball_diameter` metres.
     pub(crate) fn new(rig: &Rig, ball_diameter: f64) -> Self {
-        let corner = |corner: [plumb_cameras::toml_file::Finite; 3]| {
-            Point3::from(corner.map(|coordinate| coordinate.get()))
-        };
+        let corner = |corner: [Corner; 3]| Point3::from(corner.map(Corner::get));
         Self {
             workspace: [corner(rig.workspace.min), corner(rig.workspace.max)],
             motors: rig.simulation.as_ref().map(Simulation::motors),

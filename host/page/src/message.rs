@@ -2,6 +2,7 @@
 
 use nalgebra::Point3;
 use plumb_runtime::operator::OperatorCommand;
+use plumb_runtime::rig::quantity::Corner;
 use plumb_runtime::rig::{Rig, Simulation};
 use serde::{Deserialize, Serialize};
 
@@ -151,7 +152,7 @@ pub struct RigView {
 impl RigView {
     /// Returns the view of a rig file.
     pub fn of(rig: &Rig) -> Self {
-        let corner = |corner: [plumb_cameras::toml_file::Finite; 3]| corner.map(|c| c.get());
+        let corner = |corner: [Corner; 3]| corner.map(Corner::get);
         let motors = rig.simulation.as_ref().map(Simulation::motors);
         Self {
             title: rig.law.title(),

@@ -11,6 +11,7 @@ mod motion;
 mod motors;
 pub mod new_rig;
 mod path;
+pub mod quantity;
 mod simulation;
 mod size;
 #[cfg(test)]
@@ -20,9 +21,7 @@ mod wiring;
 use std::path::Path;
 
 use plumb_cameras::settings::CameraSettings;
-use plumb_cameras::toml_file::{
-    Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml,
-};
+use plumb_cameras::toml_file::{Coordinate, NumberError, TomlFileError, parse_toml, read_toml};
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::units::Point;
 use serde::Deserialize;
@@ -31,11 +30,12 @@ pub use self::conversion::OutOfRange;
 pub use self::driver::Driver;
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::jog::JogSettings;
-pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M, Seconds};
+pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
 pub use self::law_name::{LawName, UnknownLaw};
 pub use self::motion::{MotionError, MotionRules};
 pub use self::motors::Motors;
 pub use self::path::PathSettings;
+use self::quantity::Corner;
 pub use self::simulation::Simulation;
 pub use self::size::Size;
 pub use self::wiring::{SimulatedMotor, Wiring, WiringError};
@@ -55,7 +55,7 @@ const PAPER: &str = include_str!("../../rigs/paper.toml");
 #[serde(deny_unknown_fields)]
 pub struct Rig {
     /// Targets of the ball in their order, metres in the rig frame.
-    pub targets: Vec<[Finite; 3]>,
+    pub targets: Vec<[Coordinate; 3]>,
     /// Serial port of the board.
     pub board: BoardPort,
     /// The control law; `taut` where none is named.
@@ -101,7 +101,7 @@ pub struct BoardPort {
     /// Its path.
     pub port: String,
     /// Its rate, bit/s; without effect on USB-CDC.
-    #[serde(default = "default_baud")]
+    #[serde(default = "default_baud", deserialize_with = "quantity::baud")]
     pub baud: u32,
 }
 
@@ -114,9 +114,9 @@ fn default_baud() -> u32 {
 #[serde(deny_unknown_fields)]
 pub struct Box3 {
     /// Corner of smallest coordinates, metres.
-    pub min: [Finite; 3],
+    pub min: [Corner; 3],
     /// Corner of largest coordinates, metres.
-    pub max: [Finite; 3],
+    pub max: [Corner; 3],
 }
 
 impl Rig {
@@ -143,10 +143,10 @@ impl Rig {
     /// Replaces the targets, metres in the rig frame.
     ///
     /// # Errors
-    /// Where a coordinate is not finite.
+    /// Where a coordinate is out of its range.
     pub fn set_targets(&mut self, targets: &[[f64; 3]]) -> Result<(), NumberError> {
-        let finite = |[x, y, z]: [f64; 3]| Ok([x.try_into()?, y.try_into()?, z.try_into()?]);
-        self.targets = targets.iter().copied().map(finite).collect::<Result<_, _>>()?;
+        let checked = |[x, y, z]: [f64; 3]| Ok([x.try_into()?, y.try_into()?, z.try_into()?]);
+        self.targets = targets.iter().copied().map(checked).collect::<Result<_, _>>()?;
         Ok(())
     }
 
@@ -165,7 +165,8 @@ impl Rig {
     /// The first target that is beyond the range of the wire.
     pub fn targets(&self) -> Result<Vec<Point>, OutOfRange> {
         Conversion::first_error(|conversion| {
-            self.targets.iter().map(|&target| conversion.point("targets", target)).collect()
+            let targets = self.targets.iter().map(|target| target.map(Coordinate::get));
+            targets.map(|target| conversion.point("targets", target)).collect()
         })
     }
 
@@ -175,8 +176,8 @@ impl Rig {
             motors: self.motors.convert(conversion),
             microsteps: self.motors.microsteps,
             workspace: Workspace {
-                min: conversion.point("workspace.min", self.workspace.min),
-                max: conversion.point("workspace.max", self.workspace.max),
+                min: conversion.point("workspace.min", self.workspace.min.map(Corner::get)),
+                max: conversion.point("workspace.max", self.workspace.max.map(Corner::get)),
             },
             reached: self.reached.convert(conversion),
             deadlines: self.deadlines.convert(conversion),
@@ -188,14 +189,5 @@ impl Rig {
             path: self.path.convert(conversion),
             mean: self.law.convert_mean(conversion),
         }
-    }
-}
-
-/// Returns a constant as a positive number. A constant out of range does not compile.
-#[allow(clippy::panic, reason = "evaluated by the compiler only")]
-const fn positive(value: f64) -> Positive {
-    match Positive::new(value) {
-        Ok(number) => number,
-        Err(_) => panic!("the constant is not above 0"),
     }
 }

@@ -14,7 +14,6 @@ use std::collections::VecDeque;
 
 use nalgebra::Point3;
 use plumb_cameras::source::{CameraSource, LiveClock, SourceError};
-use plumb_cameras::toml_file::Finite;
 use plumb_emulator::plant::{Geometry, QuasiStatic, RigError};
 use plumb_frame::camera::Camera;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
@@ -89,7 +88,7 @@ fn rendered(simulation: &Simulation, camera: &Camera) -> Camera {
 /// # Errors
 /// Where its values describe no rig.
 pub fn geometry(simulation: &Simulation) -> Result<Geometry, RigError> {
-    Geometry::new(simulation.motors(), simulation.pulley_radii.map(Finite::get))
+    Geometry::new(simulation.motors(), simulation.pulley_radii.map(|radius| radius.get()))
 }
 
 /// Frame rate and latency of a simulated camera.

@@ -11,7 +11,6 @@ use std::time::Duration;
 
 use plumb_cameras::camera_file;
 use plumb_cameras::source::{CameraSource, SourceError};
-use plumb_cameras::toml_file::Finite;
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_frame::frame::RgbdFrame;
 use plumb_protocol::units::{Micros, Point};
@@ -67,7 +66,7 @@ fn a_board_that_refuses_a_target_is_stopped_and_waited_for() {
     let camera = camera_file::paper().unwrap();
     let board = Rc::new(RefCell::new(EmulatedBoard::new(EMULATED)));
     move_motors(&rig, &board);
-    rig.motors.travel = [-1.0, 1.0].map(|steps| Finite::try_from(steps).unwrap());
+    rig.motors.travel = [-1.0, 1.0].map(|steps| steps.try_into().unwrap());
     let run = Run::connect(&rig, Memory::new(Rc::clone(&board))).unwrap();
     let result = run.drive(RunParts {
         source: &mut Lossy(board),

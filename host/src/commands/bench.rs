@@ -23,6 +23,20 @@ pub(crate) enum Command {
     Stream(StreamArgs),
 }
 
+/// Begins a benchmark: that of rigs does its first one, the others are prepared.
+#[cfg(test)]
+pub(crate) fn begin(command: Command) -> Result<(), Failure> {
+    match command {
+        Command::Control(args) => control::main(&args.first_rig_alone()).map(drop),
+        Command::Vision(args) => vision::prepare(&args).map(drop),
+        Command::Calibration(args) => calibration::main(&args.first_rig_alone()).map(drop),
+        Command::Stream(args) => {
+            let _options = stream::options(&args);
+            Ok(())
+        }
+    }
+}
+
 pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Control(args) => control::main(&args),

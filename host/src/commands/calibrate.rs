@@ -31,7 +31,7 @@ use plumb_vision::frame::RgbdFrame;
 use super::interrupt::interrupt_flag;
 use super::print::tell;
 use super::rig_args::RIG_VARIABLE;
-use super::{DetectorName, FAILED, Failure, bad_input, failed, print};
+use super::{DetectorName, FAILED, Failure, bad_input, failed, numbers, print};
 use clicks::Clicks;
 use lens::LensOptions;
 use options::{BoardOptions, MotorOptions, PlaceOptions};
@@ -83,8 +83,9 @@ pub(crate) struct Args {
     /// Find the intrinsics and the distortion of the lens
     #[arg(long)]
     lens: bool,
-    /// Number of pictures of each view
-    #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    /// Number of pictures of each view, 1 to 1000 pictures
+    #[arg(long, default_value_t = 15)]
+    #[arg(value_parser = numbers::whole::<u16>(1.0, 1000.0, "pictures"))]
     frames: u16,
     /// Detector of the ball
     #[arg(long, value_enum, default_value = "ball")]
@@ -137,6 +138,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         Err(failure) => format!("Nothing is written: {}", failure.message()),
     });
     concluded
+}
+
+/// Begins a calibration: it ends with its first picture.
+#[cfg(test)]
+pub(crate) fn begin(args: Args) -> Result<(), Failure> {
+    main(Args { frames: args.frames.min(1), ..args }).map(drop)
 }
 
 /// Keeps the picture, reports the result and writes the pose, if the user agrees or has agreed.

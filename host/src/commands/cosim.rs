@@ -14,7 +14,7 @@ use plumb_sim::limits::Limits;
 
 use super::print::{self, Reader};
 use super::rig_args::RIG_VARIABLE;
-use super::{Failure, bad_input, law};
+use super::{Failure, bad_input, law, numbers};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
 ///
@@ -39,8 +39,9 @@ pub(crate) struct Args {
     /// Control law, with its default parameters [default: the rig file's, or the default law]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
-    /// Number of motor positions in an answer, evenly spaced over dt
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Number of motor positions in an answer, evenly spaced over dt, 1 to 100000
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u32>(1.0, 1e5, ""))]
     samples: u32,
 }
 
@@ -56,6 +57,23 @@ fn config(args: &Args) -> Result<Config, Failure> {
     let law = args.law.clone().unwrap_or_default();
     let mean = law.mean().config("mean")?;
     Ok(Limits::default().config(law.config()?, mean, 0.010))
+}
+
+/// Begins a co-simulation, and carries out its first request.
+#[cfg(test)]
+pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
+    let request = r#"{"t": 0, "dt": 0.01, "position": [0.5, 0.3, 0.3]}"#;
+    let request: Request = serde_json::from_str(request)?;
+    Cosim::new(config(args)?)?.step(&request, args.samples).map(drop)?;
+    Ok(())
+}
+
+/// Carries out a request as the first one of a co-simulation with the default limits.
+#[cfg(test)]
+pub(crate) fn begin_request(line: &str) -> Result<(), Failure> {
+    let request: Request = serde_json::from_str(line)?;
+    Cosim::new(config(&Args { rig: None, law: None, samples: 1 })?)?.step(&request, 1).map(drop)?;
+    Ok(())
 }
 
 /// Longest line of input, bytes. A request has about 150.

@@ -59,15 +59,16 @@ pub(crate) struct Args {
     /// Render into the first frame of this TUM RGB-D folder instead of a room
     #[arg(long, value_name = "FOLDER")]
     background: Option<PathBuf>,
-    /// Seed of the camera's noise
-    #[arg(long, default_value_t = 1)]
+    /// Seed of the camera's noise, 0 to 1e15
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = numbers::seed())]
     seed: u64,
     /// Control law, with its usual parameters: interval (the paper's), sign, adaptive or taut
     /// [default: taut]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
-    /// The law interval with this gain, 1/s at 0.471 mm of cable a step; the paper's is 30
-    #[arg(long, allow_negative_numbers = true, value_parser = numbers::positive)]
+    /// The law interval with this gain at 0.471 mm of cable a step, above 0, to 7539 1/s; the
+    /// paper's is 30
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(numbers::GAMMA))]
     gamma: Option<f64>,
     /// Every law in turn, a run and a line of JSON each, and their errors over time in one figure,
     /// laws.svg
@@ -107,6 +108,14 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let law = chosen(&args)?;
     let mut curve = LawCurve::new(law.title());
     drive(&args, law, args.options.output_dir("demo"), &interrupted, &mut curve)
+}
+
+/// Chooses the law and plans the path.
+#[cfg(test)]
+pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
+    let rig = Rig { law: chosen(args)?, ..Rig::paper()? };
+    rig.config()?;
+    args.path.plan(&rig, false).map(drop)
 }
 
 /// Returns the law of the options.

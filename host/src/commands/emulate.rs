@@ -82,11 +82,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let interrupted = interrupt_flag()?;
-    let mut board = board(&args)?.with_wire(args.wire.wire()?);
-    if args.motors {
-        board.sample_motors(motors::INTERVAL);
-    }
-    let served = serve(board)?;
+    let served = serve(prepared(&args)?)?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
     let link = link.transpose().map_err(bad_input)?;
     print::result(served.path().display())?;
@@ -101,6 +97,23 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     }
     served.stop()?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the board of the options behind its link.
+fn prepared(args: &Args) -> Result<EmulatedBoard, Failure> {
+    let mut board = board(args)?.with_wire(args.wire.wire()?);
+    if args.motors {
+        board.sample_motors(motors::INTERVAL);
+    }
+    Ok(board)
+}
+
+/// Makes the board, and runs it for a moment in virtual time with a message on its way.
+#[cfg(test)]
+pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
+    let mut board = prepared(args)?;
+    board.write(&[1, 1, 0]);
+    board.run_to(plumb_protocol::units::Micros(20_000)).map_err(super::failed)
 }
 
 /// Returns the board of the options, with its simulated rig if there is one.

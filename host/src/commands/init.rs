@@ -38,25 +38,30 @@ pub(crate) struct Args {
     /// Motor drivers
     #[arg(long, value_enum)]
     driver: Option<DriverName>,
-    /// Microsteps in a full step
-    #[arg(long, value_name = "N")]
+    /// Microsteps in a full step, 1 to 16 microsteps
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u8>(1.0, 16.0, "microsteps"))]
     microsteps: Option<u8>,
-    /// Distances between the pulleys of motors A and B, B and C, C and A
+    /// Distances between the pulleys of motors A and B, B and C, C and A, 0.2 to 3.5 m
     #[arg(
         long,
         num_args = 3,
         value_names = ["AB", "BC", "CA"],
-        value_parser = numbers::positive
+        allow_negative_numbers = true,
+        value_parser = numbers::within(numbers::SIDE)
     )]
     sides: Option<Vec<f64>>,
-    /// Height of the pulleys above the floor
-    #[arg(long, value_name = "M", value_parser = numbers::positive)]
+    /// Height of the pulleys above the floor, 0.4 to 3.5 m
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::HEIGHT))]
     height: Option<f64>,
-    /// Cable that a turn of a motor winds: the circumference of its drum
-    #[arg(long, value_name = "M", value_parser = numbers::positive)]
+    /// Cable that a turn of a motor winds, the circumference of its drum, 0.02 to 0.5 m
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::CABLE_PER_TURN))]
     cable_per_turn: Option<f64>,
-    /// Diameter of the ball
-    #[arg(long, value_name = "M", value_parser = numbers::positive)]
+    /// Diameter of the ball, 0.02 to 0.3 m
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::BALL))]
     ball: Option<f64>,
     /// Source of the pictures
     #[arg(long, value_enum)]

@@ -1,51 +1,91 @@
-//! Numbers on the command line. They are checked while they are parsed, so that errors name the
+//! Numbers on the command line. Each has a range with a unit, which its help, the error and
+//! docs/use/commands.md name. They are checked while they are parsed, so that errors name the
 //! option.
 
-use plumb_cameras::toml_file::{Finite, NumberError, Positive};
+use clap::builder::TypedValueParser;
+use plumb_cameras::toml_file::{Coordinate, Range};
+use plumb_path::shape::{LEAST_SIZE_M, MAX_SIZE_M};
+use plumb_runtime::rig::new_rig::{
+    BALL_RANGE_M, CABLE_PER_TURN_RANGE_M, HEIGHT_RANGE_M, SIDE_RANGE_M,
+};
+use plumb_runtime::rig::quantity::{Gain, Mean, MotorRate, ReferenceSpeed};
 
-/// Longest time of an option, seconds: 30 years, which every clock can represent.
-const LONGEST_S: f64 = 1e9;
+/// Time of an option. 30 years are a time that every clock can represent.
+pub(super) const TIME: Range = Range::above_zero(1e9, "s");
+/// Seed. JSON has all whole numbers of this range.
+const SEED: Range = Range::new(0.0, 1e15, "");
+/// Share of something.
+pub(super) const SHARE: Range = Range::new(0.0, 1.0, "");
+/// Coordinate in the rig frame.
+pub(super) const COORDINATE: Range = Coordinate::RANGE;
+/// Speed along a path.
+pub(super) const SPEED: Range = ReferenceSpeed::RANGE;
+/// Size of a shape.
+pub(super) const SIZE: Range = Range::new(LEAST_SIZE_M, MAX_SIZE_M, "m");
+/// Distance of a path from its waypoints.
+pub(super) const TOLERANCE: Range = Range::new(0.0, 1.0, "m");
+/// Gain of the law interval.
+pub(super) const GAMMA: Range = Gain::RANGE;
+/// Running mean over the step plan.
+pub(super) const MEAN: Range = Mean::RANGE;
+/// Rate of a jog.
+pub(super) const RATE: Range = MotorRate::RANGE;
+/// Distance of a jog, full steps or millimetres. `jog.max_distance` holds too.
+pub(super) const DISTANCE: Range = Range::new(-1e8, 1e8, "");
+/// Column or row of a picture, also beyond its edge.
+pub(super) const PIXEL: Range = Range::new(-65_535.0, 65_535.0, "pixels");
+/// Angle.
+pub(super) const ANGLE: Range = Range::new(-360.0, 360.0, "degrees");
+/// Side of a square of the printed board.
+pub(super) const SQUARE: Range = Range::new(1.0, 1000.0, "mm");
+/// Standard deviation of a measured place.
+pub(super) const DEVIATION: Range = Range::new(0.01, 1000.0, "mm");
+/// Distance of two pulleys of a new rig.
+pub(super) const SIDE: Range = of(SIDE_RANGE_M);
+/// Height of the pulleys of a new rig.
+pub(super) const HEIGHT: Range = of(HEIGHT_RANGE_M);
+/// Cable that a turn of a motor of a new rig winds.
+pub(super) const CABLE_PER_TURN: Range = of(CABLE_PER_TURN_RANGE_M);
+/// Diameter of the ball of a new rig.
+pub(super) const BALL: Range = of(BALL_RANGE_M);
 
-/// Parses a finite number.
-pub(super) fn finite(text: &str) -> Result<f64, String> {
-    checked(text, Finite::try_from, Finite::get)
+const fn of([low, high]: [f64; 2]) -> Range {
+    Range::new(low, high, "m")
 }
 
-/// Parses a finite number above 0.
-pub(super) fn positive(text: &str) -> Result<f64, String> {
-    checked(text, Positive::try_from, Positive::get)
+/// Parses a number of a range.
+pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| format!("must be a number, {range}"))?;
+    range.check(number).map_err(|error| error.to_string())
 }
 
-/// Parses a finite number that is not below 0.
-pub(super) fn not_negative(text: &str) -> Result<f64, String> {
-    let number = finite(text)?;
-    if number >= 0.0 { Ok(number) } else { Err(format!("{number} must not be below 0")) }
+/// Returns the parser of a number of a range.
+pub(super) fn within(range: Range) -> impl TypedValueParser<Value = f64> {
+    move |text: &str| parse(text, &range)
 }
 
-/// Parses a time above 0 and at most [`LONGEST_S`], seconds.
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    let time = positive(text)?;
-    if time <= LONGEST_S { Ok(time) } else { Err(format!("{time} must be at most {LONGEST_S} s")) }
+/// Returns the parser of a whole number of a range.
+pub(super) fn whole<T>(low: f64, high: f64, unit: &'static str) -> impl TypedValueParser<Value = T>
+where
+    T: TryFrom<i128> + Clone + Send + Sync + 'static,
+{
+    whole_within(Range::new(low, high, unit))
 }
 
-/// Parses a share, 0 to 1.
-pub(super) fn share(text: &str) -> Result<f64, String> {
-    let share = finite(text)?;
-    if (0.0..=1.0).contains(&share) {
-        Ok(share)
-    } else {
-        Err(format!("{share} must be from 0 to 1"))
+/// Returns the parser of a whole number of a range.
+pub(super) fn whole_within<T>(range: Range) -> impl TypedValueParser<Value = T>
+where
+    T: TryFrom<i128> + Clone + Send + Sync + 'static,
+{
+    move |text: &str| {
+        let number: i128 = text.parse().map_err(|_| format!("must be a whole number, {range}"))?;
+        range.check_whole(number).map_err(|error| error.to_string())
     }
 }
 
-/// Parses a number and checks it with `check`.
-fn checked<T>(
-    text: &str,
-    check: impl FnOnce(f64) -> Result<T, NumberError>,
-    value: impl FnOnce(T) -> f64,
-) -> Result<f64, String> {
-    let number = text.parse().map_err(|_| "must be a number".to_owned())?;
-    check(number).map(value).map_err(|error| error.to_string())
+/// Returns the parser of a seed.
+pub(super) fn seed() -> impl TypedValueParser<Value = u64> {
+    whole_within(SEED)
 }
 
 #[cfg(test)]
@@ -53,23 +93,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_out_of_their_range_are_refused() {
-        assert_eq!(
-            (seconds("0.5"), positive("1e300"), finite("-2")),
-            (Ok(0.5), Ok(1e300), Ok(-2.0))
-        );
-        for text in ["nan", "inf", "-inf", "0", "-1", "-0.0", "1e999", "", "x", "2e9"] {
-            assert!(seconds(text).is_err(), "{text}");
+    fn numbers_out_of_their_range_are_refused_with_it() {
+        assert_eq!((parse("0.5", &TIME), parse("-2", &COORDINATE)), (Ok(0.5), Ok(-2.0)));
+        for text in ["nan", "inf", "-inf", "0", "-1", "-0.0", "1e999", "", "x", "2e9", "1,5"] {
+            let error = parse(text, &TIME).unwrap_err();
+            assert!(error.contains("above 0, to 1e9 s"), "{text}: {error}");
         }
-        for text in ["nan", "inf", "0", "-1", "1e999"] {
-            assert!(positive(text).is_err(), "{text}");
-        }
-        assert_eq!((share("0"), share("0.25"), share("1")), (Ok(0.0), Ok(0.25), Ok(1.0)));
+        assert_eq!(["0", "0.25", "1"].map(|it| parse(it, &SHARE)), [Ok(0.0), Ok(0.25), Ok(1.0)]);
         for text in ["nan", "-0.1", "1.1", "inf"] {
-            assert!(share(text).is_err(), "{text}");
-        }
-        for text in ["nan", "inf", "-inf", "1e999", "1,5"] {
-            assert!(finite(text).is_err(), "{text}");
+            assert!(parse(text, &SHARE).is_err(), "{text}");
         }
     }
 }

@@ -16,13 +16,13 @@ pub(super) struct RunOptions {
     /// Detector
     #[arg(long, value_enum, default_value = "ball")]
     pub(super) detector: DetectorName,
-    /// Longest time for each target, seconds; if it passes, the run ends without the other targets
-    /// (with --page or --ros2, the ball is stopped and the run goes on)
+    /// Longest time for each target, above 0, to 1e9 s; if it passes, the run ends without the
+    /// other targets (with --page or --ros2, the ball is stopped and the run goes on)
     #[arg(
         long,
         default_value_t = DEFAULT_TIMEOUT,
         allow_negative_numbers = true,
-        value_parser = numbers::seconds
+        value_parser = numbers::within(numbers::TIME)
     )]
     pub(super) timeout: f64,
     /// Folder for the run, new or empty [default: the next number under runs/]

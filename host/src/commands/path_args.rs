@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::Args;
 use nalgebra::Point3;
 use plumb_cameras::bounded_read::read_text;
-use plumb_cameras::toml_file::{Finite, MAX_BYTES};
+use plumb_cameras::toml_file::MAX_BYTES;
 use plumb_path::file::{PathFile, parse};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{
@@ -22,36 +22,49 @@ pub(super) struct PathArgs {
     /// (with times, seconds), or one of circle, line, eight, square, spline
     #[arg(long, value_name = "FILE.csv|SHAPE")]
     path: Option<String>,
-    /// Speed along the path, m/s; lower in corners. A file with times has its own
-    #[arg(long, default_value_t = 0.05, requires = "path", value_parser = numbers::positive)]
+    /// Speed along the path, above 0, to 2 m/s; lower in corners. A file with times has its own
+    #[arg(
+        long,
+        default_value_t = 0.05,
+        allow_negative_numbers = true,
+        requires = "path",
+        value_parser = numbers::within(numbers::SPEED)
+    )]
     speed: f64,
-    /// Largest distance of the path from a waypoint, metres; 0 to stop at corners
+    /// Largest distance of the path from a waypoint, 0 to 1 m; with 0 the ball stops at corners
     #[arg(
         long,
         default_value_t = 0.005,
         allow_negative_numbers = true,
         requires = "path",
-        value_parser = numbers::not_negative
+        value_parser = numbers::within(numbers::TOLERANCE)
     )]
     tolerance: f64,
-    /// Size of a shape, metres
-    #[arg(long, default_value_t = 0.2, requires = "path", value_parser = numbers::positive)]
+    /// Size of a shape, 0.001 to 8 m
+    #[arg(
+        long,
+        default_value_t = 0.2,
+        allow_negative_numbers = true,
+        requires = "path",
+        value_parser = numbers::within(numbers::SIZE)
+    )]
     size: f64,
-    /// Centre of a shape, metres in the rig frame [default: that of the workspace]
+    /// Centre of a shape in the rig frame, each -100 to 100 m [default: that of the workspace]
     #[arg(
         long,
         num_args = 3,
         value_names = ["X", "Y", "Z"],
         allow_negative_numbers = true,
         requires = "path",
-        value_parser = numbers::finite
+        value_parser = numbers::within(numbers::COORDINATE)
     )]
     centre: Option<Vec<f64>>,
     /// Draw a shape upright, in y and z, and not level
     #[arg(long, requires = "path")]
     upright: bool,
-    /// Seed of the shape spline
-    #[arg(long, default_value_t = 1, requires = "path")]
+    /// Seed of the shape spline, 0 to 1e15
+    #[arg(long, default_value_t = 1, requires = "path", value_parser = numbers::seed())]
+    #[arg(allow_negative_numbers = true)]
     path_seed: u64,
     /// Keep the path's time where the ball cannot follow, and do not wait for it
     #[arg(long, requires = "path")]
@@ -97,7 +110,7 @@ impl PathArgs {
 
     fn shape(&self, kind: ShapeKind, rig: &Rig) -> Shape {
         let [min, max] = [rig.workspace.min, rig.workspace.max]
-            .map(|corner| Point3::from(corner.map(Finite::get)));
+            .map(|corner| Point3::from(corner.map(|coordinate| coordinate.get())));
         let centre = match self.centre.as_deref() {
             Some(&[x, y, z]) => Point3::new(x, y, z),
             _ => nalgebra::center(&min, &max),

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use plumb_runtime::link::{Serial, boards};
+use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardPort, Rig};
 
-use super::{Failure, bad_input};
+use super::{Failure, bad_input, numbers};
 
 /// Environment variable with the rig file of a command line that names none.
 pub(crate) const RIG_VARIABLE: &str = "PLUMB_RIG";
@@ -29,8 +30,8 @@ pub(crate) struct PortArgs {
     /// Serial port of the board [default: the rig file's]
     #[arg(long, env = "PLUMB_PORT", hide_env_values = true)]
     port: Option<String>,
-    /// Baud rate, where the port is a UART [default: the rig file's]
-    #[arg(long)]
+    /// Baud rate, where the port is a UART, 300 to 20000000 bit/s [default: the rig file's]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::whole_within::<u32>(BAUD))]
     baud: Option<u32>,
 }
 

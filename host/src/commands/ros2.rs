@@ -8,6 +8,8 @@ use std::net::IpAddr;
 
 use clap::Args;
 
+use super::numbers;
+
 pub(super) use output::{Ros2, open_camera};
 
 #[derive(Args)]
@@ -25,7 +27,8 @@ pub(super) struct Ros2Options {
     )]
     pub(super) ros2: Option<output::Namespace>,
     /// Domain of ROS 2, 0 to 232 [default: ROS_DOMAIN_ID, or 0]
-    #[arg(long, value_name = "DOMAIN", requires = "ros2")]
+    #[arg(long, value_name = "DOMAIN", requires = "ros2", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u16>(0.0, 232.0, ""))]
     pub(super) ros2_domain: Option<u16>,
     /// Address of the only network interface for ROS 2; 127.0.0.1 for this computer only [default:
     /// all; 127.0.0.1 with ROS_LOCALHOST_ONLY=1 or ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST]

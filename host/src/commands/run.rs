@@ -84,11 +84,11 @@ pub(crate) struct RunArgs {
 pub(crate) struct GotoArgs {
     /// Rig file (TOML, SI units) [env: PLUMB_RIG]
     rig: Option<String>,
-    /// Along the side from motor C to motors A and B
+    /// Along the side from motor C to motors A and B, -100 to 100 m
     x: Option<String>,
-    /// Along the line from motor B to motor A
+    /// Along the line from motor B to motor A, -100 to 100 m
     y: Option<String>,
-    /// Upwards
+    /// Upwards, -100 to 100 m
     z: Option<String>,
     #[command(flatten)]
     options: Common,
@@ -140,7 +140,7 @@ pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
     let (file, words) = split_rig([args.rig, args.x, args.y, args.z], 3, GOTO_USAGE)?;
     let mut target = [0.0; 3];
     for ((coordinate, word), name) in target.iter_mut().zip(&words).zip(["X", "Y", "Z"]) {
-        *coordinate = numbers::finite(word)
+        *coordinate = numbers::parse(word, &numbers::COORDINATE)
             .map_err(|why| bad_input(format!("invalid value '{word}' for '<{name}>': {why}")))?;
     }
     let mut rig = Rig::read(&file)?;

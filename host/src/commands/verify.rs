@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb_cameras::toml_file::Finite;
+use clap::builder::TypedValueParser;
+use plumb_cameras::toml_file::{Coordinate, Range};
 use plumb_runtime::rig::Rig;
 use plumb_verify::{BallPath, Interval, RigFamily};
 
@@ -45,23 +46,25 @@ use super::{FAILED, Failure, bad_input, numbers, print};
 pub(crate) struct Args {
     /// Rig file with [simulation]; default: the paper's rig
     rig: Option<PathBuf>,
-    /// Tolerance of each coordinate of a motor, metres
-    #[arg(long, default_value_t = 0.0, value_name = "METRES", value_parser = numbers::finite)]
+    /// Tolerance of each coordinate of a motor, 0 to 1 m
+    #[arg(long, default_value_t = 0.0, value_name = "METRES", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::TOLERANCE))]
     tolerance: f64,
-    /// Range of the distance of motors A and B along y, metres (D)
-    #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
+    /// Range of the distance of motors A and B along y, 0 to 100 m (D)
+    #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH", allow_hyphen_values = true)]
     depth: Option<Interval>,
-    /// Range of the distance of motors A and C along x, metres (W)
-    #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
+    /// Range of the distance of motors A and C along x, 0 to 100 m (W)
+    #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH", allow_hyphen_values = true)]
     width: Option<Interval>,
-    /// Range of motor C's place between B and A along y, from 0 to 1 (t)
-    #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
+    /// Range of motor C's place between B and A along y, 0 to 1 (t)
+    #[arg(long, value_parser = range(numbers::SHARE), value_name = "LOW,HIGH")]
+    #[arg(allow_hyphen_values = true)]
     apex: Option<Interval>,
     /// Minimum of the ball's barycentric coordinates, 0 to 0.33; default: 0.023, 0 with --wide (λ)
-    #[arg(long, value_parser = numbers::finite)]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(LAMBDA))]
     lambda: Option<f64>,
-    /// Range of the ball's depth below the motors, metres (h)
-    #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
+    /// Range of the ball's depth below the motors, 0 to 100 m (h)
+    #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH", allow_hyphen_values = true)]
     below: Option<Interval>,
     /// Wide family (docs/understand/proofs.md): D, W 0.5-1.5 m, t 0-1, the closed triangle, h
     /// 0.1-1 m
@@ -75,9 +78,10 @@ pub(crate) struct Args {
             ["rig", "tolerance", "depth", "width", "apex", "lambda", "below", "wide"]
     )]
     family: Option<PathBuf>,
-    /// Maximum number of cells of a search; with --family, a thousandth of it is the maximum number
-    /// of patches of directions
-    #[arg(long, default_value_t = 20_000_000)]
+    /// Maximum number of cells of a search, 1 to 1e12; with --family, a thousandth of it is the
+    /// maximum number of patches of directions
+    #[arg(long, default_value_t = 20_000_000, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<usize>(1.0, 1e12, ""))]
     cells: usize,
     /// Print a line of JSON to standard output at the end
     #[arg(long)]
@@ -93,12 +97,21 @@ const MIN_BELOW_M: f64 = 0.1;
 /// Cells for each patch of directions: a patch solves a QP, and a cell only evaluates a formula.
 const CELLS_PER_PATCH: usize = 1000;
 
-/// Parses LOW,HIGH.
-fn range(text: &str) -> Result<Interval, String> {
-    let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
-    match numbers[..] {
-        [lo, hi] if lo <= hi && lo >= 0.0 && hi <= 100.0 => Ok(Interval::new(lo, hi)),
-        _ => Err("two numbers, LOW,HIGH, from 0 to 100".to_owned()),
+/// Lengths of a family of rigs.
+const LENGTH: Range = Range::new(0.0, 100.0, "m");
+
+/// Minimum of λ.
+const LAMBDA: Range = Range::new(0.0, 0.33, "");
+
+/// Returns the parser of LOW,HIGH.
+fn range(range: Range) -> impl TypedValueParser<Value = Interval> {
+    move |text: &str| {
+        let numbers: Result<Vec<f64>, String> =
+            text.split(',').map(|part| numbers::parse(part.trim(), &range)).collect();
+        match numbers?[..] {
+            [lo, hi] if lo <= hi => Ok(Interval::new(lo, hi)),
+            _ => Err(format!("two numbers, LOW,HIGH, each must be {range}")),
+        }
     }
 }
 
@@ -143,20 +156,26 @@ impl Scope {
                         add it, or give --depth, --width and --apex",
             ));
         };
-        let motors = simulation.motors.map(|motor| motor.map(Finite::get));
+        let motors = simulation.motors.map(|motor| motor.map(Coordinate::get));
         let below = Interval::new(MIN_BELOW_M, motors[0][2].max(MIN_BELOW_M));
-        if !(0.0..=1.0).contains(&args.tolerance) {
-            return Err(bad_input("--tolerance is a length from 0 to 1 m"));
-        }
         let rigs = RigFamily::around(&motors, args.tolerance, MIN_LAMBDA, below)?;
-        let mut start = simulation.start.map(Finite::get);
+        let mut start = simulation.start.map(Coordinate::get);
         let mut paths = Vec::new();
-        for target in rig.targets.iter().map(|target| target.map(Finite::get)) {
+        for target in rig.targets.iter().map(|target| target.map(Coordinate::get)) {
             let path = BallPath::new(&motors, start, target)?;
             paths.push(TargetPath { target, path });
             start = target;
         }
         Ok(Self { rigs, paths })
+    }
+}
+
+/// Makes the family that is to be verified.
+#[cfg(test)]
+pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
+    match &args.family {
+        Some(path) => family::read(path).map(drop),
+        None => Scope::new(args).map(drop),
     }
 }
 

@@ -9,7 +9,8 @@ use plumb_emulator::EMULATED;
 use plumb_emulator::plant::Task;
 use plumb_protocol::Config;
 use plumb_protocol::units::Point;
-use plumb_runtime::rig::{Estimating, LawName, LawSettings, Seconds};
+use plumb_runtime::rig::quantity::{Delay, Mean};
+use plumb_runtime::rig::{Estimating, LawName, LawSettings};
 use plumb_sim::limits::Limits;
 
 use super::baselines::{Broyden, Model};
@@ -140,7 +141,7 @@ impl FromStr for ControllerKind {
 
 /// Settings of the board for baselines: no delay and no running mean.
 const BASELINE_SETTINGS: LawSettings =
-    LawSettings::Adaptive(Estimating { delay: Seconds::ZERO, mean: Seconds::ZERO });
+    LawSettings::Adaptive(Estimating { delay: Delay::constant(0.0), mean: Mean::constant(0.0) });
 
 /// Returns the configuration of a board with these `settings` in a suite, and its parameters.
 ///

@@ -2,6 +2,7 @@ use plumb_emulator::plant::Task;
 use plumb_sim::limits::Limits;
 
 use super::*;
+use plumb_runtime::rig::quantity::JacobianBound;
 use plumb_runtime::rig::{LawName, LawSettings};
 
 fn settings(gamma: f64) -> LawSettings {
@@ -150,12 +151,16 @@ fn every_suite_is_parsed_from_its_name_and_has_rigs() {
 
 #[test]
 fn refused_configurations_are_reported_before_any_run() {
-    let mut law = settings(450.0);
-    law.set_mean(9.0.into());
+    // α above β.
+    let LawSettings::Interval { gamma, beta, signs, mean, .. } = settings(450.0) else {
+        panic!("the settings are those of the law interval");
+    };
+    let law =
+        LawSettings::Interval { gamma, alpha: JacobianBound::constant(7.0), beta, signs, mean };
     let suite = Suite::new(SuiteName::QuasiStatic);
     for controller in [ControllerKind::Board(law.clone()), ControllerKind::F64(law)] {
         let refused = run(&controller, &suite, 0..2, 1, &mut |_| ());
-        assert!(matches!(refused, Err(BenchError::Config(ConfigField::Mean))), "{refused:?}");
+        assert!(matches!(refused, Err(BenchError::Config(ConfigField::Bounds))), "{refused:?}");
     }
 }
 

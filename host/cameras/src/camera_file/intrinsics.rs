@@ -1,7 +1,6 @@
 //! Table `[intrinsics]` of a camera file.
 
 use std::fmt;
-use std::num::NonZeroU16;
 
 use plumb_frame::camera::{
     CalibratedFor, Distortion, DistortionCoefficients, DistortionError, Intrinsics,
@@ -11,7 +10,9 @@ use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
-use crate::toml_file::{Finite, Positive};
+use crate::toml_file::{
+    DepthUnits, DistortionCoefficient, FocalLength, PixelCoordinate, some_pixels,
+};
 
 /// Value of `intrinsics.depth_scale` of a camera without depth.
 pub(crate) const NO_DEPTH: &str = "none";
@@ -68,44 +69,46 @@ impl TryFrom<IntrinsicsTable> for CheckedIntrinsics {
 #[serde(deny_unknown_fields)]
 struct IntrinsicsTable {
     /// Columns of the pictures that the intrinsics belong to, with `height`. Default: not stated.
-    width: Option<NonZeroU16>,
+    #[serde(default, deserialize_with = "some_pixels")]
+    width: Option<u16>,
     /// Rows of these pictures.
-    height: Option<NonZeroU16>,
-    /// Focal length along the rows, pixels, above 0.
-    fx: Positive,
-    /// Focal length along the columns, pixels, above 0.
-    fy: Positive,
+    #[serde(default, deserialize_with = "some_pixels")]
+    height: Option<u16>,
+    /// Focal length along the rows, pixels, 1 to 1e6.
+    fx: FocalLength,
+    /// Focal length along the columns, pixels, 1 to 1e6.
+    fy: FocalLength,
     /// Column of the principal point, pixels from the centre of the leftmost pixel.
-    cx: Finite,
+    cx: PixelCoordinate,
     /// Row of the principal point, pixels from the centre of the topmost pixel.
-    cy: Finite,
-    /// Depth units in a metre, above 0, or "none" for a camera without depth. A live camera with
+    cy: PixelCoordinate,
+    /// Depth units in a metre, 1 to 1e6, or "none" for a camera without depth. A live camera with
     /// depth and an `.oni` file state their own.
     depth_scale: DepthScale,
     /// Radial distortion, of r². Default of this and the following: 0.
     #[serde(default)]
-    k1: Finite,
+    k1: DistortionCoefficient,
     /// Radial distortion, of r⁴.
     #[serde(default)]
-    k2: Finite,
+    k2: DistortionCoefficient,
     /// Tangential distortion.
     #[serde(default)]
-    p1: Finite,
+    p1: DistortionCoefficient,
     /// Tangential distortion.
     #[serde(default)]
-    p2: Finite,
+    p2: DistortionCoefficient,
     /// Radial distortion, of r⁶.
     #[serde(default)]
-    k3: Finite,
+    k3: DistortionCoefficient,
 }
 
 impl IntrinsicsTable {
     /// Returns the size of the pictures, if it is stated.
     fn size(&self) -> Result<Option<ImageSize>, IntrinsicsError> {
-        let pixels = |n: NonZeroU16| usize::from(n.get());
         match (self.width, self.height) {
             (Some(width), Some(height)) => {
-                Ok(Some(ImageSize { width: pixels(width), height: pixels(height) }))
+                let [width, height] = [width, height].map(usize::from);
+                Ok(Some(ImageSize { width, height }))
             }
             (None, None) => Ok(None),
             (Some(_), None) | (None, Some(_)) => Err(IntrinsicsError::HalfSize),
@@ -132,7 +135,7 @@ enum DepthScale {
     /// The camera has no depth.
     None,
     /// Units in a metre.
-    Units(Positive),
+    Units(DepthUnits),
 }
 
 impl DepthScale {
@@ -158,11 +161,11 @@ impl Visitor<'_> for DepthScaleVisitor {
     type Value = DepthScale;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a number above 0, or `{NO_DEPTH}` for a camera without depth")
+        write!(f, "{}, or `{NO_DEPTH}` for a camera without depth", DepthUnits::RANGE)
     }
 
     fn visit_f64<E: serde::de::Error>(self, x: f64) -> Result<DepthScale, E> {
-        Positive::new(x).map(DepthScale::Units).map_err(E::custom)
+        DepthUnits::try_from(x).map(DepthScale::Units).map_err(E::custom)
     }
 
     fn visit_i64<E: serde::de::Error>(self, x: i64) -> Result<DepthScale, E> {

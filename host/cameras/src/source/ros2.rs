@@ -5,7 +5,7 @@ use std::net::IpAddr;
 use serde::Deserialize;
 
 use super::openni::IntrinsicsFrom;
-use crate::toml_file::Positive;
+use crate::toml_file::{CameraTime, domain};
 
 /// Settings of a camera in ROS 2: table `[camera.ros2]` of a rig file. Every key may be left out.
 /// The topics are by default those of realsense-ros with the camera's default name.
@@ -20,12 +20,14 @@ pub struct Ros2CameraSettings {
     /// Topic of the camera's description, `sensor_msgs/CameraInfo`.
     pub info: String,
     /// Domain of ROS 2, 0 to 232. Default: the variable `ROS_DOMAIN_ID`, else 0.
+    #[serde(deserialize_with = "domain")]
     pub domain: Option<u16>,
     /// Address of the only network interface for ROS 2. Default: all of them, or 127.0.0.1 where
     /// ROS 2's variables ask for it.
     pub interface: Option<IpAddr>,
-    /// Time from exposure to the earliest arrival of a picture, seconds, above 0. Default: 0.045.
-    pub latency: Option<Positive>,
+    /// Time from exposure to the earliest arrival of a picture, seconds, above 0, to 10. Default:
+    /// 0.045.
+    pub latency: Option<CameraTime>,
     /// Origin of the intrinsics. Default: `"device"`, which the topic `info` has.
     pub intrinsics: IntrinsicsFrom,
     /// Whether the pictures are rectified, as those of image_proc: their matrix is `p` of the topic

@@ -14,7 +14,11 @@ mod reference;
 mod suggestion;
 
 pub use diagnosis::{Diagnosis, Mistake, diagnose};
-pub use number::{Finite, NumberError, Positive};
+pub use number::{
+    BallDiameter, CameraGain, CameraTime, Coordinate, DepthUnits, DistortionCoefficient,
+    FocalLength, Hue, NumberError, PixelCoordinate, Range,
+};
+pub(crate) use number::{domain, pixels, rate, some_pixels};
 pub use places::{Place, place};
 pub use reference::{Key, keys};
 
@@ -55,8 +59,8 @@ fn at_line(path: &Path, line: usize, key: &str, message: &str) -> String {
 /// Reads the TOML file at `path`, of at most [`MAX_BYTES`].
 ///
 /// `T` and the types of its fields need `#[serde(deny_unknown_fields)]`. Values should be checked
-/// when they are read (`#[serde(try_from = "...")]`, see [`Positive`]), so that their mistakes are
-/// reported with lines too.
+/// when they are read (`#[serde(try_from = "...")]`, see [`quantities`](crate::quantities)), so
+/// that their mistakes are reported with lines too.
 ///
 /// # Errors
 /// Where the file cannot be read, or its contents are invalid.
@@ -122,14 +126,14 @@ mod tests {
     #[derive(Debug, PartialEq, Deserialize)]
     #[serde(deny_unknown_fields)]
     struct Rig {
-        gain: Positive,
+        gain: CameraTime,
         name: Option<String>,
     }
 
     #[derive(Debug, PartialEq, Deserialize)]
     #[serde(deny_unknown_fields)]
     struct Camera {
-        at: [Finite; 3],
+        at: [Coordinate; 3],
     }
 
     fn error_of(text: &str) -> (usize, String, String) {
@@ -143,7 +147,7 @@ mod tests {
     fn a_file_without_a_mistake_is_read() {
         let text = "[rig]\ngain = 2.5\nname = \"a\"\n[camera]\nat = [0, 1.5, -2]\n";
         let rig = Rig { gain: 2.5.try_into().unwrap(), name: Some("a".to_owned()) };
-        let camera = Camera { at: [0.0, 1.5, -2.0].map(|x| Finite::try_from(x).unwrap()) };
+        let camera = Camera { at: [0.0, 1.5, -2.0].map(|x| Coordinate::try_from(x).unwrap()) };
         assert_eq!(parse_toml::<File>(Path::new("rig.toml"), text).unwrap(), File { rig, camera });
     }
 

@@ -1,63 +1,210 @@
-//! Numbers with a range, for configuration files.
+//! Numbers with a range and a unit, for configuration files and command lines.
 
-use serde::Deserialize;
+use std::fmt;
+
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
-/// Finite number above zero. Checked when it is read.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Positive(f64);
+/// Range of a number, with its unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    low: f64,
+    /// Whether `low` itself is out of the range.
+    is_open: bool,
+    high: f64,
+    /// Unit; empty where there is none.
+    unit: &'static str,
+}
 
-/// Finite number. Checked when it is read. The default is 0.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Finite(f64);
+impl Range {
+    /// Returns the range from `low` to `high`, both included.
+    pub const fn new(low: f64, high: f64, unit: &'static str) -> Self {
+        Self { low, is_open: false, high, unit }
+    }
+
+    /// Returns the range of numbers above 0, up to `high`.
+    pub const fn above_zero(high: f64, unit: &'static str) -> Self {
+        Self { low: 0.0, is_open: true, high, unit }
+    }
+
+    /// Returns whether `x` is in the range.
+    pub const fn contains(&self, x: f64) -> bool {
+        // A number that is none compares with nothing.
+        (if self.is_open { x > self.low } else { x >= self.low }) && x <= self.high
+    }
+
+    /// Returns `x`, if it is in the range.
+    ///
+    /// # Errors
+    /// Where it is not.
+    pub const fn check(&self, x: f64) -> Result<f64, NumberError> {
+        if self.contains(x) { Ok(x) } else { Err(NumberError { value: x, range: *self }) }
+    }
+
+    /// Returns the whole number `n`, if it is in the range.
+    ///
+    /// # Errors
+    /// Where it is not, or `T` cannot hold it.
+    pub fn check_whole<T: TryFrom<i128>>(&self, n: i128) -> Result<T, NumberError> {
+        let value = self.check(n as f64)?;
+        T::try_from(n).map_err(|_| NumberError { value, range: *self })
+    }
+
+    /// Reads a whole number of this range, for `#[serde(deserialize_with = "...")]`.
+    ///
+    /// # Errors
+    /// Where it is no whole number, or out of the range.
+    pub fn deserialize_whole<'de, T, D>(&self, deserializer: D) -> Result<T, D::Error>
+    where
+        T: TryFrom<i128>,
+        D: Deserializer<'de>,
+    {
+        let number = i64::deserialize(deserializer)?;
+        self.check_whole(number.into()).map_err(D::Error::custom)
+    }
+}
+
+impl fmt::Display for Range {
+    /// Writes "above 0, to 5 s" or "-100 to 100 m".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_open {
+            f.write_str("above ")?;
+        }
+        write_bound(f, self.low)?;
+        f.write_str(if self.is_open { ", to " } else { " to " })?;
+        write_bound(f, self.high)?;
+        if self.unit.is_empty() { Ok(()) } else { write!(f, " {}", self.unit) }
+    }
+}
+
+/// Writes the end of a range: "0.4", "65535", "1e9".
+fn write_bound(f: &mut fmt::Formatter<'_>, bound: f64) -> fmt::Result {
+    if bound.abs() >= 1e9 { write!(f, "{bound:e}") } else { write!(f, "{bound}") }
+}
 
 /// Number out of its range.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum NumberError {
-    /// The number is not above zero, or not finite.
-    #[error("{0} must be a finite number above 0")]
-    NotPositive(f64),
-    /// The number is not finite.
-    #[error("{0} must be a finite number")]
-    NotFinite(f64),
+#[error("{value:?} must be {range}")]
+pub struct NumberError {
+    value: f64,
+    range: Range,
 }
 
-impl Positive {
-    /// Returns `x` as a positive number.
-    ///
-    /// # Errors
-    /// If `x` is not above zero or not finite.
-    pub const fn new(x: f64) -> Result<Self, NumberError> {
-        if x.is_finite() && x > 0.0 { Ok(Self(x)) } else { Err(NumberError::NotPositive(x)) }
-    }
+/// Defines types of numbers with a range and a unit, which are checked when they are read.
+#[macro_export]
+macro_rules! quantities {
+    ($($(#[$about:meta])* $name:ident = $range:expr;)+) => {$(
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, ::serde::Deserialize)]
+        #[serde(try_from = "f64")]
+        pub struct $name(f64);
 
-    /// Returns the number.
-    pub fn get(self) -> f64 {
-        self.0
-    }
+        impl $name {
+            /// Range, with the unit.
+            pub const RANGE: $crate::toml_file::Range = $range;
+
+            /// Returns a constant of the program. One that is out of the range does not compile,
+            /// where it is evaluated at compile time.
+            pub const fn constant(x: f64) -> Self {
+                assert!(Self::RANGE.contains(x), "the constant is out of its range");
+                Self(x)
+            }
+
+            /// Returns the number.
+            pub const fn get(self) -> f64 {
+                self.0
+            }
+        }
+
+        impl TryFrom<f64> for $name {
+            type Error = $crate::toml_file::NumberError;
+
+            fn try_from(x: f64) -> Result<Self, Self::Error> {
+                Self::RANGE.check(x).map(Self)
+            }
+        }
+    )+};
 }
 
-impl Finite {
-    /// Returns the number.
-    pub fn get(self) -> f64 {
-        self.0
-    }
+quantities! {
+    /// Coordinate of a place, metres. No rig is farther from its origin; millimetres are beyond it.
+    #[derive(Default)]
+    Coordinate = Range::new(-100.0, 100.0, "m");
+    /// Diameter of a ball, metres.
+    BallDiameter = Range::new(0.001, 10.0, "m");
+    /// Focal length, pixels.
+    FocalLength = Range::new(1.0, 1e6, "pixels");
+    /// Column or row of a picture, pixels.
+    PixelCoordinate = Range::new(0.0, 65_535.0, "pixels");
+    /// Coefficient of a lens's distortion.
+    #[derive(Default)]
+    DistortionCoefficient = Range::new(-1000.0, 1000.0, "");
+    /// Units of depth in a metre.
+    DepthUnits = Range::new(1.0, 1e6, "1/m");
+    /// Hue, degrees: 0 red (the default), 120 green, 240 blue.
+    #[derive(Default)]
+    Hue = Range::new(0.0, 360.0, "degrees");
+    /// Time of a camera: an exposure, a latency, seconds.
+    CameraTime = Range::above_zero(10.0, "s");
+    /// Gain of a camera, in the units of its driver.
+    CameraGain = Range::new(-1e6, 1e6, "");
 }
 
-impl TryFrom<f64> for Positive {
-    type Error = NumberError;
+/// Range of the columns and rows of a picture.
+const SIDE: Range = Range::new(1.0, 65_535.0, "pixels");
 
-    fn try_from(x: f64) -> Result<Self, NumberError> {
-        Self::new(x)
-    }
+/// Range of a camera's rate.
+const RATE: Range = Range::new(1.0, 1000.0, "pictures/s");
+
+/// Range of the domains of ROS 2.
+const DOMAIN: Range = Range::new(0.0, 232.0, "");
+
+/// Reads the number of columns or rows of a picture.
+pub(crate) fn pixels<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
+    SIDE.deserialize_whole(deserializer)
 }
 
-impl TryFrom<f64> for Finite {
-    type Error = NumberError;
+/// Reads the number of columns or rows of a picture, of a key that may be left out.
+pub(crate) fn some_pixels<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<u16>, D::Error> {
+    pixels(deserializer).map(Some)
+}
 
-    fn try_from(x: f64) -> Result<Self, NumberError> {
-        if x.is_finite() { Ok(Self(x)) } else { Err(NumberError::NotFinite(x)) }
+/// Reads the rate of a camera, pictures/s.
+pub(crate) fn rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
+    RATE.deserialize_whole(deserializer)
+}
+
+/// Reads the number of a domain of ROS 2.
+pub(crate) fn domain<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u16>, D::Error> {
+    DOMAIN.deserialize_whole(deserializer).map(Some)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_out_of_its_range_is_told_with_range_and_unit() {
+        let wrong = |x: f64| CameraTime::try_from(x).unwrap_err().to_string();
+        assert_eq!(wrong(1e308), "1e308 must be above 0, to 10 s");
+        assert_eq!(wrong(0.0), "0.0 must be above 0, to 10 s");
+        assert_eq!(wrong(f64::NAN), "NaN must be above 0, to 10 s");
+        let wrong = |x: f64| Coordinate::try_from(x).unwrap_err().to_string();
+        assert_eq!(wrong(f64::NEG_INFINITY), "-inf must be -100 to 100 m");
+        for x in [-100.0, -0.0, 100.0] {
+            assert_eq!(Coordinate::try_from(x).map(Coordinate::get), Ok(x));
+        }
+    }
+
+    #[test]
+    fn a_whole_number_out_of_its_range_or_type_is_refused() {
+        assert_eq!(SIDE.check_whole(640), Ok(640_u16));
+        for n in [0, -1, 65_536, i128::MAX] {
+            assert!(SIDE.check_whole::<u16>(n).is_err(), "{n}");
+        }
+        assert!(Range::new(0.0, 1000.0, "").check_whole::<u8>(256).is_err());
     }
 }

@@ -1,6 +1,5 @@
 //! Conversion of a rig file's values to the board's units.
 
-use plumb_cameras::toml_file::Finite;
 use plumb_protocol::units::Point;
 use thiserror::Error;
 
@@ -58,8 +57,7 @@ impl Conversion {
 
     /// Converts a point, metres. A point out of range becomes the origin; its largest coordinate is
     /// reported.
-    pub(super) fn point(&mut self, key: &'static str, metres: [Finite; 3]) -> Point {
-        let metres = metres.map(Finite::get);
+    pub(super) fn point(&mut self, key: &'static str, metres: [f64; 3]) -> Point {
         Point::from_metres(metres).unwrap_or_else(|| {
             let largest = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
             self.report(key, metres.into_iter().fold(0.0, largest), NO_ROOM);

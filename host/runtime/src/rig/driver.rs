@@ -1,11 +1,11 @@
 //! Drivers of the motors, as in rig files.
 
-use plumb_cameras::toml_file::{Finite, Positive};
 use plumb_protocol::config::{Coils, Drivers, StepDir};
 use plumb_protocol::units::Nanoseconds;
 use serde::Deserialize;
 
 use super::conversion::Conversion;
+use super::quantity::{Duty, HighTime, LowTime, SetupTime};
 
 /// Driver of the motors: `driver = "a4988"`, or `driver = { coils = { duty = 0.8 } }`.
 /// docs/use/board.md says how each is wired.
@@ -22,21 +22,21 @@ pub enum Driver {
     /// Any other driver with STEP and DIR inputs, by its data sheet.
     StepDir {
         /// Least time STEP is high, seconds.
-        high: Positive,
+        high: HighTime,
         /// Least time STEP is low, seconds.
-        low: Positive,
+        low: LowTime,
         /// Least time from a change of DIR to STEP going high, seconds.
-        setup: Finite,
+        setup: SetupTime,
     },
     /// Two H-bridges for each motor (TB6612 and the like).
     Coils {
         /// The share of the supply's voltage that a coil gets at most, up to 1.
-        duty: Positive,
+        duty: Duty,
     },
     /// Two Adafruit Motor HATs.
     MotorHats {
         /// The share of the supply's voltage that a coil gets at most, up to 1.
-        duty: Positive,
+        duty: Duty,
     },
 }
 
@@ -65,7 +65,7 @@ impl Driver {
     }
 }
 
-fn coils(conversion: &mut Conversion, key: &'static str, duty: Positive) -> Coils {
+fn coils(conversion: &mut Conversion, key: &'static str, duty: Duty) -> Coils {
     let percent = |duty: f64| (0.005..=1.0).contains(&duty).then(|| (duty * 100.0).round() as u8);
     Coils { duty_percent: conversion.fit(key, duty.get(), percent) }
 }

@@ -1,20 +1,20 @@
 //! Conditions that the board checks while it moves: a reached target, deadlines, guards.
 
-use plumb_cameras::toml_file::Positive;
 use plumb_protocol::config::{Deadlines, Following, Growth, Progress, Reached};
 use plumb_protocol::units::{Micrometres, Milliseconds, Steps16};
 use serde::Deserialize;
 
 use super::conversion::Conversion;
-use super::positive;
+use super::quantity::{Deadline, Distance, Movement, ProgressTime, Turn, frames};
 
 /// Rule by which a target counts as reached. See [`plumb_protocol::config::Reached`].
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReachedRule {
     /// Distance, metres.
-    pub radius: Positive,
+    pub radius: Distance,
     /// Number of consecutive frames.
+    #[serde(deserialize_with = "frames")]
     pub frames: u8,
 }
 
@@ -24,11 +24,11 @@ pub struct ReachedRule {
 #[serde(deny_unknown_fields, default)]
 pub struct DeadlineSettings {
     /// Without a frame from the host.
-    pub host: Positive,
+    pub host: Deadline,
     /// Without a fresh position.
-    pub position: Positive,
+    pub position: Deadline,
     /// Greatest age of a frame that is used, seconds; below `position`.
-    pub max_age: Positive,
+    pub max_age: Deadline,
 }
 
 /// Rule by which a growing error stops the board. See [`plumb_protocol::config::Growth`].
@@ -36,9 +36,9 @@ pub struct DeadlineSettings {
 #[serde(deny_unknown_fields, default)]
 pub struct GrowthRule {
     /// Metres above the least |e|.
-    pub margin: Positive,
+    pub margin: Distance,
     /// For so long, seconds.
-    pub time: Positive,
+    pub time: Deadline,
 }
 
 /// Rule by which motors that turn without the ball stop the board. See
@@ -47,9 +47,9 @@ pub struct GrowthRule {
 #[serde(deny_unknown_fields, default)]
 pub struct FollowingRule {
     /// Turn of a motor, full steps.
-    pub turn: Positive,
+    pub turn: Turn,
     /// Movement of the ball, metres.
-    pub movement: Positive,
+    pub movement: Movement,
 }
 
 /// Rule by which a ball that gets no nearer to its target stops the board. See
@@ -58,15 +58,15 @@ pub struct FollowingRule {
 #[serde(deny_unknown_fields, default)]
 pub struct ProgressRule {
     /// Metres below the least |e| so far.
-    pub margin: Positive,
+    pub margin: Distance,
     /// Time without it, seconds.
-    pub time: Positive,
+    pub time: ProgressTime,
 }
 
 impl Default for ReachedRule {
     /// Returns 10 pictures within 10 mm, the paper's threshold.
     fn default() -> Self {
-        Self { radius: positive(0.010), frames: 10 }
+        Self { radius: Distance::constant(0.010), frames: 10 }
     }
 }
 
@@ -74,28 +74,32 @@ impl Default for DeadlineSettings {
     /// Returns deadlines for a camera of 30 pictures/s: 9 pictures without a frame from the host,
     /// 15 without a position.
     fn default() -> Self {
-        Self { host: positive(0.3), position: positive(0.5), max_age: positive(0.25) }
+        Self {
+            host: Deadline::constant(0.3),
+            position: Deadline::constant(0.5),
+            max_age: Deadline::constant(0.25),
+        }
     }
 }
 
 impl Default for GrowthRule {
     /// Returns four times the default radius of a reached target, for 6 pictures at 30 pictures/s.
     fn default() -> Self {
-        Self { margin: positive(0.04), time: positive(0.2) }
+        Self { margin: Distance::constant(0.04), time: Deadline::constant(0.2) }
     }
 }
 
 impl Default for FollowingRule {
     /// Returns a turn of 400 steps: 300 stop no healthy rig (docs/understand/board.md).
     fn default() -> Self {
-        Self { turn: positive(400.0), movement: positive(0.02) }
+        Self { turn: Turn::constant(400.0), movement: Movement::constant(0.02) }
     }
 }
 
 impl Default for ProgressRule {
     /// Returns a time of 10 s: 5 s stop no healthy rig.
     fn default() -> Self {
-        Self { margin: positive(0.001), time: positive(10.0) }
+        Self { margin: Distance::constant(0.001), time: ProgressTime::constant(10.0) }
     }
 }
 
@@ -110,7 +114,7 @@ impl ReachedRule {
 impl DeadlineSettings {
     pub(super) fn convert(&self, conversion: &mut Conversion) -> Deadlines {
         let mut fit =
-            |key, value: Positive| conversion.fit(key, value.get(), Milliseconds::from_si);
+            |key, value: Deadline| conversion.fit(key, value.get(), Milliseconds::from_si);
         let deadlines = Deadlines {
             host: fit("deadlines.host", self.host),
             position: fit("deadlines.position", self.position),

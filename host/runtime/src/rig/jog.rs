@@ -1,12 +1,11 @@
 //! Limits of jogs.
 
-use plumb_cameras::toml_file::Positive;
 use plumb_protocol::config::JogLimits;
 use plumb_protocol::units::{Rate, Steps16};
 use serde::Deserialize;
 
 use super::conversion::Conversion;
-use super::positive;
+use super::quantity::{JogDistance, MotorRate};
 
 /// See [`plumb_protocol::config::JogLimits`]. The defaults are a revolution of a motor with 200
 /// steps, and a quarter of a revolution in a second.
@@ -14,14 +13,14 @@ use super::positive;
 #[serde(deny_unknown_fields, default)]
 pub struct JogSettings {
     /// Highest rate of a jog, full steps/s.
-    pub max_rate: Positive,
+    pub max_rate: MotorRate,
     /// Longest distance of one jog, full steps.
-    pub max_distance: Positive,
+    pub max_distance: JogDistance,
 }
 
 impl Default for JogSettings {
     fn default() -> Self {
-        Self { max_rate: positive(50.0), max_distance: positive(200.0) }
+        Self { max_rate: MotorRate::constant(50.0), max_distance: JogDistance::constant(200.0) }
     }
 }
 

@@ -1,25 +1,26 @@
 //! Settings of the control law, and the configuration of the board that follows from them.
 
-use plumb_cameras::toml_file::{NumberError, Positive};
+use plumb_cameras::toml_file::NumberError;
 use plumb_protocol::config::{Estimated, Interval, Law, SIGNS, Sign};
 use plumb_protocol::units::{Bound, Gain, Milliseconds, SignGain};
 use serde::Deserialize;
 
+use super::LawName;
 use super::conversion::{Conversion, OutOfRange};
-use super::{LawName, positive};
+use super::quantity::{self, Delay, JacobianBound, Mean};
 
 /// Nominal cable length of a step, metres: a pulley of 15 mm and 200 steps a turn. γ is given for
 /// it. The true length is unknown; it scales γ.
 pub const NOMINAL_STEP_M: f64 = 2.0 * std::f64::consts::PI * 0.015 / 200.0;
 
 /// γ of the law `interval` on the paper's rig, 1/s.
-const PAPER_GAMMA: Positive = positive(30.0);
+const PAPER_GAMMA: quantity::Gain = quantity::Gain::constant(30.0);
 /// α on the paper's rig, metres of ball a metre of cable.
-const PAPER_ALPHA: Positive = positive(0.005);
+const PAPER_ALPHA: JacobianBound = JacobianBound::constant(0.005);
 /// β on the paper's rig, metres of ball a metre of cable.
-const PAPER_BETA: Positive = positive(0.5);
+const PAPER_BETA: JacobianBound = JacobianBound::constant(0.5);
 /// Start value of g of the law `sign`, 1/s; a value of this project for the paper's rig.
-const PAPER_SIGN_GAIN: Positive = positive(4.0);
+const PAPER_SIGN_GAIN: quantity::SignGain = quantity::SignGain::constant(4.0);
 
 /// Law and its parameters.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -28,25 +29,25 @@ pub enum LawSettings {
     /// The paper's law, eqs. (7), (8).
     Interval {
         /// γ, 1/s, for a cable of [`NOMINAL_STEP_M`] a step.
-        gamma: Positive,
+        gamma: quantity::Gain,
         /// α: least |dp/du|, metres of ball a metre of cable.
-        alpha: Positive,
+        alpha: JacobianBound,
         /// β: largest |dp/du|.
-        beta: Positive,
+        beta: JacobianBound,
         /// Σ: the signs of dp/du, rows x, y, z, columns A, B, C; (12) where absent.
         #[serde(default = "default_signs")]
         signs: [[i8; 3]; 3],
         /// Running mean over the step plan, seconds, at most 0.4; 0 is none.
         #[serde(default)]
-        mean: Seconds,
+        mean: Mean,
     },
     /// Law with a constant matrix from the signs (12).
     Sign {
         /// g, 1/s, for a cable of [`NOMINAL_STEP_M`] a step.
-        gain: Positive,
+        gain: quantity::SignGain,
         /// As in `interval`.
         #[serde(default)]
-        mean: Seconds,
+        mean: Mean,
     },
     /// Law that estimates J while it drives, and uses it where descent is certain.
     Adaptive(Estimating),
@@ -60,27 +61,10 @@ pub enum LawSettings {
 pub struct Estimating {
     /// Delay of the frames beyond their age, seconds, at most 0.5.
     #[serde(default)]
-    pub delay: Seconds,
+    pub delay: Delay,
     /// Running mean over the step plan, seconds, at most 0.4; 0 is none.
     #[serde(default)]
-    pub mean: Seconds,
-}
-
-/// Time span that may be zero, seconds.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
-#[serde(transparent)]
-pub struct Seconds(f64);
-
-impl Seconds {
-    /// No time.
-    pub const ZERO: Self = Self(0.0);
-}
-
-impl From<f64> for Seconds {
-    /// Takes any span. [`Seconds::config`] checks the range.
-    fn from(seconds: f64) -> Self {
-        Self(seconds)
-    }
+    pub mean: Mean,
 }
 
 fn default_signs() -> [[i8; 3]; 3] {
@@ -90,14 +74,14 @@ fn default_signs() -> [[i8; 3]; 3] {
 impl Default for LawSettings {
     /// Returns the law of a rig file without one: `taut` with its default parameters.
     fn default() -> Self {
-        Self::Taut(Estimating { delay: Seconds::default(), mean: Seconds(TAUT_MEAN_S) })
+        Self::Taut(Estimating { delay: Delay::default(), mean: TAUT_MEAN })
     }
 }
 
 impl From<LawName> for LawSettings {
     /// Returns the law with the parameters for the paper's rig.
     fn from(name: LawName) -> Self {
-        let mean = Seconds::ZERO;
+        let mean = Mean::default();
         match name {
             LawName::Interval => Self::Interval {
                 gamma: PAPER_GAMMA,
@@ -125,7 +109,7 @@ impl LawSettings {
     }
 
     /// Returns the span of the running mean over the step plan.
-    pub fn mean(&self) -> Seconds {
+    pub fn mean(&self) -> Mean {
         match self {
             Self::Interval { mean, .. } | Self::Sign { mean, .. } => *mean,
             Self::Adaptive(law) | Self::Taut(law) => law.mean,
@@ -133,7 +117,7 @@ impl LawSettings {
     }
 
     /// Sets the span of the running mean.
-    pub fn set_mean(&mut self, span: Seconds) {
+    pub fn set_mean(&mut self, span: Mean) {
         match self {
             Self::Interval { mean, .. } | Self::Sign { mean, .. } => *mean = span,
             Self::Adaptive(law) | Self::Taut(law) => law.mean = span,
@@ -143,19 +127,15 @@ impl LawSettings {
 
 /// Span of the running mean of the law `taut`, seconds. It damps the swing of a ball on soft
 /// cables.
-const TAUT_MEAN_S: f64 = 0.4;
+const TAUT_MEAN: Mean = Mean::constant(0.4);
 
-impl Seconds {
+impl Mean {
     /// Converts the span to the board's unit. The error names `key`.
     ///
     /// # Errors
-    /// Where it is negative, not a number or longer than a minute.
+    /// Where the wire has no room for it: the range of the type has.
     pub fn config(self, key: &'static str) -> Result<Milliseconds, OutOfRange> {
-        Conversion::first_error(|conversion| self.convert(key, conversion))
-    }
-
-    fn convert(self, key: &'static str, conversion: &mut Conversion) -> Milliseconds {
-        conversion.fit(key, self.0, Milliseconds::from_si)
+        Conversion::first_error(|it| it.fit(key, self.get(), Milliseconds::from_si))
     }
 }
 
@@ -186,7 +166,7 @@ impl LawSettings {
     pub fn title(&self) -> String {
         match self {
             Self::Interval { gamma, alpha, beta, .. } => {
-                let [gamma, alpha, beta] = [gamma, alpha, beta].map(|number| number.get());
+                let (gamma, alpha, beta) = (gamma.get(), alpha.get(), beta.get());
                 format!("interval, γ = {gamma} /s, α = {alpha}, β = {beta}")
             }
             Self::Sign { gain, .. } => format!("sign, g = {} /s", gain.get()),
@@ -221,11 +201,14 @@ impl LawSettings {
                 Law::Sign(Sign { gain: conversion.fit("law.sign.gain", gain.get(), raw) })
             }
             Self::Adaptive(law) => {
-                let delay = law.delay.convert("law.adaptive.delay", conversion);
+                let delay = law.delay.get();
+                let delay = conversion.fit("law.adaptive.delay", delay, Milliseconds::from_si);
                 Law::Adaptive(Estimated { delay })
             }
             Self::Taut(law) => {
-                Law::Taut(Estimated { delay: law.delay.convert("law.taut.delay", conversion) })
+                let delay = law.delay.get();
+                let delay = conversion.fit("law.taut.delay", delay, Milliseconds::from_si);
+                Law::Taut(Estimated { delay })
             }
         }
     }
@@ -238,6 +221,6 @@ impl LawSettings {
             LawName::Adaptive => "law.adaptive.mean",
             LawName::Taut => "law.taut.mean",
         };
-        self.mean().convert(key, conversion)
+        conversion.fit(key, self.mean().get(), Milliseconds::from_si)
     }
 }

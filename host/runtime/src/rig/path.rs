@@ -1,34 +1,33 @@
 //! Limits of a reference that moves.
 
-use plumb_cameras::toml_file::Positive;
 use plumb_protocol::config::PathLimits;
 use plumb_protocol::units::{Micrometres, PathAcceleration, PathJerk, Speed};
 use serde::Deserialize;
 
 use super::conversion::Conversion;
-use super::positive;
+use super::quantity::{Distance, ReferenceAcceleration, ReferenceJerk, ReferenceSpeed};
 
 /// See [`plumb_protocol::config::PathLimits`].
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PathSettings {
     /// Highest speed of the reference, m/s.
-    pub max_speed: Positive,
+    pub max_speed: ReferenceSpeed,
     /// Highest acceleration of the reference, m/s².
-    pub max_acceleration: Positive,
+    pub max_acceleration: ReferenceAcceleration,
     /// Highest jerk of the reference, m/s³.
-    pub max_jerk: Positive,
+    pub max_jerk: ReferenceJerk,
     /// Distance of the ball from the reference at which a path that waits stands still, metres.
-    pub deviation: Positive,
+    pub deviation: Distance,
 }
 
 impl Default for PathSettings {
     fn default() -> Self {
         Self {
-            max_speed: positive(0.3),
-            max_acceleration: positive(1.0),
-            max_jerk: positive(10.0),
-            deviation: positive(0.02),
+            max_speed: ReferenceSpeed::constant(0.3),
+            max_acceleration: ReferenceAcceleration::constant(1.0),
+            max_jerk: ReferenceJerk::constant(10.0),
+            deviation: Distance::constant(0.02),
         }
     }
 }

@@ -2,9 +2,10 @@
 
 use nalgebra::{Isometry3, Point3};
 use plumb_cameras::camera_file::Pose;
-use plumb_cameras::toml_file::Finite;
+use plumb_cameras::toml_file::Coordinate;
 use serde::Deserialize;
 
+use super::quantity::PulleyRadius;
 use super::wiring::Wiring;
 
 /// A simulated rig.
@@ -12,11 +13,11 @@ use super::wiring::Wiring;
 #[serde(deny_unknown_fields)]
 pub struct Simulation {
     /// Motor points A, B, C, metres in the rig frame.
-    pub motors: [[Finite; 3]; 3],
+    pub motors: [[Coordinate; 3]; 3],
     /// Pulley radii, metres.
-    pub pulley_radii: [Finite; 3],
+    pub pulley_radii: [PulleyRadius; 3],
     /// First position of the ball, metres in the rig frame.
-    pub start: [Finite; 3],
+    pub start: [Coordinate; 3],
     /// Motors on the outputs of the board.
     #[serde(default)]
     pub wiring: Wiring,
@@ -30,7 +31,7 @@ pub struct Simulation {
 impl Simulation {
     /// Returns the motor points A, B, C, metres in the rig frame.
     pub fn motors(&self) -> [Point3<f64>; 3] {
-        self.motors.map(|motor| Point3::from(motor.map(Finite::get)))
+        self.motors.map(|motor| Point3::from(motor.map(Coordinate::get)))
     }
 
     /// Returns the true pose of the simulated camera, where its camera file says `pose`.
@@ -40,6 +41,6 @@ impl Simulation {
 
     /// Returns the ball's first position, metres in the rig frame.
     pub fn start(&self) -> Point3<f64> {
-        Point3::from(self.start.map(Finite::get))
+        Point3::from(self.start.map(Coordinate::get))
     }
 }

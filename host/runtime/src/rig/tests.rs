@@ -50,7 +50,7 @@ fn the_papers_travel_fits_its_workspace() {
     let all: Vec<f64> = (0..8).flat_map(|n| motors.map(|motor| steps(&motor, corner(n)))).collect();
     let least = all.iter().copied().fold(0.0, f64::min);
     let largest = all.iter().copied().fold(0.0, f64::max);
-    let [min, max] = rig.motors.travel.map(Finite::get);
+    let [min, max] = rig.motors.travel.map(|limit| limit.get());
     assert!((1.0..1.3).contains(&(min / least)), "{min} for {least}");
     assert!((1.0..1.3).contains(&(max / largest)), "{max} for {largest}");
 }

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::bounded_read::{ReadError, read_text};
-use plumb_cameras::toml_file::{Finite, MAX_BYTES, Positive};
+use plumb_cameras::toml_file::{Coordinate, MAX_BYTES, Range};
 use plumb_protocol::config::Workspace;
 use plumb_protocol::units::Point;
 use thiserror::Error;
 
 use super::error::RunError;
+use crate::rig::quantity::Distance;
 use crate::summary::round;
 
 /// Target of a run.
@@ -140,8 +141,11 @@ fn listed(path: &Path, mistakes: &[WaypointMistake]) -> String {
 /// Names of the columns.
 const COLUMNS: [&str; 5] = ["x", "y", "z", "dwell", "tolerance"];
 
-/// Longest dwell time, seconds: a day.
-const MAX_DWELL_S: f64 = 86_400.0;
+/// Range of a dwell time: up to a day.
+const DWELL: Range = Range::new(0.0, 86_400.0, "s");
+
+/// Range of a tolerance.
+const TOLERANCE: Range = Distance::RANGE;
 
 /// Reads a file of waypoints. A line is `x, y, z, dwell, tolerance`: metres in the rig frame,
 /// seconds, metres. The last two may be left out or empty. Empty lines, lines that begin with `#`,
@@ -206,15 +210,12 @@ fn parse_line(line: usize, text: &str, mistakes: &mut Vec<WaypointMistake>) -> O
 /// Parses the field of the column `index`. Returns the reason in words where it is wrong.
 fn parse_field(index: usize, field: &str) -> Result<f64, String> {
     let value: f64 = field.parse().map_err(|_| "must be a number".to_owned())?;
-    let checked = match COLUMNS[index] {
-        "tolerance" => Positive::try_from(value).map(Positive::get),
-        _ => Finite::try_from(value).map(Finite::get),
+    let range = match COLUMNS[index] {
+        "tolerance" => TOLERANCE,
+        "dwell" => DWELL,
+        _ => Coordinate::RANGE,
     };
-    let value = checked.map_err(|error| error.to_string())?;
-    if COLUMNS[index] == "dwell" && !(0.0..=MAX_DWELL_S).contains(&value) {
-        return Err(format!("must be from 0 to {MAX_DWELL_S} s"));
-    }
-    Ok(value)
+    range.check(value).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
@@ -245,7 +246,7 @@ mod tests {
             ("x,y,z\n0.4,0.3\n", "way.csv:2: 2 columns"),
             ("0.4,o.3,0.2\n", "way.csv:1: column 2 (y): 'o.3': must be a number"),
             ("0.4,0.3,inf\n", "way.csv:1: column 3 (z): 'inf'"),
-            ("0.4,0.3,0.2,-1\n", "way.csv:1: column 4 (dwell): '-1': must be from 0"),
+            ("0.4,0.3,0.2,-1\n", "way.csv:1: column 4 (dwell): '-1': -1.0 must be 0 to 86400 s"),
             ("0.4,0.3,0.2,1,0\n", "way.csv:1: column 5 (tolerance): '0'"),
             ("x,y,z\n", "way.csv: no waypoints"),
         ] {

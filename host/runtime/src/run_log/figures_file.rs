@@ -4,10 +4,12 @@ use std::path::Path;
 
 use nalgebra::Point3;
 use plumb_cameras::bounded_read::read_text;
-use serde::{Deserialize, Serialize};
+use plumb_cameras::toml_file::Coordinate;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::output_dir::write_new;
 use super::{FigureSettings, RunLogError};
+use crate::rig::quantity::Distance;
 
 /// Name of the file in the folder of the run.
 const FILE: &str = "figures.json";
@@ -20,9 +22,22 @@ const MAX_BYTES: u64 = 64 << 10;
 #[serde(deny_unknown_fields)]
 struct Content {
     title: String,
+    #[serde(deserialize_with = "threshold")]
     threshold_m: f64,
     /// Motor points A, B, C, metres in the rig frame; `None` where they are unknown.
+    #[serde(default, deserialize_with = "motors")]
     motors_m: Option<[[f64; 3]; 3]>,
+}
+
+/// Reads a threshold, metres.
+fn threshold<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Distance::deserialize(deserializer).map(Distance::get)
+}
+
+/// Reads the motor points, metres.
+fn motors<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[[f64; 3]; 3]>, D::Error> {
+    let motors = Option::<[[Coordinate; 3]; 3]>::deserialize(deserializer)?;
+    Ok(motors.map(|motors| motors.map(|motor| motor.map(Coordinate::get))))
 }
 
 /// Writes the file into `folder`.
@@ -48,7 +63,7 @@ pub(super) fn write(folder: &Path, settings: &FigureSettings) -> Result<(), RunL
 /// Reads the file of `folder`.
 ///
 /// # Errors
-/// Where it cannot be read or has another content.
+/// Where it cannot be read, has another content, or a number is out of its range.
 pub(super) fn read(folder: &Path) -> Result<FigureSettings, RunLogError> {
     let path = folder.join(FILE);
     let text = read_text(&path, MAX_BYTES)

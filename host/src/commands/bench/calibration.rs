@@ -6,7 +6,7 @@ use clap::Parser;
 use plumb_bench::calibration::{CalibrationWay, Survey, survey};
 
 use crate::commands::print::{self, tell};
-use crate::commands::{Failure, failed_because};
+use crate::commands::{Failure, failed_because, numbers};
 
 /// Accuracy of the camera's pose by each way of `plumb calibrate`, on random rigs
 ///
@@ -18,16 +18,24 @@ pub(crate) struct CalibrationArgs {
     /// Way; several with commas [default: all]
     #[arg(long, value_delimiter = ',')]
     way: Vec<CalibrationWay>,
-    /// Number of rigs
-    #[arg(long, default_value_t = 200)]
-    #[arg(value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    /// Number of rigs, 1 to 100000 rigs
+    #[arg(long, default_value_t = 200, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u64>(1.0, 1e5, "rigs"))]
     rigs: u64,
-    /// Seed of rigs and errors
-    #[arg(long, default_value_t = 1)]
+    /// Seed of rigs and errors, 0 to 1e15
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = numbers::seed())]
     seed: u64,
     /// End with a line of JSON on standard output for each way
     #[arg(long)]
     json: bool,
+}
+
+impl CalibrationArgs {
+    /// Returns the options of the first rig alone.
+    #[cfg(test)]
+    pub(super) fn first_rig_alone(self) -> Self {
+        Self { rigs: self.rigs.min(1), ..self }
+    }
 }
 
 pub(super) fn main(args: &CalibrationArgs) -> Result<ExitCode, Failure> {

@@ -55,22 +55,23 @@ pub(crate) struct ControlArgs {
     /// Law or baseline; several likewise [default: the default law]
     #[arg(long, value_delimiter = ',')]
     law: Vec<ControllerKind>,
-    /// Gain of the law interval, 1/s at 0.471 mm of cable a step [default: 450]
-    #[arg(long, allow_negative_numbers = true, value_parser = numbers::positive)]
+    /// Gain of the law interval at 0.471 mm of cable a step, above 0, to 7539 1/s [default: 450]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(numbers::GAMMA))]
     gamma: Option<f64>,
-    /// Number of rigs
-    #[arg(long, default_value_t = DEFAULT_RIGS)]
-    #[arg(value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    /// Number of rigs, 1 to 1000000 rigs
+    #[arg(long, default_value_t = DEFAULT_RIGS, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u64>(1.0, 1e6, "rigs"))]
     rigs: u64,
-    /// Number of the first rig, to repeat one that failed
-    #[arg(long, default_value_t = 0)]
-    #[arg(value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
+    /// Number of the first rig, to repeat one that failed, 0 to 1e9
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u64>(0.0, 1e9, ""))]
     first_rig: u64,
-    /// Seed of rigs and noise
-    #[arg(long, default_value_t = DEFAULT_SEED)]
+    /// Seed of rigs and noise, 0 to 1e15
+    #[arg(long, default_value_t = DEFAULT_SEED, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::seed())]
     seed: u64,
-    /// Running mean over the step plan, seconds, instead of each law's own
-    #[arg(long, allow_negative_numbers = true, value_parser = numbers::finite)]
+    /// Running mean over the step plan instead of each law's own, 0 to 0.4 s
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(numbers::MEAN))]
     mean: Option<f64>,
     /// Start of the clock: arrival of the first frame (picture), or 1 to 2 frames earlier, when the
     /// target is set (target)
@@ -85,6 +86,13 @@ pub(crate) struct ControlArgs {
 }
 
 impl ControlArgs {
+    /// Returns the options of the first rig alone.
+    #[cfg(test)]
+    pub(super) fn first_rig_alone(self) -> Self {
+        let Range { start, end } = self.rigs();
+        Self { rigs: (end - start).min(1), ..self }
+    }
+
     /// Returns the numbers of the rigs.
     fn rigs(&self) -> Range<u64> {
         self.first_rig..self.first_rig + self.rigs
@@ -282,7 +290,7 @@ fn controllers(args: &ControlArgs) -> Result<Vec<ControllerKind>, Failure> {
     for law in controllers.iter_mut().filter_map(ControllerKind::settings_mut) {
         has_gamma |= law.set_gamma(args.gamma.unwrap_or(DEFAULT_GAMMA))?;
         if let Some(mean) = args.mean {
-            law.set_mean(mean.into());
+            law.set_mean(mean.try_into()?);
         }
     }
     if !has_gamma {

@@ -8,7 +8,7 @@ use plumb_cameras::camera_file;
 use plumb_vision::image::ImageSize;
 
 use crate::commands::print::{self, tell};
-use crate::commands::{Failure, failed_because};
+use crate::commands::{Failure, failed_because, numbers};
 
 /// Frames that another program sends (camera.source = "stream"), in real time
 ///
@@ -20,21 +20,21 @@ use crate::commands::{Failure, failed_because};
     after_help = examples!["plumb bench stream --depth", "plumb bench stream --rate 500 --json"]
 )]
 pub(crate) struct StreamArgs {
-    /// Frames that are sent in a second
-    #[arg(long, default_value_t = 60)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
+    /// Frames that are sent in a second, 1 to 1000 1/s
+    #[arg(long, default_value_t = 60, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u32>(1.0, 1000.0, "1/s"))]
     rate: u32,
-    /// Duration, seconds
-    #[arg(long, default_value_t = 10)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=3600))]
+    /// Duration, 1 to 3600 s
+    #[arg(long, default_value_t = 10, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u32>(1.0, 3600.0, "s"))]
     seconds: u32,
-    /// Columns
-    #[arg(long, default_value_t = 1280)]
-    #[arg(value_parser = clap::value_parser!(u16).range(64..=4096))]
+    /// Columns, 64 to 4096 pixels
+    #[arg(long, default_value_t = 1280, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u16>(64.0, 4096.0, "pixels"))]
     width: u16,
-    /// Rows
-    #[arg(long, default_value_t = 720)]
-    #[arg(value_parser = clap::value_parser!(u16).range(64..=4096))]
+    /// Rows, 64 to 4096 pixels
+    #[arg(long, default_value_t = 720, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u16>(64.0, 4096.0, "pixels"))]
     height: u16,
     /// Send depth too, 16 bits for each pixel
     #[arg(long)]
@@ -44,14 +44,19 @@ pub(crate) struct StreamArgs {
     json: bool,
 }
 
-pub(super) fn main(args: &StreamArgs) -> Result<ExitCode, Failure> {
+/// Returns the options of the measurement.
+pub(super) fn options(args: &StreamArgs) -> StreamOptions {
     let [width, height] = [args.width, args.height].map(usize::from);
-    let options = StreamOptions {
+    StreamOptions {
         rate: args.rate.into(),
         seconds: args.seconds.into(),
         size: ImageSize { width, height },
         has_depth: args.depth,
-    };
+    }
+}
+
+pub(super) fn main(args: &StreamArgs) -> Result<ExitCode, Failure> {
+    let options = options(args);
     let folder = SocketFolder::create()?;
     let report = measure(&camera_file::paper()?, &folder.0, &options).map_err(failed_because)?;
     tell!("{report}");

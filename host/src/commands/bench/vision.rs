@@ -14,7 +14,7 @@ use plumb_vision::detect::{BallDetector, DetectorKind};
 use plumb_vision::frame::RgbdFrame;
 
 use crate::commands::print::{self, tell};
-use crate::commands::{Failure, bad_input};
+use crate::commands::{Failure, bad_input, numbers};
 
 /// Accuracy and speed of the detectors in scenes from a seed
 ///
@@ -34,14 +34,17 @@ pub(crate) struct VisionArgs {
     /// Set of frames: scenes, hard, rooms or empty
     #[arg(long, default_value = "scenes")]
     suite: FrameSuite,
-    /// Number of frames of each kind of scene
-    #[arg(long, default_value_t = 20)]
+    /// Number of frames of each kind of scene, 1 to 100000 frames
+    #[arg(long, default_value_t = 20, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<usize>(1.0, 1e5, "frames"))]
     frames: usize,
-    /// Number of frames of each kind of scene without a ball [default: as --frames]
-    #[arg(long)]
+    /// Number of frames of each kind of scene without a ball, 0 to 100000 frames [default: as
+    /// --frames]
+    #[arg(long, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<usize>(0.0, 1e5, "frames"))]
     empty: Option<usize>,
-    /// Seed of the scenes
-    #[arg(long, default_value_t = 1)]
+    /// Seed of the scenes, 0 to 1e15
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = numbers::seed())]
     seed: u64,
     /// Frames of the suite rooms that no detector is made with: every fourth recorded background,
     /// other rendered rooms, other random numbers. Without this option they are left out
@@ -88,7 +91,16 @@ fn backgrounds(
     Ok(frames)
 }
 
-pub(crate) fn main(args: &VisionArgs) -> Result<ExitCode, Failure> {
+/// Comparison that is ready to begin.
+pub(super) struct Prepared {
+    camera: Camera,
+    recorded: Vec<RgbdFrame>,
+    detectors: [Box<dyn BallDetector>; 2],
+    options: VisionOptions,
+}
+
+/// Reads the backgrounds and makes the detectors.
+pub(super) fn prepare(args: &VisionArgs) -> Result<Prepared, Failure> {
     let camera = camera_file::paper()?;
     if args.held_out && args.suite != FrameSuite::Rooms {
         return Err(bad_input(format!(
@@ -109,8 +121,13 @@ pub(crate) fn main(args: &VisionArgs) -> Result<ExitCode, Failure> {
     let held_out = args.held_out;
     let options = VisionOptions { suite, frames, empty, seed, held_out, ..Default::default() };
     let seen = vision::suite_camera(suite, &camera);
-    let mut detectors: [Box<dyn BallDetector>; 2] =
+    let detectors: [Box<dyn BallDetector>; 2] =
         [DetectorKind::Ball.build(&seen), Box::new(RedDetector::new(&seen, options.radius))];
+    Ok(Prepared { camera, recorded, detectors, options })
+}
+
+pub(crate) fn main(args: &VisionArgs) -> Result<ExitCode, Failure> {
+    let Prepared { camera, recorded, mut detectors, options } = prepare(args)?;
     let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| {
         tell!("{scene}")
     })?;

@@ -23,7 +23,7 @@ use super::output::CameraFile;
 use super::view::View;
 use crate::commands::old_file::OldFile;
 use crate::commands::print::tell;
-use crate::commands::{FAILED, Failure, failed, print};
+use crate::commands::{FAILED, Failure, failed, numbers, print};
 
 /// Ways that exclude the options.
 const NOT_LENS: [&str; 4] = ["board", "motors", "ball", "print_board"];
@@ -34,8 +34,8 @@ pub(super) struct LensOptions {
     /// Folder with the pictures, of one size; without it the rig's camera takes them
     #[arg(long, value_name = "FOLDER", conflicts_with_all = NOT_LENS)]
     pictures: Option<PathBuf>,
-    /// Number of pictures that the rig's camera takes [default: 20]
-    #[arg(long, value_parser = clap::value_parser!(u8).range(5..=60))]
+    /// Number of pictures that the rig's camera takes, 5 to 60 pictures [default: 20]
+    #[arg(long, value_parser = numbers::whole::<u8>(5.0, 60.0, "pictures"))]
     #[arg(conflicts_with_all = NOT_LENS, conflicts_with = "pictures")]
     views: Option<u8>,
 }

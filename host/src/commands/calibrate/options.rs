@@ -7,6 +7,7 @@ use nalgebra::{Point2, Point3};
 use plumb_calibrate::board::{Board, Placement};
 use plumb_calibrate::motors::MotorMeasures;
 use plumb_calibrate::places::PLACE_SD_M;
+use plumb_cameras::toml_file::Range;
 use plumb_page::DEFAULT_ADDRESS;
 
 use crate::commands::page::address;
@@ -18,41 +19,41 @@ const NOT_BOARD: [&str; 4] = ["motors", "ball", "lens", "print_board"];
 const NOT_MOTORS: [&str; 4] = ["board", "ball", "lens", "print_board"];
 const NOT_BALL: [&str; 4] = ["board", "motors", "lens", "print_board"];
 
-/// Parses numbers with commas between them.
-fn list<const N: usize>(text: &str) -> Result<[f64; N], String> {
+/// Parses numbers of a range with commas between them.
+fn list<const N: usize>(text: &str, range: &Range) -> Result<[f64; N], String> {
     let numbers: Vec<f64> =
-        text.split(',').map(|it| numbers::finite(it.trim())).collect::<Result<_, _>>()?;
-    numbers.try_into().map_err(|_| format!("must be {N} numbers with commas between them"))
+        text.split(',').map(|it| numbers::parse(it.trim(), range)).collect::<Result<_, _>>()?;
+    numbers.try_into().map_err(|_| format!("{N} numbers with commas between them, each {range}"))
 }
 
 /// Parses a point, "X,Y,Z" in metres.
 pub(super) fn point(text: &str) -> Result<Point3<f64>, String> {
-    list(text).map(Point3::from)
+    list(text, &numbers::COORDINATE).map(Point3::from)
 }
 
 /// Parses a pixel, "U,V".
 fn pixel(text: &str) -> Result<Point2<f64>, String> {
-    list(text).map(Point2::from)
+    list(text, &numbers::PIXEL).map(Point2::from)
 }
 
 /// Parses the side of a square, millimetres.
 fn square(text: &str) -> Result<Board, String> {
-    let side = numbers::positive(text)?;
-    Board::with_square(side * 1e-3).ok_or_else(|| "must be above 0".to_owned())
+    let side = numbers::parse(text, &numbers::SQUARE)?;
+    Board::with_square(side * 1e-3).ok_or_else(|| format!("must be {}", numbers::SQUARE))
 }
 
 /// Where the board is.
 #[derive(Args)]
 #[command(next_help_heading = "With --board")]
 pub(super) struct BoardOptions {
-    /// Side of the board's squares as measured on the print, millimetres [default: 36]
+    /// Side of the board's squares as measured on the print, 1 to 1000 mm [default: 36]
     #[arg(long, value_name = "MM", value_parser = square, conflicts_with_all = NOT_BOARD)]
     square: Option<Board>,
-    /// Place of the board's origin (its lower left corner) in the rig frame, metres
+    /// Place of the board's origin (its lower left corner) in the rig frame, each -100 to 100 m
     #[arg(long, value_name = "X,Y,Z", value_parser = point, conflicts_with_all = NOT_BOARD)]
     origin: Option<Point3<f64>>,
-    /// Turn of the board about the rig's z axis, degrees, counter-clockwise from above
-    #[arg(long, value_name = "DEGREES", value_parser = numbers::finite)]
+    /// Turn of the board about the rig's z axis, -360 to 360 degrees, counter-clockwise from above
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::within(numbers::ANGLE))]
     #[arg(conflicts_with_all = NOT_BOARD)]
     turn: Option<f64>,
     /// The board stands on its lower edge instead of lying
@@ -78,8 +79,8 @@ impl BoardOptions {
 #[derive(Args)]
 #[command(next_help_heading = "With --motors")]
 pub(super) struct MotorOptions {
-    /// Column and row where the cable leaves a motor; three times, in the order A, B, C. Without
-    /// it the picture is kept, so that they can be read there
+    /// Column and row where the cable leaves a motor, each -65535 to 65535 pixels; three times, in
+    /// the order A, B, C. Without it the picture is kept, so that they can be read there
     #[arg(long = "pixel", value_name = "U,V", value_parser = pixel)]
     #[arg(conflicts_with_all = NOT_MOTORS)]
     pixels: Vec<Point2<f64>>,
@@ -95,12 +96,13 @@ pub(super) struct MotorOptions {
     )]
     #[arg(conflicts_with_all = NOT_MOTORS, conflicts_with_all = ["pixels", "yes"])]
     pub(super) page: Option<SocketAddr>,
-    /// Height of the motors above the origin, metres. The origin is then below motor C in x and
-    /// below motor B in y
-    #[arg(long, value_name = "M", value_parser = numbers::finite, conflicts_with_all = NOT_MOTORS)]
+    /// Height of the motors above the origin, -100 to 100 m. The origin is then below motor C in x
+    /// and below motor B in y
+    #[arg(long, value_name = "M", value_parser = numbers::within(numbers::COORDINATE))]
+    #[arg(conflicts_with_all = NOT_MOTORS)]
     height: Option<f64>,
-    /// Measured place of a motor in the rig frame, metres, instead of --height; three times, in the
-    /// order A, B, C
+    /// Measured place of a motor in the rig frame, each -100 to 100 m, instead of --height; three
+    /// times, in the order A, B, C
     #[arg(long = "motor", value_name = "X,Y,Z", value_parser = point)]
     #[arg(conflicts_with_all = NOT_MOTORS)]
     #[arg(conflicts_with = "height")]
@@ -136,13 +138,14 @@ impl MotorOptions {
 #[derive(Args)]
 #[command(next_help_heading = "With --ball")]
 pub(super) struct PlaceOptions {
-    /// Place of the ball's centre in the rig frame, metres; at least four times. Without it the
-    /// places are typed
+    /// Place of the ball's centre in the rig frame, each -100 to 100 m; at least four times.
+    /// Without it the places are typed
     #[arg(long = "place", value_name = "X,Y,Z", value_parser = point)]
     #[arg(conflicts_with_all = NOT_BALL)]
     pub(super) places: Vec<Point3<f64>>,
-    /// Standard deviation of the measured places along each axis, millimetres
-    #[arg(long, value_name = "MM", value_parser = numbers::positive, conflicts_with_all = NOT_BALL)]
+    /// Standard deviation of the measured places along each axis, 0.01 to 1000 mm
+    #[arg(long, value_name = "MM", value_parser = numbers::within(numbers::DEVIATION))]
+    #[arg(conflicts_with_all = NOT_BALL)]
     place_error: Option<f64>,
 }
 

@@ -5,6 +5,7 @@ use std::time::Duration;
 use clap::Args;
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
+use plumb_runtime::rig::quantity::BAUD;
 use plumb_sim::emulator::Wire;
 use plumb_sim::emulator::wire::{Lane, Line, Reboot};
 
@@ -15,30 +16,32 @@ use super::super::{Failure, bad_input, numbers};
 #[derive(Args)]
 #[command(next_help_heading = "The link to the board")]
 pub(super) struct WireOptions {
-    /// Baud rate, which gives the transmission time of a frame
-    #[arg(
-        long,
-        value_name = "BAUD",
-        value_parser = clap::value_parser!(u32).range(300..=20_000_000)
-    )]
+    /// Baud rate, which gives the transmission time of a frame, 300 to 20000000 bit/s
+    #[arg(long, value_name = "BAUD", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole_within::<u32>(BAUD))]
     baud: Option<u32>,
-    /// Transmission time of every frame, as over USB, seconds
-    #[arg(long, value_name = "S", conflicts_with = "baud", value_parser = numbers::seconds)]
+    /// Transmission time of every frame, as over USB, above 0, to 1e9 s
+    #[arg(long, value_name = "S", conflicts_with = "baud", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::TIME))]
     frame_time: Option<f64>,
-    /// Additional delay of every frame, seconds
-    #[arg(long, value_name = "S", value_parser = numbers::seconds)]
+    /// Additional delay of every frame, above 0, to 1e9 s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::TIME))]
     latency: Option<f64>,
     /// Share of lost frames, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = numbers::share)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::SHARE))]
     lost: f64,
     /// Share of damaged frames, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = numbers::share)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::SHARE))]
     damaged: f64,
-    /// Time after which the board restarts, as after a power failure, seconds
-    #[arg(long, value_name = "S", value_parser = numbers::seconds)]
+    /// Time after which the board restarts, as after a power failure, above 0, to 1e9 s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::TIME))]
     reboot_after: Option<f64>,
-    /// Seed of the losses and damages, with --lost or --damaged [default: 1]
-    #[arg(long, value_name = "N")]
+    /// Seed of the losses and damages, with --lost or --damaged, 0 to 1e15 [default: 1]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = numbers::seed())]
     link_seed: Option<u64>,
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use plumb_cameras::source::stream::AddressError;
+use plumb_cameras::toml_file::Range;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
 
 use super::dialogue::{Dialogue, DialogueError};
@@ -25,10 +26,11 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let cable_per_turn = length(
         args.cable_per_turn,
         "Cable that a turn of a motor winds (circumference of its drum)",
-        usual.cable_per_turn,
+        (usual.cable_per_turn, &numbers::CABLE_PER_TURN),
         dialogue,
     )?;
-    let ball_diameter = length(args.ball, "Diameter of the ball", usual.ball_diameter, dialogue)?;
+    let usual_ball = (usual.ball_diameter, &numbers::BALL);
+    let ball_diameter = length(args.ball, "Diameter of the ball", usual_ball, dialogue)?;
     let camera = camera(args, dialogue)?;
     let port = match &args.port {
         Some(port) => port.clone(),
@@ -43,12 +45,12 @@ pub(super) fn rig<I: BufRead, O: Write>(
 fn length<I: BufRead, O: Write>(
     given: Option<f64>,
     question: &str,
-    default: f64,
+    (default, range): (f64, &Range),
     dialogue: &mut Dialogue<I, O>,
 ) -> Result<f64, DialogueError> {
     match given {
         Some(length) => Ok(length),
-        None => dialogue.ask(question, &default.to_string(), numbers::positive),
+        None => dialogue.ask(question, &default.to_string(), |text| numbers::parse(text, range)),
     }
 }
 
@@ -68,13 +70,14 @@ fn size<I: BufRead, O: Write>(
                 let mut sides = usual.sides;
                 for (side, name) in sides.iter_mut().zip(names) {
                     let question = format!("Distance between the pulleys of motors {name}");
-                    *side = length(None, &question, *side, dialogue)?;
+                    *side = length(None, &question, (*side, &numbers::SIDE), dialogue)?;
                 }
                 sides
             }
         };
         let question = "Height of the pulleys above the floor";
-        let height = length(args.height, question, usual.height, dialogue)?;
+        let height = (usual.height, &numbers::HEIGHT);
+        let height = length(args.height, question, height, dialogue)?;
         match Triangle::new(sides, height) {
             Ok(_) => return Ok((sides, height)),
             Err(error) => {

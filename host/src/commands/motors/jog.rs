@@ -50,11 +50,12 @@ pub(crate) struct JogArgs {
     /// Motor: A, B or C
     #[arg(allow_hyphen_values = true)]
     motor: Option<String>,
-    /// Distance in full steps, or in millimetres of cable: 200, -200, 20mm
+    /// Distance in full steps, or in millimetres of cable: 200, -200, 20mm (-100000000 to
+    /// 100000000)
     #[arg(allow_hyphen_values = true)]
     distance: Option<String>,
-    /// Highest rate, full steps/s [default: the rig file's jog.max_rate]
-    #[arg(long, allow_negative_numbers = true, value_parser = numbers::positive)]
+    /// Highest rate, above 0, to 1250000 full steps/s [default: the rig file's jog.max_rate]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(numbers::RATE))]
     rate: Option<f64>,
     #[command(flatten)]
     port: PortArgs,
@@ -112,7 +113,7 @@ fn parse(motor: &str, distance: &str, rig: &Rig) -> Result<Move, Failure> {
         None => (distance, false),
     };
     let named = |why: String| bad_input(format!("distance {distance}: {why}"));
-    let number = numbers::finite(number)
+    let number = numbers::parse(number, &numbers::DISTANCE)
         .map_err(|why| named(format!("{why}; full steps as in 200, or millimetres as in 20mm")))?;
     let steps = if is_mm { number * 1e-3 / cable_per_step(rig, index)? } else { number };
     let limit = rig.jog.max_distance.get();

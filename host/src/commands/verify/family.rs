@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use plumb_cameras::toml_file::{Finite, read_toml};
+use plumb_cameras::toml_file::read_toml;
 use plumb_verify::{Nonsingularity, Polytope, PolytopeError, Robustness};
 use serde::{Deserialize, Serialize};
 
@@ -19,15 +19,14 @@ struct FamilyFile(Polytope);
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Vertices {
-    vertices: Vec<[[Finite; 3]; 3]>,
+    vertices: Vec<[[f64; 3]; 3]>,
 }
 
 impl TryFrom<Vertices> for FamilyFile {
     type Error = PolytopeError;
 
     fn try_from(file: Vertices) -> Result<Self, PolytopeError> {
-        let vertices = file.vertices.into_iter().map(|m| m.map(|row| row.map(Finite::get)));
-        Polytope::new(vertices.collect()).map(Self)
+        Polytope::new(file.vertices).map(Self)
     }
 }
 
@@ -77,9 +76,15 @@ impl Line {
     }
 }
 
+/// Reads the family in the file at `path`.
+pub(super) fn read(path: &Path) -> Result<Polytope, Failure> {
+    let FamilyFile(family) = read_toml(path)?;
+    Ok(family)
+}
+
 /// Returns whether every matrix of the family in the file at `path` is proved nonsingular.
 pub(super) fn main(path: &Path, max_patches: usize, json: bool) -> Result<bool, Failure> {
-    let FamilyFile(family) = read_toml(path)?;
+    let family = read(path)?;
     let line = Line::new(&family, &family.robustness(max_patches));
     line.print();
     if json {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use plumb_openni::{Settings, Target};
 use serde::Deserialize;
 
-use crate::toml_file::Positive;
+use crate::toml_file::{CameraTime, pixels, rate};
 
 /// Settings of a camera through OpenNI2: table `[camera.openni]` of a rig file. Every key may be
 /// left out.
@@ -15,13 +15,17 @@ pub struct OpenniSettings {
     /// URI of the camera, as `plumb cameras` prints it. Default: the first camera.
     pub uri: Option<String>,
     /// Columns of both images, pixels, 1 to 65535. Default: 640.
+    #[serde(deserialize_with = "pixels")]
     pub width: u16,
     /// Rows of both images, pixels, 1 to 65535. Default: 480.
+    #[serde(deserialize_with = "pixels")]
     pub height: u16,
-    /// Frame rate, frames/s, 1 to 65535. Default: 30.
+    /// Frame rate, frames/s, 1 to 1000. Default: 30.
+    #[serde(deserialize_with = "rate")]
     pub rate: u16,
-    /// Time from exposure to the earliest arrival of a frame, seconds, above 0. Default: 0.045.
-    pub latency: Option<Positive>,
+    /// Time from exposure to the earliest arrival of a frame, seconds, above 0, to 10. Default:
+    /// 0.045.
+    pub latency: Option<CameraTime>,
     /// Origin of the intrinsics. Default: `"file"`.
     pub intrinsics: IntrinsicsFrom,
 }
@@ -59,7 +63,7 @@ impl OpenniSettings {
             width: self.width,
             height: self.height,
             rate: self.rate,
-            latency: self.latency.map_or(usual.latency, Positive::get),
+            latency: self.latency.map_or(usual.latency, CameraTime::get),
             record,
             ..usual
         }

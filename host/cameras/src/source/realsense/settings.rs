@@ -4,7 +4,7 @@ use plumb_realsense::{Mode, Settings, Target};
 use serde::Deserialize;
 
 use crate::source::openni::IntrinsicsFrom;
-use crate::toml_file::Positive;
+use crate::toml_file::{CameraTime, pixels, rate};
 
 /// Settings of an Intel RealSense camera: table `[camera.realsense]` of a rig file. Every key may
 /// be left out.
@@ -14,17 +14,21 @@ pub struct RealsenseSettings {
     /// Serial number of the camera, as `plumb cameras` prints it. Default: the first camera.
     pub serial: Option<String>,
     /// Columns of both pictures, pixels, 1 to 65535. Default: 640.
+    #[serde(deserialize_with = "pixels")]
     pub width: u16,
     /// Rows of both pictures, pixels, 1 to 65535. Default: 480.
+    #[serde(deserialize_with = "pixels")]
     pub height: u16,
-    /// Frame rate, frames/s, 1 to 65535. Default: 30.
+    /// Frame rate, frames/s, 1 to 1000. Default: 30.
+    #[serde(deserialize_with = "rate")]
     pub rate: u16,
-    /// Exposure time of the colour sensor, seconds, above 0. Default: automatic.
-    pub exposure: Option<Positive>,
+    /// Exposure time of the colour sensor, seconds, above 0, to 10. Default: automatic.
+    pub exposure: Option<CameraTime>,
     /// Whether the infrared projector is on. Default: as the camera has it.
     pub emitter: Option<bool>,
-    /// Time from exposure to the earliest arrival of a frame, seconds, above 0. Default: 0.045.
-    pub latency: Option<Positive>,
+    /// Time from exposure to the earliest arrival of a frame, seconds, above 0, to 10. Default:
+    /// 0.045.
+    pub latency: Option<CameraTime>,
     /// Origin of the intrinsics. Default: `"device"`, which the maker calibrated.
     pub intrinsics: IntrinsicsFrom,
 }
@@ -51,9 +55,9 @@ impl RealsenseSettings {
         let usual = Settings::default();
         Settings {
             mode: Mode { width: self.width, height: self.height, rate: self.rate },
-            exposure: self.exposure.map(Positive::get),
+            exposure: self.exposure.map(CameraTime::get),
             emitter: self.emitter,
-            latency: self.latency.map_or(usual.latency, Positive::get),
+            latency: self.latency.map_or(usual.latency, CameraTime::get),
             ..usual
         }
     }

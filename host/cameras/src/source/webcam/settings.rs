@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::toml_file::{Finite, Positive};
+use crate::toml_file::{CameraGain, CameraTime, pixels, rate};
 
 /// Settings of a webcam: table `[camera.webcam]` of a rig file. Every key may be left out.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -12,19 +12,23 @@ pub struct WebcamSettings {
     /// Number or path of the device, "0" or "/dev/video0". Default: "0".
     pub device: String,
     /// Columns of the picture, pixels, 1 to 65535. Default: 640.
+    #[serde(deserialize_with = "pixels")]
     pub width: u16,
     /// Rows of the picture, pixels, 1 to 65535. Default: 480.
+    #[serde(deserialize_with = "pixels")]
     pub height: u16,
-    /// Frame rate, frames/s, 1 to 65535. Default: 30.
+    /// Frame rate, frames/s, 1 to 1000. Default: 30.
+    #[serde(deserialize_with = "rate")]
     pub rate: u16,
     /// Pixel format of V4L2. Default: the driver's choice.
     pub format: Option<PixelFormat>,
-    /// Exposure time, seconds, above 0. Default: as the camera has it, usually automatic.
-    pub exposure: Option<Positive>,
-    /// Gain, in the units of the camera's driver. Default: as the camera has it.
-    pub gain: Option<Finite>,
-    /// Time from exposure to the earliest arrival of a frame, seconds, above 0. Default: 0.05.
-    pub latency: Option<Positive>,
+    /// Exposure time, seconds, above 0, to 10. Default: as the camera has it, usually automatic.
+    pub exposure: Option<CameraTime>,
+    /// Gain, in the units of the camera's driver, within ±1e6. Default: as the camera has it.
+    pub gain: Option<CameraGain>,
+    /// Time from exposure to the earliest arrival of a frame, seconds, above 0, to 10. Default:
+    /// 0.05.
+    pub latency: Option<CameraTime>,
 }
 
 impl Default for WebcamSettings {
@@ -46,9 +50,9 @@ impl WebcamSettings {
             device: plumb_webcam::device_path(&self.device),
             mode: plumb_webcam::Mode { width, height, rate: self.rate.into() },
             format: self.format.map(|format| format.0),
-            exposure: self.exposure.map(Positive::get),
-            gain: self.gain.map(Finite::get),
-            latency: self.latency.map_or(usual.latency, Positive::get),
+            exposure: self.exposure.map(CameraTime::get),
+            gain: self.gain.map(CameraGain::get),
+            latency: self.latency.map_or(usual.latency, CameraTime::get),
         }
     }
 }
@@ -89,7 +93,7 @@ mod tests {
         assert_eq!(settings("").unwrap(), WebcamSettings::default());
         let chosen = settings("device = '/dev/video2'\nformat = 'MJPG'\nexposure = 0.004").unwrap();
         assert_eq!(chosen.format, Some(PixelFormat(*b"MJPG")));
-        assert_eq!(chosen.exposure.map(Positive::get), Some(0.004));
+        assert_eq!(chosen.exposure.map(CameraTime::get), Some(0.004));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 
 use super::*;
-use crate::toml_file::Positive;
+use crate::toml_file::CameraTime;
 
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -15,7 +15,7 @@ struct File {
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Rig {
-    gain: Positive,
+    gain: CameraTime,
     steps: u8,
     at: [f64; 2],
 }
@@ -26,7 +26,7 @@ enum Law {
     #[default]
     Taut,
     Sign {
-        gain: Positive,
+        gain: CameraTime,
         mean: f64,
     },
 }
@@ -34,7 +34,7 @@ enum Law {
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Size {
-    side: Positive,
+    side: CameraTime,
 }
 
 const PLACEHOLDERS: &str = "\

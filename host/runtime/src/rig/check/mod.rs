@@ -13,11 +13,12 @@ use plumb_cameras::camera_file;
 use plumb_cameras::error_chain::ErrorChain;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_cameras::source::BoxedError;
-use plumb_cameras::toml_file::{MAX_BYTES, diagnose};
+use plumb_cameras::toml_file::{Coordinate, MAX_BYTES, diagnose};
 use plumb_frame::camera::Camera;
 
 use self::finding::Document;
 use super::conversion::Conversion;
+use super::quantity::Corner;
 use super::{REFERENCE, Rig, Simulation};
 
 pub use self::board::BoardCheck;
@@ -128,8 +129,10 @@ fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     if rig.targets.is_empty() {
         return vec![document.out_of_range(&["targets"], "has no target")];
     }
-    let (min, max) = (rig.workspace.min, rig.workspace.max);
-    let is_inside = |target: &[_; 3]| (0..3).all(|i| min[i] <= target[i] && target[i] <= max[i]);
+    let (min, max) = (rig.workspace.min.map(Corner::get), rig.workspace.max.map(Corner::get));
+    let is_inside = |target: &[Coordinate; 3]| {
+        (0..3).all(|axis| (min[axis]..=max[axis]).contains(&target[axis].get()))
+    };
     let outside = rig.targets.iter().enumerate().filter(|(_, target)| !is_inside(target));
     let findings = outside.map(|(index, target)| {
         let [x, y, z] = target.map(|coordinate| coordinate.get());

@@ -1,9 +1,10 @@
 //! Plausibility of a rig file: workspace, targets and travel against the rough size of the rig.
 
 use nalgebra::{Point2, Point3};
-use plumb_cameras::toml_file::Finite;
+use plumb_cameras::toml_file::Coordinate;
 
 use super::finding::{Document, Finding, Severity};
+use crate::rig::quantity::{Corner, TravelLimit};
 use crate::rig::{FULL_STEPS_PER_REVOLUTION, Rig};
 
 /// Travel beyond which the limits protect little, in multiples of what the workspace takes.
@@ -82,9 +83,10 @@ pub(super) fn warnings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
         found.push(warning(&[size.key], problem));
     }
     found.extend(workspace_warnings(document, rig, &size));
-    let outside = |target: &[Finite; 3]| !size.contains(Point3::from(target.map(Finite::get)));
+    let outside =
+        |target: &[Coordinate; 3]| !size.contains(Point3::from(target.map(Coordinate::get)));
     for (index, target) in rig.targets.iter().enumerate().filter(|(_, target)| outside(target)) {
-        let [x, y, z] = target.map(Finite::get);
+        let [x, y, z] = target.map(Coordinate::get);
         let problem = format!(
             "has a target outside the triangle of the motors, number {}, [{x}, {y}, {z}]: a cable \
              is slack there",
@@ -116,7 +118,7 @@ fn workspace_warnings(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> V
 }
 
 fn travel_warning(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Option<Finding> {
-    let [min, max] = rig.motors.travel.map(Finite::get);
+    let [min, max] = rig.motors.travel.map(TravelLimit::get);
     let needed = size.steps_across(&corners(rig)).ceil();
     let span = max - min;
     // Both ways from anywhere in the workspace.
@@ -130,7 +132,7 @@ fn travel_warning(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Optio
 
 /// Returns the corners of the workspace.
 fn corners(rig: &Rig) -> [Point3<f64>; 8] {
-    let (min, max) = (rig.workspace.min.map(Finite::get), rig.workspace.max.map(Finite::get));
+    let (min, max) = (rig.workspace.min.map(Corner::get), rig.workspace.max.map(Corner::get));
     std::array::from_fn(|corner| {
         Point3::from([0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { min } else { max }[axis]))
     })

@@ -1,0 +1,75 @@
+//! Numbers of a rig file: their ranges and units, as in docs/use/rig-file.md. Ranges of numbers
+//! that the board gets are the board's own (`Params` in firmware/core).
+
+use plumb_cameras::quantities;
+use plumb_cameras::toml_file::Range;
+use serde::Deserializer;
+
+quantities! {
+    /// Distance of the ball at which the board acts, metres.
+    Distance = Range::above_zero(1.0, "m");
+    /// Time after which the board acts, seconds.
+    Deadline = Range::above_zero(5.0, "s");
+    /// Time without progress, seconds.
+    ProgressTime = Range::above_zero(60.0, "s");
+    /// Movement of a ball that follows, metres. Less is within the noise of its position.
+    Movement = Range::new(0.005, 1.0, "m");
+    /// Delay of a law, seconds. The default is none.
+    #[derive(Default)]
+    Delay = Range::new(0.0, 0.5, "s");
+    /// Running mean of a law, seconds. The default is none.
+    #[derive(Default)]
+    Mean = Range::new(0.0, 0.4, "s");
+    /// Least time of a high pulse, seconds.
+    HighTime = Range::above_zero(4.1e-6, "s");
+    /// Least time of a low pulse, seconds.
+    LowTime = Range::above_zero(65e-6, "s");
+    /// Least time from a change of direction to a pulse, seconds.
+    SetupTime = Range::new(0.0, 65e-6, "s");
+    /// Share of the supply's voltage.
+    Duty = Range::new(0.005, 1.0, "");
+    /// Rate of a motor, full steps/s. The driver and the build of the board may allow less.
+    MotorRate = Range::above_zero(1_250_000.0, "full steps/s");
+    /// Acceleration of a motor, full steps/s².
+    MotorAcceleration = Range::new(40.0, 4_000_000.0, "full steps/s²");
+    /// Turn of a motor without the ball, full steps.
+    Turn = Range::above_zero(100_000.0, "full steps");
+    /// Distance of a jog, full steps: at most the widest travel.
+    JogDistance = Range::above_zero(67_108_864.0, "full steps");
+    /// Limit of the travel, full steps.
+    TravelLimit = Range::new(-33_554_432.0, 33_554_432.0, "full steps");
+    /// Gain of the law `interval`, 1/s.
+    Gain = Range::above_zero(7539.0, "1/s");
+    /// Gain of the law `sign`, 1/s.
+    SignGain = Range::above_zero(1884.0, "1/s");
+    /// Bound of |dp/du|, metres of ball for a metre of cable.
+    JacobianBound = Range::above_zero(7.99, "");
+    /// Coordinate of a corner of the workspace, metres.
+    Corner = Range::new(-4.0, 4.0, "m");
+    /// Speed of a reference, m/s.
+    ReferenceSpeed = Range::above_zero(2.0, "m/s");
+    /// Acceleration of a reference, m/s².
+    ReferenceAcceleration = Range::above_zero(20.0, "m/s²");
+    /// Jerk of a reference, m/s³.
+    ReferenceJerk = Range::above_zero(1000.0, "m/s³");
+    /// Cable that a full step winds, metres.
+    CablePerStep = Range::new(1e-7, 0.1, "m");
+    /// Radius of a pulley, metres.
+    PulleyRadius = Range::new(1e-4, 1.0, "m");
+}
+
+/// Range of the rate of a serial line.
+pub const BAUD: Range = Range::new(300.0, 20_000_000.0, "bit/s");
+
+/// Range of the pictures in a row within which a target counts as reached.
+const FRAMES: Range = Range::new(1.0, 255.0, "pictures");
+
+/// Reads the rate of a serial line, bit/s.
+pub(super) fn baud<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    BAUD.deserialize_whole(deserializer)
+}
+
+/// Reads a number of pictures in a row.
+pub(super) fn frames<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u8, D::Error> {
+    FRAMES.deserialize_whole(deserializer)
+}
