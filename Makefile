@@ -1,6 +1,7 @@
 # Entry points. The work is in scripts/; ARGS="..." is passed on.
 
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
+BENCH := cargo run --release --locked -p plumb --bin plumb --features bench --
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour coverage
@@ -24,7 +25,8 @@ adversary: setup ## search for broken invariants (ARGS="board --seeds 100000")
 faults: setup firmware ## search for faults that are not noticed, or told wrongly
 	@scripts/chip
 	@cargo run --release --locked -p plumb-faults -- $(ARGS)
-	@PLUMB_KILLS=100 cargo test --release --locked -p plumb --test killed
+	@PLUMB_KILLS=100 PLUMB_LONG=1 cargo test --release --locked --features plumb/full \
+		--test it -- killed:: chip_steps:: chip_agrees::
 
 fuzz: setup ## call every parser and the board with random input (ARGS="board --seconds 600")
 	@cargo run --release --locked -p plumb-fuzz -- $(ARGS)
@@ -35,8 +37,8 @@ chip: setup ## run the firmware in an emulated chip, on a pseudo-terminal
 	@cargo run --release --locked -p plumb-tests --bin chip-terminal -- target/firmware/plumb.elf
 
 bench: setup ## reproduce the control and vision measurements
-	@$(PLUMB) bench control --suite paper $(ARGS)
-	@$(PLUMB) bench vision $(ARGS)
+	@$(BENCH) bench control --suite paper $(ARGS)
+	@$(BENCH) bench vision $(ARGS)
 
 links: setup ## run every law over slow, lossy and broken links (ARGS="--seeds 100")
 	@cargo run --release --locked -p plumb-tests --bin links -- $(ARGS)

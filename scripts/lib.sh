@@ -53,3 +53,17 @@ new_environment() {
   python3 -m venv --clear "$1" &&
     bounded 900 "$1/bin/python" -m pip install -qq --no-input --only-binary :all: "${@:2}"
 }
+
+# phase NAME: begins a phase of a script, whose time print_phases prints.
+phase() { phases+=("$(date +%s) $1"); }
+
+# print_phases: ends the last phase, and prints how many seconds each phase took.
+print_phases() {
+  local i begin end
+  phases+=("$(date +%s) end")
+  say "Seconds of each phase:"
+  for ((i = 0; i < ${#phases[@]} - 1; i++)); do
+    begin=${phases[i]%% *} end=${phases[i + 1]%% *}
+    say "$(printf '%6d  %s' $((end - begin)) "${phases[i]#* }")"
+  done
+}

@@ -4,7 +4,8 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod commands;
-#[cfg(test)]
+// The starts of all commands are tried.
+#[cfg(all(test, feature = "bench", feature = "verify"))]
 mod starts;
 
 use std::process::ExitCode;

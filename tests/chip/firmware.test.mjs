@@ -8,7 +8,7 @@ import { Chip } from './src/chip.mjs';
 const MS = 1e6;
 const ELF = process.env.PLUMB_ELF;
 /**
- * Frame of Hello with id 300 (tests/tests/golden.rs); and a part of the board's answer that does
+ * Frame of Hello with id 300 (tests/tests/it/golden.rs); and a part of the board's answer that does
  * not depend on the schema.
  */
 const HELLO = Buffer.from('03ac0212504c4d420101020304050607081fb23e5e00', 'hex');

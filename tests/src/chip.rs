@@ -42,6 +42,11 @@ pub fn firmware_image() -> Option<PathBuf> {
     None
 }
 
+/// Returns whether the long form of a test is wanted, `make faults`: `PLUMB_LONG` is set.
+pub fn is_long() -> bool {
+    std::env::var_os("PLUMB_LONG").is_some()
+}
+
 /// A running chip.
 pub struct Chip {
     child: Child,

@@ -1,4 +1,4 @@
-//! A camera that no node publishes. host/tests/ros2.rs has cameras that another process publishes.
+//! A camera that no node publishes. host/tests/it/ros2/ has cameras of another process.
 
 #![allow(clippy::panic, reason = "a test stops at the first surprise")]
 

@@ -6,8 +6,6 @@ use std::fmt;
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
-use plumb_bench::control::{BenchError, ControlError};
-use plumb_bench::vision::VisionError;
 use plumb_calibrate::calibration::CalibrationError;
 use plumb_calibrate::corners::BoardError;
 use plumb_calibrate::lens::LensError;
@@ -29,6 +27,7 @@ use plumb_sim::emulator::serve::ServeError;
 use serde_json::json;
 use thiserror::Error;
 
+use super::bench;
 use super::print::{result, tell};
 
 /// Exit code of a command that did its work and did not succeed, and of a command that failed: a
@@ -182,11 +181,7 @@ fn exit_code(error: &(dyn Error + 'static)) -> u8 {
 /// Returns whether an error of a type with one exit code, or with a code for each variant, is a
 /// failure of the work.
 fn is_failure(error: &(dyn Error + 'static)) -> bool {
-    let is_bench_failure = match error.downcast_ref::<BenchError>() {
-        Some(error) => !matches!(error, BenchError::Range(_) | BenchError::Config(_)),
-        None => false,
-    };
-    is_bench_failure
+    bench::is_failure(error)
         || matches!(error.downcast_ref(), Some(ReplayError::Write(_) | ReplayError::Debug(_)))
         || matches!(
             error.downcast_ref(),
@@ -201,8 +196,6 @@ fn is_failure(error: &(dyn Error + 'static)) -> bool {
             error.downcast_ref(),
             Some(PageError::Token(_) | PageError::Serve(_) | PageError::Rig(_))
         )
-        || error.is::<ControlError>()
-        || error.is::<VisionError>()
         || error.is::<ServeError>()
         || error.is::<CommandError>()
         || error.is::<io::Error>()

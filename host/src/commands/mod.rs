@@ -6,6 +6,8 @@ macro_rules! examples {
 }
 
 mod address;
+#[cfg_attr(feature = "bench", path = "bench/present.rs")]
+#[cfg_attr(not(feature = "bench"), path = "bench/absent.rs")]
 pub(crate) mod bench;
 pub(crate) mod board;
 pub(crate) mod calibrate;
@@ -35,6 +37,8 @@ pub(crate) mod run;
 mod run_camera;
 mod steering;
 pub(crate) mod verbose;
+#[cfg_attr(feature = "verify", path = "verify/present.rs")]
+#[cfg_attr(not(feature = "verify"), path = "verify/absent.rs")]
 pub(crate) mod verify;
 mod viewers;
 

@@ -8,7 +8,7 @@ use plumb_path::shape::{LEAST_SIZE_M, MAX_SIZE_M};
 use plumb_runtime::rig::new_rig::{
     BALL_RANGE_M, CABLE_PER_TURN_RANGE_M, HEIGHT_RANGE_M, SIDE_RANGE_M,
 };
-use plumb_runtime::rig::quantity::{Gain, Mean, MotorRate, ReferenceSpeed};
+use plumb_runtime::rig::quantity::{Gain, MotorRate, ReferenceSpeed};
 
 /// Time of an option. 30 years are a time that every clock can represent.
 pub(super) const TIME: Range = Range::above_zero(1e9, "s");
@@ -26,8 +26,6 @@ pub(super) const SIZE: Range = Range::new(LEAST_SIZE_M, MAX_SIZE_M, "m");
 pub(super) const TOLERANCE: Range = Range::new(0.0, 1.0, "m");
 /// Gain of the law interval.
 pub(super) const GAMMA: Range = Gain::RANGE;
-/// Running mean over the step plan.
-pub(super) const MEAN: Range = Mean::RANGE;
 /// Rate of a jog.
 pub(super) const RATE: Range = MotorRate::RANGE;
 /// Distance of a jog, full steps or millimetres. `jog.max_distance` holds too.

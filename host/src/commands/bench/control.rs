@@ -15,6 +15,7 @@ use plumb_bench::control::{
 };
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::rig::LawSettings;
+use plumb_runtime::rig::quantity::Mean;
 
 use crate::commands::print::{self, Reader, message, tell};
 use crate::commands::{Failure, bad_input, failed, numbers};
@@ -71,7 +72,7 @@ pub(crate) struct ControlArgs {
     #[arg(value_parser = numbers::seed())]
     seed: u64,
     /// Running mean over the step plan instead of each law's own, 0 to 0.4 s
-    #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(numbers::MEAN))]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(Mean::RANGE))]
     mean: Option<f64>,
     /// Start of the clock: arrival of the first frame (picture), or 1 to 2 frames earlier, when the
     /// target is set (target)

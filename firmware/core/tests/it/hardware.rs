@@ -1,0 +1,176 @@
+//! Events of the chip: the emergency input, the cause of the start, the configuration in flash.
+
+#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
+
+use crate::common::bench::Bench;
+use crate::common::{BUILD, config};
+use plumb_core::BuildLimits;
+use plumb_protocol::frame::encode;
+use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
+use plumb_protocol::units::{Micros, Rate, Steps16};
+use plumb_protocol::{Command, Config, FromBoard, Hello, ToBoard};
+
+fn jog(bench: &mut Bench) -> Result<(), Refusal> {
+    let rate = Rate::from_si(400.0).unwrap();
+    bench.send(Command::Jog(Jog { motor: 0, distance: Steps16(16_000), rate }))
+}
+
+/// Opens the emergency input, with `missing` pulses of the last tick cut off.
+fn emergency(bench: &mut Bench, missing: [i32; 3]) {
+    bench.board.on_emergency_stop(Micros(bench.now), missing, &mut bench.out);
+    bench.collect();
+}
+
+#[test]
+fn an_emergency_stop_counts_the_pulses_that_were_cut_off() {
+    for reversed in [false, true] {
+        let mut motors = config().motors;
+        motors[0].reversed = reversed;
+        let mut bench = Bench::configured(Config { motors, microsteps: 8, ..config() });
+        assert_eq!(jog(&mut bench), Ok(()));
+        bench.run_ms(200);
+        let [planned, ..] = bench.board.positions();
+        assert!(planned > 100);
+        // The direction line is high where the motor pays out, unless it is reversed.
+        let missing = if reversed { -3 } else { 3 };
+        emergency(&mut bench, [missing, 0, 0]);
+        let tick = bench.tick();
+        assert!(bench.board.pulses().motors.iter().all(|pulses| pulses.count == 0));
+        assert!(!tick.drivers_enabled);
+        assert_eq!(bench.board.positions(), [planned - 3 * 2, 0, 0]);
+        assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+        assert_eq!(bench.faults(), [Fault::EmergencyStop]);
+    }
+}
+
+#[test]
+fn an_emergency_stop_is_cleared_only_after_the_input_has_closed() {
+    let mut bench = Bench::configured(config());
+    for _ in 0..3 {
+        emergency(&mut bench, [0; 3]);
+        assert_eq!(bench.send(Command::ClearFault), Err(Refusal::Faulted(Fault::EmergencyStop)));
+        assert!(!bench.tick().drivers_enabled);
+        assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+        // A host's frame may arrive at any moment of a tick.
+        for off_us in [0, 199] {
+            let frame =
+                encode(&ToBoard { id: 500 + off_us as u16, command: Command::ClearFault }).unwrap();
+            bench.received.clear();
+            bench.board.receive(Micros(bench.now - off_us), &frame, &mut bench.out);
+            assert_eq!(bench.answers(), [Err(Refusal::Faulted(Fault::EmergencyStop))]);
+        }
+    }
+    // One tick that no report of an open input precedes.
+    bench.tick();
+    assert_eq!(bench.send(Command::ClearFault), Ok(()));
+    assert!(bench.tick().drivers_enabled);
+    assert_eq!(bench.board.state(), State::Ready);
+    assert_eq!(jog(&mut bench), Ok(()));
+    bench.run_ms(20);
+    assert!(bench.board.positions()[0] > 0);
+}
+
+#[test]
+fn an_emergency_stop_replaces_another_fault() {
+    let mut bench = Bench::configured(config());
+    assert_eq!(jog(&mut bench), Ok(()));
+    // The host is silent for too long.
+    bench.run_ms(400);
+    assert_eq!(bench.board.state(), State::Fault(Fault::HostSilent));
+    emergency(&mut bench, [0; 3]);
+    assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+}
+
+#[test]
+fn a_board_reports_its_start_cause_and_begins_in_a_fault_after_its_own_error() {
+    use StartCause::*;
+    for (cause, stopped) in [
+        (PowerOn, false),
+        (ResetPin, false),
+        (Requested, false),
+        (Watchdog, true),
+        (Panic(0x1a2b_3c4d), true),
+        (HardFault, true),
+    ] {
+        let mut bench = Bench::new(BUILD);
+        bench.board.set_start_cause(cause);
+        bench.board.restore(&config());
+        assert!(!bench.tick().drivers_enabled, "{cause:?}: no current before a Hello");
+        assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+        assert_eq!(bench.tick().drivers_enabled, !stopped, "{cause:?}");
+        assert!(bench.received.contains(&FromBoard::Started(cause)));
+        let answer = if stopped { Err(Refusal::Faulted(Fault::Watchdog)) } else { Ok(()) };
+        assert_eq!(jog(&mut bench), answer, "{cause:?}");
+        let _ = bench.send(Command::Stop);
+        let _ = bench.send(Command::ClearFault);
+        assert_eq!(bench.board.state(), State::Ready);
+    }
+}
+
+#[test]
+fn a_host_of_another_version_gets_the_hello_alone() {
+    let mut bench = Bench::new(BUILD);
+    let _ = bench.send(Command::Hello(Hello { version: 0, ..Hello::OURS }));
+    assert!(matches!(bench.received[..], [FromBoard::Hello(hello)] if !hello.accepted));
+}
+
+#[test]
+fn motors_have_current_from_the_first_matching_hello_on() {
+    let mut bench = Bench::new(BUILD);
+    bench.board.restore(&config());
+    assert!(!bench.tick().drivers_enabled);
+    let other = Hello { version: 0, ..Hello::OURS };
+    let _ = bench.send(Command::Hello(other));
+    assert!(!bench.tick().drivers_enabled);
+    assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+    assert!(bench.tick().drivers_enabled);
+    // A host of another version takes no current from motors that hold the ball.
+    let _ = bench.send(Command::Hello(other));
+    assert!(bench.tick().drivers_enabled);
+}
+
+#[test]
+fn a_stored_configuration_is_restored_but_moves_nothing_before_a_hello() {
+    let mut bench = Bench::new(BUILD);
+    bench.board.restore(&config());
+    assert_eq!(bench.board.state(), State::Ready);
+    assert_eq!(bench.board.config(), Some(&config()));
+    assert_eq!(jog(&mut bench), Err(Refusal::NotGreeted));
+    assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+    assert_eq!(jog(&mut bench), Ok(()));
+    bench.run_ms(20);
+    assert!(bench.board.positions()[0] > 0);
+}
+
+#[test]
+fn a_stored_configuration_that_is_out_of_range_is_ignored() {
+    let mut bench = Bench::new(BuildLimits { max_pulse_rate: 100, ..BUILD });
+    bench.board.restore(&config());
+    assert_eq!(bench.board.state(), State::Unconfigured);
+}
+
+#[test]
+fn a_store_is_answered_once_it_is_written_and_nothing_moves_meanwhile() {
+    let mut bench = Bench::configured(config());
+    for (written, answer) in [(true, Ok(())), (false, Err(Refusal::NotStored))] {
+        bench.answers();
+        let _ = bench.send(Command::Store);
+        assert!(bench.tick().store);
+        let _ = jog(&mut bench);
+        assert_eq!(bench.answers(), [Err(Refusal::Busy(State::Storing))]);
+        bench.board.on_stored(Micros(bench.now), written, &mut bench.out);
+        assert_eq!(bench.answers(), [answer]);
+        assert!(!bench.tick().store);
+    }
+    assert_eq!(jog(&mut bench), Ok(()));
+    bench.tick();
+    assert_eq!(bench.send(Command::Store), Err(Refusal::Busy(State::Jogging)));
+}
+
+#[test]
+fn a_store_without_storage_or_configuration_is_refused() {
+    let mut bench = Bench::greeted(BuildLimits { storage: false, ..BUILD });
+    assert_eq!(bench.send(Command::Store), Err(Refusal::Unsupported));
+    let mut bench = Bench::greeted(BUILD);
+    assert_eq!(bench.send(Command::Store), Err(Refusal::Unconfigured));
+}

@@ -1,0 +1,5 @@
+//! The tests of the calibration.
+
+mod board;
+mod lens;
+mod points;

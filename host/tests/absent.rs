@@ -1,0 +1,78 @@
+//! The program without its optional parts, as `make demo` builds it: each says how to build it.
+
+#![cfg(not(feature = "full"))]
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// Runs the program in `folder`, expects that it refuses its input, and returns what it says.
+fn refusal(arguments: &[&str], folder: &Path) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+    let output = command.args(arguments).current_dir(folder).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
+    text
+}
+
+#[cfg(not(feature = "bench"))]
+#[test]
+fn benchmarks() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = refusal(&["bench", "control", "--suite", "paper"], folder.path());
+    assert!(text.contains("--features bench"), "{text}");
+}
+
+#[cfg(not(feature = "verify"))]
+#[test]
+fn proofs() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [&["verify"][..], &["verify", "rig.toml", "--wide"], &["verify", "--help"]] {
+        let text = refusal(arguments, folder.path());
+        assert!(text.contains("--features verify"), "{text}");
+    }
+}
+
+#[cfg(not(feature = "foxglove"))]
+#[test]
+fn outputs_for_viewers() {
+    let folder = tempfile::tempdir().unwrap();
+    for option in ["--mcap=run.mcap", "--foxglove"] {
+        let demo = ["demo", "--virtual-time", option, "--out", "run"];
+        let text = refusal(&demo, folder.path());
+        assert!(text.contains("--features foxglove"), "{text}");
+        assert!(!folder.path().join("run").exists(), "nothing moves");
+    }
+}
+
+#[cfg(not(feature = "ros2"))]
+#[test]
+fn ros_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = refusal(&["demo", "--ros2", "--out", "run"], folder.path());
+    assert!(text.contains("--features ros2"), "{text}");
+    assert!(!folder.path().join("run").exists(), "nothing moves");
+}
+
+#[cfg(not(feature = "webcam"))]
+#[test]
+fn webcams_and_video_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
+    fs::copy(rigs.join("camera.toml"), folder.path().join("camera.toml")).unwrap();
+    let rig = fs::read_to_string(rigs.join("paper.toml")).unwrap();
+    let rig = rig[..rig.find("[simulation]").unwrap()].replace(
+        "file = \"camera.toml\"",
+        "file = \"camera.toml\"\nsource = \"webcam\"\nwebcam.device = \"0\"",
+    );
+    assert!(rig.contains("webcam.device"), "{rig}");
+    fs::write(folder.path().join("rig.toml"), rig).unwrap();
+    let calibration = ["calibrate", "rig.toml", "--motors", "--height", "0.7"];
+    let text = refusal(&calibration, folder.path());
+    assert!(text.contains("--features webcam"), "{text}");
+
+    fs::write(folder.path().join("clip.avi"), "").unwrap();
+    let text = refusal(&["replay", "clip.avi", "--camera", "camera.toml"], folder.path());
+    assert!(text.contains("clip.avi") && text.contains("--features webcam"), "{text}");
+}

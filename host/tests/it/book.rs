@@ -1,0 +1,4 @@
+//! The book against the program.
+
+mod commands;
+mod tutorial;

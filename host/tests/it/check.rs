@@ -1,0 +1,87 @@
+//! `plumb check RIG.toml`: every mistake of a rig file at once, and a rig that does not move before
+//! a yes. tutorial.rs tries the jogs.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use crate::common::{Emulator, folder, json, plumb, rig_file, stderr};
+
+#[test]
+fn every_mistake_is_reported_with_exit_code_2() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| {
+        let text = text.replace("microsteps = 16", "microsteps = 17");
+        let text = text.replace("travel = [-1000, 1500]", "travel = [1500, -1000]");
+        let law = "[law.interval]\ngamma = 30.0\nalpha = 0.7\nbeta = 0.5\n\n[motors]";
+        text.replace("[motors]", law)
+    });
+    let output = plumb(&["check", &rig, "--file-only", "--json"], folder.path());
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    for expected in [
+        "`motors.microsteps = 17` is out of range",
+        "`motors.travel = [1500, -1000]` is out of range",
+        "`law.interval.alpha = 0.7`, `law.interval.beta = 0.5` is out of range",
+        "rig.toml: 3 errors, 0 warnings",
+    ] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    let line = json(&output);
+    assert_eq!(line["errors"], 3);
+    assert_eq!(line["findings"][0]["severity"], "error");
+}
+
+#[test]
+fn a_file_without_an_error_has_exit_code_0() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let output = plumb(&["check", &rig, "--file-only"], folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("0 errors, 1 warning"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_run_without_targets_is_refused_before_the_board_is_configured() {
+    let folder = folder();
+    let targets = "targets = [[0.400, 0.400, 0.150]]";
+    let rig = rig_file(folder.path(), |text| text.replace(targets, "targets = []"));
+    let emulator = Emulator::start();
+    let output = plumb(&["run", &rig, "--port", &emulator.port], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("has no targets"), "{}", stderr(&output));
+}
+
+#[test]
+fn targets_beside_the_motors_and_below_the_floor_are_refused() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let emulator = Emulator::start();
+    for [x, y, z] in [["0.4", "-0.1", "0.3"], ["0.4", "0.3", "-0.05"]] {
+        let goto = ["goto", &rig, x, y, z, "--port", &emulator.port];
+        let output = plumb(&goto, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains("outside the workspace"), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn nothing_moves_before_a_yes() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let emulator = Emulator::start();
+    let output = plumb(&["check", &rig, "--port", &emulator.port, "--json"], folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("nothing has moved"), "{}", stderr(&output));
+    assert!(json(&output)["error"].as_str().unwrap().contains("needs a yes"));
+    let status = plumb(&["board", "status", "--port", &emulator.port], folder.path());
+    let text = stderr(&status) + &String::from_utf8_lossy(&status.stdout);
+    assert!(text.contains("unconfigured"), "{text}");
+}
+
+#[test]
+fn a_file_with_an_error_is_not_tried_on_the_rig() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text.replace("microsteps = 16", "microsteps = 17"));
+    let output = plumb(&["check", &rig, "--yes", "--port", "absent"], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(!stderr(&output).contains("absent"), "{}", stderr(&output));
+}

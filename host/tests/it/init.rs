@@ -1,0 +1,229 @@
+//! `plumb init`: the files that it writes are right for every combination of options.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use crate::common::{Emulator, folder, json, patient, plumb, stderr};
+
+/// Drivers and their microsteps.
+const DRIVERS: [(&str, &[&str]); 5] = [
+    ("a4988", &["1", "2", "4", "8", "16"]),
+    ("drv8825", &["1", "2", "4", "8", "16"]),
+    ("tmc2209", &["8", "16"]),
+    ("coils", &["1", "2", "4", "8", "16"]),
+    ("motor-hats", &["1", "2", "4", "8", "16"]),
+];
+
+/// Runs `plumb init NAME --yes` with these options, and checks the files.
+fn init_and_check(folder: &Path, name: &str, options: &[&str]) {
+    let output = plumb(&[&["init", name, "--yes"], options].concat(), folder);
+    assert_eq!(output.status.code(), Some(0), "{options:?}: {}", stderr(&output));
+    let rig = format!("{name}/rig.toml");
+    let output = plumb(&["check", &rig, "--file-only"], folder);
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{options:?}: {text}");
+    assert!(text.contains("0 errors, 0 warnings"), "{options:?}: {text}");
+}
+
+/// Runs `plumb init` with these lines as answers.
+fn answer(folder: &Path, options: &[&str], answers: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args([&["init"], options].concat())
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // A program that ends early closes its input.
+    let _ = child.stdin.take().unwrap().write_all(answers.as_bytes());
+    child.wait_with_output().unwrap()
+}
+
+fn entries(folder: &Path) -> usize {
+    fs::read_dir(folder).unwrap().count()
+}
+
+#[test]
+fn the_files_are_right_for_every_driver_and_camera() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("recording")).unwrap();
+    let cameras: [&[&str]; 7] = [
+        &["--camera", "openni"],
+        &["--camera", "realsense"],
+        &["--camera", "webcam"],
+        &["--camera", "ros2"],
+        &["--recording", "recording"],
+        &["--stream", "tcp:127.0.0.1:5600"],
+        &["--simulated"],
+    ];
+    // The answers about drivers and those about cameras do not depend on each other.
+    let drivers = DRIVERS.iter().flat_map(|(driver, all)| all.iter().map(move |it| (driver, it)));
+    let drivers: Vec<_> = drivers.collect();
+    assert!(drivers.len() >= cameras.len());
+    for ((driver, microsteps), camera) in drivers.iter().zip(cameras.iter().cycle()) {
+        let name = format!("{driver}-{microsteps}");
+        let motors = ["--driver", driver, "--microsteps", microsteps];
+        init_and_check(folder.path(), &name, &[&motors, *camera].concat());
+    }
+}
+
+#[test]
+fn the_files_are_right_for_every_size() {
+    let folder = folder();
+    let mut state = 1_u64;
+    let mut random = |min: f64, max: f64| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        min + (max - min) * (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for number in 0..20 {
+        // A triangle with acute angles at A and B.
+        let (side, depth, share) = (random(0.3, 2.5), random(0.3, 2.0), random(0.1, 0.9));
+        let bc = (depth * depth + (share * side) * (share * side)).sqrt();
+        let ca = (depth * depth + ((1.0 - share) * side) * ((1.0 - share) * side)).sqrt();
+        let [ab, bc, ca] = [side, bc, ca].map(|length| format!("{length:.3}"));
+        let height = format!("{:.3}", random(0.5, 3.5));
+        let cable = format!("{:.4}", random(0.02, 0.5));
+        let ball = format!("{:.3}", random(0.03, 0.15));
+        let options = [
+            "--sides",
+            &ab,
+            &bc,
+            &ca,
+            "--height",
+            &height,
+            "--cable-per-turn",
+            &cable,
+            "--ball",
+            &ball,
+            "--simulated",
+        ];
+        init_and_check(folder.path(), &number.to_string(), &options);
+    }
+}
+
+#[test]
+fn a_file_is_never_overwritten() {
+    for (kept, other) in [("rig.toml", "camera.toml"), ("camera.toml", "rig.toml")] {
+        let folder = folder();
+        fs::write(folder.path().join(kept), "mine").unwrap();
+        let output = plumb(&["init", "--yes"], folder.path());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(&format!("{kept}: exists")), "{}", stderr(&output));
+        assert_eq!(fs::read_to_string(folder.path().join(kept)).unwrap(), "mine");
+        assert!(!folder.path().join(other).exists());
+    }
+}
+
+#[test]
+fn the_default_answers_give_the_files_of_the_defaults() {
+    let folder = folder();
+    let output = plumb(&["init", "options", "--yes", "--json"], folder.path());
+    assert_eq!(json(&output)["straps"], "MS1 high, MS2 high");
+    let output = answer(folder.path(), &["answers"], &"\n".repeat(20));
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for name in ["rig.toml", "camera.toml"] {
+        let text = |part: &str| fs::read_to_string(folder.path().join(part).join(name)).unwrap();
+        assert_eq!(text("options"), text("answers"), "{name}");
+    }
+}
+
+#[test]
+fn a_wrong_answer_is_asked_again() {
+    let folder = folder();
+    // No triangle, then the default sides; then a driver without 4 microsteps.
+    let answers = "1\n0.3\n0.3\n\n\n\n\n\ntmc2209\n4\n8\n\n\n\n\n";
+    let output = answer(folder.path(), &[], answers);
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("no triangle has the sides"), "{text}");
+    assert!(text.contains("cannot be set to 4 microsteps"), "{text}");
+    let rig = fs::read_to_string(folder.path().join("rig.toml")).unwrap();
+    assert!(rig.contains("microsteps = 8\n"), "{rig}");
+}
+
+#[test]
+fn an_input_that_ends_early_leaves_no_file() {
+    let folder = folder();
+    for answers in ["", "0.6\n0.9\n", "0.6\n0.9\n0.9\n0.7\nx\n"] {
+        let output = answer(folder.path(), &[], answers);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains("no file was written"), "{}", stderr(&output));
+        assert_eq!(entries(folder.path()), 0);
+    }
+}
+
+#[test]
+fn options_that_contradict_each_other_are_refused_with_a_reason() {
+    let folder = folder();
+    let cases: [(&[&str], &str); 5] = [
+        (&["--driver", "tmc2209", "--microsteps", "4"], "choose one of 8, 16"),
+        (&["--sides", "1", "0.2", "0.2"], "no triangle"),
+        (&["--height", "0.1"], "must be 0.4 to 3.5 m"),
+        (&["--camera", "recording"], "needs --recording"),
+        (&["--recording", "absent"], "absent: "),
+    ];
+    for (options, reason) in cases {
+        let output = plumb(&[&["init", "--yes"], options].concat(), folder.path());
+        assert_eq!(output.status.code(), Some(2), "{options:?}");
+        assert!(stderr(&output).contains(reason), "{options:?}: {}", stderr(&output));
+        assert_eq!(entries(folder.path()), 0, "{options:?}");
+    }
+}
+
+/// Writes a simulated rig, adds the lines `camera` to its file, drives it, and returns the first
+/// measured y of the ball, metres.
+fn first_measured_y(camera: &str) -> f64 {
+    let folder = folder();
+    plumb(&["init", "--yes", "--simulated"], folder.path());
+    let path = folder.path().join("rig.toml");
+    let text = patient(fs::read_to_string(&path).unwrap());
+    fs::write(&path, format!("{text}\n{camera}")).unwrap();
+    let emulator = Emulator::start();
+    let run = ["run", "rig.toml", "--port", &emulator.port, "--timeout", "1.5", "--out", "run"];
+    let output = plumb(&run, folder.path());
+    let rows = fs::read_to_string(folder.path().join("run/run.csv")).unwrap();
+    let names: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
+    let column = names.iter().position(|name| *name == "y_m").unwrap();
+    let measured = rows.lines().skip(1).find_map(|row| row.split(',').nth(column)?.parse().ok());
+    measured.unwrap_or_else(|| panic!("no ball is seen: {}", stderr(&output)))
+}
+
+#[test]
+fn a_simulated_camera_can_stand_beside_the_place_in_the_camera_file() {
+    let quaternion = "quaternion = [-0.5, -0.5, 0.5, 0.5]";
+    let beside = format!("[simulation.camera]\ntranslation = [1.876, 0.32, 0.325]\n{quaternion}\n");
+    // The ball is seen 50 mm farther from A than it is.
+    let shift = first_measured_y(&beside) - first_measured_y("");
+    assert!((shift + 0.05).abs() < 0.01, "{shift}");
+}
+
+/// Writes a simulated rig with `edit` applied to its file, and drives it.
+fn simulated_run(edit: impl Fn(String) -> String) -> Output {
+    let folder = folder();
+    let output = plumb(&["init", "--yes", "--simulated"], folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let path = folder.path().join("rig.toml");
+    let text = edit(patient(fs::read_to_string(&path).unwrap()));
+    fs::write(&path, text).unwrap();
+    let emulator = Emulator::start();
+    plumb(&["run", "rig.toml", "--port", &emulator.port, "--json"], folder.path())
+}
+
+#[test]
+fn a_simulated_rig_reaches_its_target_and_a_miswired_one_does_not() {
+    let output = simulated_run(|text| text);
+    assert_eq!(json(&output)["reached"], true, "{}", stderr(&output));
+    let wiring = ("wiring = [\"A\", \"B\", \"C\"]", "wiring = [\"B\", \"A\", \"C\"]");
+    let output = simulated_run(|text| {
+        assert!(text.contains(wiring.0), "{text}");
+        text.replace(wiring.0, wiring.1)
+    });
+    assert_eq!(json(&output)["reached"], false, "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(1));
+}

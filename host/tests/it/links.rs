@@ -1,0 +1,113 @@
+//! `plumb run` over links that take time, lose frames, break, or lead to a board that restarts:
+//! what it reports, and its exit code.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::process::{Child, Command, Output, Stdio};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::common::{Emulator, folder, json, patient, rig_file, stderr, until_rows};
+
+/// Three targets, each 12 cm or more from the one before.
+const TARGETS: &str = "targets = [[0.40, 0.40, 0.15], [0.52, 0.30, 0.30], [0.42, 0.36, 0.20]]";
+
+/// A run under way behind an emulated board.
+struct Run {
+    folder: TempDir,
+    emulator: Emulator,
+    child: Child,
+}
+
+impl Run {
+    /// Starts `plumb run` over the link that `wire` describes to `plumb emulate`.
+    fn start(wire: &[&str]) -> Self {
+        let folder = folder();
+        let rig = rig_file(folder.path(), |text| {
+            let text = patient(text);
+            text.lines()
+                .map(|line| if line.starts_with("targets") { TARGETS } else { line })
+                .fold(String::new(), |text, line| text + line + "\n")
+        });
+        let emulator = Emulator::start_with(wire);
+        let child = Command::new(env!("CARGO_BIN_EXE_plumb"))
+            .args([
+                "run",
+                &rig,
+                "--port",
+                &emulator.port,
+                "--law",
+                "sign",
+                "--json",
+                "--out",
+                "run",
+            ])
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        Self { folder, emulator, child }
+    }
+
+    /// Waits for its end.
+    fn end(self) -> (Output, Value) {
+        let output = self.child.wait_with_output().unwrap();
+        let line = json(&output);
+        let summary = std::fs::read_to_string(self.folder.path().join("run/summary.json")).unwrap();
+        let kept: Value = serde_json::from_str(&summary).unwrap();
+        assert_eq!(kept["ending"], line["ending"]);
+        (output, line)
+    }
+}
+
+#[test]
+fn every_target_is_driven_to_over_links_that_take_time_or_lose_frames() {
+    for wire in [
+        &["--baud", "115200"][..],
+        &["--frame-time", "0.0003", "--latency", "0.004"],
+        &["--frame-time", "0.001", "--lost", "0.1", "--damaged", "0.02"],
+    ] {
+        let (output, line) = Run::start(wire).end();
+        assert_eq!(output.status.code(), Some(0), "{wire:?}: {}", stderr(&output));
+        assert!(line["reached"] == true && line["at_rest"] == true, "{wire:?}: {line}");
+        let legs = line["legs"].as_array().unwrap();
+        assert_eq!(legs.len(), 3, "{wire:?}: {line}");
+        for leg in legs {
+            let (frames, error) =
+                (leg["frames"].as_u64().unwrap(), leg["error_mm"].as_f64().unwrap());
+            assert!(leg["reached"] == true && frames >= 10 && error <= 10.0, "{wire:?}: {line}");
+        }
+    }
+}
+
+#[test]
+fn a_board_that_restarts_ends_the_run_with_the_cause() {
+    // The run takes 8 s. On a busy machine it begins seconds after the board.
+    let (output, line) = Run::start(&["--frame-time", "0.001", "--reboot-after", "6"]).end();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(line["reached"] == false && line["at_rest"] == false, "{line}");
+    let ending = line["ending"].as_str().unwrap();
+    assert!(ending.contains("restarted") && ending.contains("power on"), "{line}");
+}
+
+/// The board's process is stopped, so that nothing comes from it and nothing is wrong with its
+/// port.
+#[test]
+fn a_board_that_falls_silent_ends_the_run_with_the_cause() {
+    let mut run = Run::start(&[]);
+    until_rows(&mut run.child, &run.folder.path().join("run"), 20);
+    let board = Pid::from_raw(i32::try_from(run.emulator.child.id()).unwrap());
+    kill(board, Signal::SIGSTOP).unwrap();
+    let rows =
+        std::fs::read_to_string(run.folder.path().join("run/run.csv")).unwrap().lines().count();
+    let (output, line) = run.end();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(line["ending"].as_str().unwrap().contains("nothing has come from the board"), "{line}");
+    // Pictures come 30 times a second.
+    let after = line["frames"].as_u64().unwrap() - rows as u64 + 1;
+    assert!(after < 60, "{after} rows after the board fell silent");
+}

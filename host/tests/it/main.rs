@@ -1,0 +1,37 @@
+//! The tests of the program `plumb`, which they run as a process.
+
+mod book;
+mod calibrate;
+mod calibrate_lens;
+mod check;
+mod client;
+mod common;
+mod cosim;
+mod emulate;
+mod errors;
+mod exit_codes;
+mod full_disk;
+mod init;
+mod inputs;
+mod killed;
+mod left_behind;
+mod links;
+mod motors;
+mod no_ball;
+mod openni;
+mod output;
+mod page;
+mod path;
+mod plot;
+mod program;
+mod realsense;
+mod record;
+mod replay;
+mod ros2;
+mod signals;
+mod stream;
+mod targets;
+mod verbose;
+mod verify;
+mod viewers;
+mod webcam;

@@ -1,0 +1,227 @@
+//! `plumb jog`, `plumb stop` and `plumb clear` on an emulated board; the keys of `plumb jog`
+//! through a pseudo-terminal; rig file and port from the environment.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+
+use nix::pty::openpty;
+
+use crate::common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
+
+/// Emulated board, and a rig file for it.
+struct Rig {
+    emulator: Emulator,
+    folder: tempfile::TempDir,
+    file: String,
+}
+
+impl Rig {
+    fn new() -> Self {
+        let folder = folder();
+        let file = rig_file(folder.path(), patient);
+        Self { emulator: Emulator::start(), folder, file }
+    }
+
+    /// Runs `plumb` with rig file and port from the environment.
+    fn plumb(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+        command.args(arguments).current_dir(self.folder.path());
+        command.env("PLUMB_RIG", &self.file).env("PLUMB_PORT", &self.emulator.port);
+        command
+    }
+
+    /// Returns the motor positions of the board, full steps.
+    fn steps(&self) -> Vec<f64> {
+        steps(&self.plumb(&["board", "status", "--json"]))
+    }
+}
+
+/// Returns the motor positions in the last line of standard output.
+fn steps(output: &Output) -> Vec<f64> {
+    let line = json(output);
+    let steps = line["steps"].as_array().unwrap_or_else(|| panic!("{line}"));
+    steps.iter().map(|steps| steps.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn a_jog_turns_one_motor_by_steps_or_by_millimetres_of_cable() {
+    let rig = Rig::new();
+    let jog = rig.plumb(&["jog", &rig.file, "A", "40", "--json"]);
+    assert_eq!(jog.status.code(), Some(0), "{}", stderr(&jog));
+    assert!(stderr(&jog).contains("pays cable out"), "{}", stderr(&jog));
+    assert_eq!(steps(&jog), [40.0, 0.0, 0.0]);
+    // The rig file and the port come from the environment.
+    let jog = rig.plumb(&["jog", "c", "-5.5", "--rate", "30"]);
+    assert!(stderr(&jog).contains("winds cable in"), "{}", stderr(&jog));
+    // A step of the paper's rig is 0.471 mm of cable.
+    rig.plumb(&["jog", "B", "-10mm"]);
+    let steps = rig.steps();
+    assert!((steps[1] + 10.0 / 0.4712).abs() < 0.1, "{steps:?}");
+    assert_eq!([steps[0], steps[2]], [40.0, -5.5]);
+}
+
+#[test]
+fn a_jog_beyond_its_limits_moves_nothing() {
+    let rig = Rig::new();
+    let real = rig.folder.path().join("real.toml");
+    let text = std::fs::read_to_string(&rig.file).unwrap();
+    let camera = "[camera]\nsource = \"openni\"";
+    let text = text.split("\n[simulation]").next().unwrap().replace("[camera]", camera);
+    std::fs::write(&real, text).unwrap();
+    let real = real.to_str().unwrap();
+    let cases: [(&[&str], i32, &str); 8] = [
+        (&["jog", "A", "201"], 2, "jog.max_distance"),
+        (&["jog", "A", "20", "--rate", "51"], 2, "jog.max_rate"),
+        (&["jog", "A", "nan"], 2, "distance nan"),
+        (&["jog", "A", "20cm"], 2, "as in 20mm"),
+        (&["jog", "D", "20"], 2, "must be A, B or C"),
+        (&["jog", "A"], 2, "A"),
+        (&["jog", real, "A", "20mm"], 2, "cable_per_step"),
+        (&["jog"], 2, "need a terminal"),
+    ];
+    for (arguments, code, named) in cases {
+        let output = rig.command(arguments).stdin(Stdio::null()).output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(named), "{arguments:?}: {}", stderr(&output));
+    }
+    assert_eq!(rig.steps(), [0.0; 3]);
+}
+
+#[test]
+fn a_fault_stays_until_it_is_cleared() {
+    let folder = folder();
+    let file = rig_file(folder.path(), |text| text);
+    let emulator = Emulator::start();
+    let mut jog = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["jog", &file, "A", "200", "--rate", "10", "--port", &emulator.port])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let on = |arguments: &[&str]| {
+        plumb(&[arguments, &["--port", &emulator.port, "--json"]].concat(), Path::new("."))
+    };
+    // The host dies during the jog, which takes 20 s.
+    std::thread::sleep(Duration::from_millis(1500));
+    jog.kill().unwrap();
+    jog.wait().unwrap();
+    // A status is a sign of life of a host: the board must first notice that the host is silent.
+    std::thread::sleep(Duration::from_secs(2));
+    let state = || json(&on(&["board", "status"]))["state"].as_str().unwrap().to_owned();
+    while matches!(state().as_str(), "jogging" | "stopping") {
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    assert!(state().contains("fault"), "{}", state());
+    let jog = on(&["jog", &file, "A", "1"]);
+    assert_eq!(jog.status.code(), Some(1));
+    assert!(stderr(&jog).contains("plumb clear"), "{}", stderr(&jog));
+    let refused = on(&["board", "save", &file]);
+    assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
+    let error = json(&refused)["error"].as_str().unwrap_or_default().to_owned();
+    for part in ["nothing came from the host", "overloaded or asleep", "`plumb clear RIG`"] {
+        assert!(error.contains(part), "{error}");
+    }
+    assert!(state().contains("fault"), "{}", state());
+    assert_eq!(json(&on(&["clear"]))["state"], "ready");
+    assert_eq!(on(&["jog", &file, "A", "1"]).status.code(), Some(0));
+    let home = on(&["home", &file]);
+    assert_eq!(home.status.code(), Some(0), "{}", stderr(&home));
+    assert_eq!(steps(&home), [0.0; 3]);
+    assert_eq!(json(&on(&["stop"]))["state"], "ready");
+}
+
+/// `plumb jog` with its keys on a pseudo-terminal.
+struct Dialogue {
+    child: Child,
+    keys: File,
+    shown: String,
+}
+
+impl Dialogue {
+    fn start(rig: &Rig) -> Self {
+        let terminal = openpty(None, None).unwrap();
+        let child = rig
+            .command(&["jog", "--json"])
+            .stdin(terminal.slave)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        Self { child, keys: File::from(terminal.master), shown: String::new() }
+    }
+
+    fn press(&mut self, keys: &str) {
+        self.keys.write_all(keys.as_bytes()).unwrap();
+    }
+
+    /// Waits until the program has shown `text`. Later calls search what comes after it.
+    fn until(&mut self, text: &str) {
+        let stderr = self.child.stderr.as_mut().unwrap();
+        let mut buffer = [0; 4096];
+        loop {
+            if let Some((_, rest)) = self.shown.split_once(text) {
+                self.shown = rest.to_owned();
+                return;
+            }
+            let count = stderr.read(&mut buffer).unwrap();
+            let end = self.shown.len().saturating_sub(300);
+            assert!(count > 0, "{text:?} is not in ...{}", &self.shown[end..]);
+            self.shown.push_str(&String::from_utf8_lossy(&buffer[..count]));
+        }
+    }
+
+    /// Presses `q`. Returns the motor positions at the end.
+    fn end(mut self) -> Vec<f64> {
+        self.press("q");
+        let mut rest = Vec::new();
+        self.child.stderr.take().unwrap().read_to_end(&mut rest).unwrap();
+        let output = self.child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&rest));
+        steps(&output)
+    }
+}
+
+#[test]
+fn a_tapped_key_turns_the_selected_motor_a_little() {
+    let rig = Rig::new();
+    let mut dialogue = Dialogue::start(&rig);
+    dialogue.until("The ball falls");
+    dialogue.press("b");
+    dialogue.until("motor B");
+    dialogue.press("+");
+    dialogue.until("B 2.00");
+    dialogue.until("ready");
+    // The letters of an arrow key select no motor.
+    dialogue.press("\x1b[A-");
+    dialogue.until("B 0.00");
+    dialogue.until("ready");
+    dialogue.press("c");
+    dialogue.until("motor C");
+    dialogue.press("-");
+    dialogue.until("C -2.00");
+    assert_eq!(dialogue.end(), [0.0, 0.0, -2.0]);
+}
+
+#[test]
+fn a_held_key_turns_a_motor_until_it_is_released() {
+    let rig = Rig::new();
+    let mut dialogue = Dialogue::start(&rig);
+    dialogue.until("motor A");
+    for _ in 0..40 {
+        dialogue.press("+");
+        std::thread::sleep(Duration::from_millis(30));
+    }
+    dialogue.until("jogging");
+    // Nothing is pressed: the motor stops long before the jog of 200 steps ends, which takes 4 s.
+    dialogue.until("ready");
+    let end = dialogue.end();
+    assert!(end[0] > 2.0 && end[0] < 190.0 && end[1..] == [0.0, 0.0], "{end:?}");
+}

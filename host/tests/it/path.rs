@@ -1,0 +1,61 @@
+//! `plumb run --path`: a run along a file over an emulated board, and paths that are refused.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::fs;
+
+use crate::common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
+
+#[test]
+fn a_run_along_a_file_tells_how_well_the_ball_followed() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let path = "x,y,z\n0.52,0.25,0.42\n0.48,0.25,0.42\n0.48,0.29,0.40\n";
+    fs::write(folder.path().join("path.csv"), path).unwrap();
+    let run = ["run", &rig, "--path", "path.csv", "--law", "adaptive", "--port", &emulator.port];
+    let output = plumb(&[&run as &[&str], &["--json", "--out", "run"]].concat(), folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let line = json(&output);
+    let legs = line["legs"].as_array().unwrap();
+    assert_eq!(legs.len(), 2, "the begin and the end of the path: {line}");
+    assert_eq!(legs[1]["target"].to_string(), "[0.48,0.29,0.4]");
+    let path = &line["path"];
+    // Its length of 8 cm at 5 cm/s, and the time of start, corner and end.
+    let time = path["path_time_s"].as_f64().unwrap();
+    assert!((1.6..4.0).contains(&time), "{line}");
+    assert!(path["frames"].as_u64().unwrap() > 10, "{line}");
+    assert!(path["error"]["rms_mm"].as_f64().unwrap() > 0.0, "{line}");
+    assert!(stderr(&output).contains("of its speed; distance from it"), "{}", stderr(&output));
+    assert!(folder.path().join("run/deviation.svg").exists());
+}
+
+#[test]
+fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    fs::write(folder.path().join("bad.csv"), "x,y,z\n0.5,0.3,0.3\n0.5,o.3,0.3\n").unwrap();
+    fs::write(folder.path().join("one.csv"), "x,y,z\n0.5,0.3,0.3\n").unwrap();
+    fs::write(folder.path().join("fast.csv"), "t,x,y,z\n0,0.5,0.3,0.3\n0.3,0.5,0.3,0.4\n").unwrap();
+    for (path, more, named) in [
+        ("bad.csv", &[][..], "bad.csv: line 3, column y: 'o.3' is no finite number"),
+        ("one.csv", &[], "one.csv: the path has 1 places, but needs 2 or more"),
+        ("fast.csv", &[], "fast.csv: the path is not possible at"),
+        ("none.csv", &[], "'none.csv' is no shape"),
+        ("circle", &["--size", "0.5"], "that is outside the workspace of the rig file"),
+        ("circle", &["--centre", "0.2", "0.2", "0.3"], "outside the triangle of the motors"),
+        ("circle", &["--speed", "0.5"], "above `path.max_speed = 0.3` of the rig file"),
+        ("circle", &["--speed", "0"], "--speed"),
+        ("square", &["--tolerance", "-1"], "--tolerance"),
+    ] {
+        // No board is at this port: the path is refused before it is opened.
+        let run = ["run", &rig, "--port", "/dev/null", "--out", "run", "--path", path];
+        let output = plumb(&[&run as &[&str], more].concat(), folder.path());
+        assert_eq!(output.status.code(), Some(2), "{path}: {}", stderr(&output));
+        assert!(stderr(&output).contains(named), "{path} {more:?}: {}", stderr(&output));
+        assert!(!folder.path().join("run").exists(), "{path}: nothing was run");
+    }
+    let output = plumb(&["run", &rig, "--loop"], folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("--loop needs --path or --waypoints"), "{}", stderr(&output));
+}

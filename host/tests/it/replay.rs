@@ -1,0 +1,58 @@
+//! `plumb replay`: real pictures, and recordings with broken files.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::common::{folder, plumb, rigs, stderr};
+
+#[test]
+fn the_desk_has_no_ball() {
+    let Some(desk) = data("tum-desk") else { return };
+    let camera = rigs().join("camera.toml");
+    let output = plumb(
+        &["replay", desk.to_str().unwrap(), "--camera", camera.to_str().unwrap()],
+        Path::new("."),
+    );
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text, "t,u,v,radius,depth,x,y,z,score\n0.000000,,,,,,,,\n");
+}
+
+/// Real pictures; without them the test is passed over, but never with CI set.
+fn data(name: &str) -> Option<PathBuf> {
+    let base = std::env::var_os("PLUMB_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
+        PathBuf::from,
+    );
+    let folder = base.join(name);
+    if folder.join("rgb.txt").exists() {
+        return Some(folder);
+    }
+    assert!(std::env::var_os("CI").is_none(), "{} is not there", folder.display());
+    println!("skipped: {} is not there (set PLUMB_DATA)", folder.display());
+    None
+}
+
+#[test]
+fn replay_names_broken_files_and_goes_on() {
+    let folder = folder();
+    fs::write(
+        folder.path().join("rgb.txt"),
+        "# two\n0.0 rgb/absent.png\n0.1 rgb/broken.png\nnonsense\n",
+    )
+    .unwrap();
+    fs::write(folder.path().join("depth.txt"), "0.0 depth/absent.png\n").unwrap();
+    fs::create_dir(folder.path().join("rgb")).unwrap();
+    fs::write(folder.path().join("rgb/broken.png"), [0x89, b'P', b'N', b'G', 1, 2, 3]).unwrap();
+    let camera = rigs().join("camera.toml");
+    let output = plumb(&["replay", ".", "--camera", camera.to_str().unwrap()], folder.path());
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(
+        text.contains("absent.png") && text.contains("broken.png") && text.contains("rgb.txt:4"),
+        "{text}"
+    );
+    assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 3);
+}

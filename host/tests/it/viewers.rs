@@ -1,0 +1,91 @@
+//! `--mcap` and `--foxglove`: the file agrees with the run folder, bad input is refused, and a full
+//! disk ends the run with the cause.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::common::{folder, json, limited, plumb, stderr};
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Returns a Python that has the mcap library, where `scripts/mcap` leaves one; without it the
+/// test is passed over, but never with CI set.
+fn python_with_mcap() -> Option<PathBuf> {
+    let has_mcap = |python: &PathBuf| {
+        Command::new(python)
+            .args(["-c", "import mcap.reader, mcap_protobuf.decoder"])
+            .output()
+            .is_ok_and(|it| it.status.success())
+    };
+    let pythons = [PathBuf::from("python3"), repository().join("target/mcap/bin/python")];
+    let python = pythons.into_iter().find(has_mcap);
+    if python.is_none() {
+        assert!(std::env::var_os("CI").is_none(), "no Python has mcap: scripts/mcap");
+        println!("skipped: no Python has mcap (scripts/mcap)");
+    }
+    python
+}
+
+#[test]
+fn the_mcap_file_agrees_with_the_run_folder() {
+    let Some(python) = python_with_mcap() else { return };
+    let folder = folder();
+    let arguments = ["demo", "--virtual-time", "--out", "run", "--mcap", "run.mcap"];
+    let output = plumb(&arguments, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let checked = Command::new(python)
+        .arg(repository().join("host/tests/it/mcap_agrees.py"))
+        .args(["run.mcap", "run"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(checked.status.success(), "{}", stderr(&checked));
+    let counts = json(&checked);
+    assert_eq!(counts["/camera/image"], json(&output)["frames"], "{counts}");
+}
+
+#[test]
+fn a_file_that_exists_and_an_address_in_use_are_bad_input() {
+    let folder = folder();
+    fs::write(folder.path().join("run.mcap"), "precious").unwrap();
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("--foxglove={}", taken.local_addr().unwrap());
+    for (arguments, cause) in [
+        (vec!["--virtual-time", "--mcap", "run.mcap"], "exists already"),
+        (vec![address.as_str()], "try another port"),
+        (vec!["--virtual-time", "--mcap", "none/run.mcap"], "cannot create none/run.mcap"),
+        (vec!["--foxglove=here"], "127.0.0.1:8765"),
+    ] {
+        let output = plumb(&[&["demo", "--out", "run"], &arguments[..]].concat(), folder.path());
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(cause), "{}", stderr(&output));
+        assert!(!folder.path().join("run").exists(), "nothing moves");
+    }
+    assert_eq!(fs::read_to_string(folder.path().join("run.mcap")).unwrap(), "precious");
+}
+
+#[test]
+fn a_full_disk_ends_the_run_in_order_at_the_same_frame() {
+    let frames = [(); 2].map(|()| {
+        let folder = folder();
+        // 1 MiB: some 20 pictures, and all of the run folder.
+        let demo = ["demo", "--virtual-time", "--out", "run", "--mcap", "run.mcap"];
+        let output = limited(&demo, folder.path(), 2048, "");
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        assert_eq!(text.matches("run.mcap").count(), 1, "{text}");
+        let line = json(&output);
+        assert!(line["reached"] == false && line["at_rest"] == true, "{line}");
+        let ending = line["ending"].as_str().unwrap();
+        assert!(ending.contains("run.mcap") && ending.contains("ulimit -f"), "{line}");
+        assert!(folder.path().join("run/summary.json").exists());
+        line["frames"].as_u64().unwrap()
+    });
+    assert!(frames[0] > 1 && frames[0] == frames[1], "{frames:?}");
+}

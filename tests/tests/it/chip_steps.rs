@@ -1,0 +1,94 @@
+//! The real firmware in the emulated chip: number and timing of the pulses at the drivers' inputs.
+
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use plumb_protocol::config::StepDir;
+use plumb_protocol::message::{Command, Jog};
+use plumb_protocol::units::{Rate, Steps16};
+use plumb_tests::chip::{CYCLES_PER_US, Chip, Pulses, fast_config, firmware_image, is_long, point};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Sends one random command: a position, a target, a stop or a jog.
+fn send_random(chip: &mut Chip, random: &mut ChaCha8Rng, rate: f64) {
+    let mut point_um = || [0; 3].map(|_| random.random_range(-900_000..1_900_000));
+    let (ball, target) = (point_um(), point_um());
+    match random.random_range(0..12) {
+        0 => drop(chip.request(Command::Stop)),
+        1..3 => drop(chip.request(Command::Target(point(target)))),
+        3 => {
+            chip.stop_and_wait();
+            let distance = Steps16(random.random_range(-20_000..20_000));
+            let rate = Rate::from_si(rate * random.random_range(0.01..1.0)).expect("a rate");
+            let motor = random.random_range(0..3);
+            assert_eq!(chip.request(Command::Jog(Jog { motor, distance, rate })), None);
+            chip.run_us(40_000);
+            chip.stop_and_wait();
+            chip.send_position(ball);
+            chip.request(Command::Target(point(target)));
+        }
+        4..8 => chip.send_position(ball),
+        // Near the target, the rates take any value.
+        _ => chip.send_position([0, 1, 2].map(|i| {
+            let near: i32 = random.random_range(-3_000..3_000);
+            (target[i] + near).clamp(-900_000, 1_900_000)
+        })),
+    }
+    let us = random.random_range(0..20_000);
+    chip.run_us(us);
+}
+
+/// Makes at least 100 000 random steps in each of `rounds`, a million in the long form. After each,
+/// the board's motor positions are exact.
+fn random_steps(driver: StepDir, rate: f64, rounds: usize, seed: u64) {
+    let Some(image) = firmware_image() else { return };
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut chip = Chip::start(&image).configured(fast_config(rate, driver));
+    let [mut steps, mut turns] = [0, 0];
+    for _ in 0..rounds {
+        chip.send_position([0; 3]);
+        chip.request(Command::Target(point([1_000_000; 3])));
+        let end = steps + if is_long() { 1_000_000 } else { 100_000 };
+        while steps < end {
+            send_random(&mut chip, &mut random, rate);
+            for pulses in chip.pulses() {
+                steps += pulses.count;
+                turns += u64::from(pulses.hold.is_some());
+                assert_timing(&pulses, &driver);
+            }
+        }
+        let telemetry = chip.stop_and_wait();
+        assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "after {steps} steps");
+    }
+    println!(
+        "{steps} steps, {turns} stretches with reversals, {:.1} s of the chip",
+        chip.us() as f64 * 1e-6
+    );
+    assert!(turns > 10 * rounds as u64, "{turns}");
+}
+
+/// Checks that no time is below `driver`'s minimum. The hold time of the direction is that of a
+/// pulse.
+fn assert_timing(pulses: &Pulses, driver: &StepDir) {
+    let minima = [driver.high, driver.low, driver.setup, driver.high];
+    let measured = [pulses.high, pulses.low, pulses.setup, pulses.hold];
+    for ((measured, minimum), what) in
+        measured.into_iter().zip(minima).zip(["high", "low", "set-up", "hold"])
+    {
+        let ns = measured.map_or(u64::MAX, |cycles| cycles * 1000 / CYCLES_PER_US);
+        assert!(ns >= u64::from(minimum.0), "{what}: {ns} ns of {driver:?}");
+    }
+}
+
+/// Ten million steps together with the next test in the long form.
+#[test]
+fn no_step_is_lost_on_a_tmc2209() {
+    random_steps(StepDir::TMC2209, 78_125.0, 5, 1);
+}
+
+#[test]
+fn no_step_is_lost_on_each_driver() {
+    random_steps(StepDir::TMC2209, 78_125.0, 3, 2);
+    random_steps(StepDir::A4988, 31_000.0, 1, 3);
+    random_steps(StepDir::DRV8825, 16_000.0, 1, 4);
+}

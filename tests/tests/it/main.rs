@@ -1,0 +1,37 @@
+//! The tests of the whole: one program, since each program is linked for itself.
+
+mod book;
+mod check_agrees;
+mod chip_agrees;
+mod chip_devices;
+mod chip_hats;
+mod chip_law_worker;
+mod chip_safety;
+mod chip_steps;
+mod chip_terminal;
+mod chip_timing;
+mod closed_loop;
+mod commissioning;
+mod crates;
+mod damaged_link;
+mod defects;
+mod distortion;
+mod fault_causes;
+mod faults_page;
+mod golden;
+mod hold;
+mod links;
+mod monocular;
+mod operator;
+mod path;
+mod path_refused;
+mod reference;
+mod repeatable;
+mod repeated_picture;
+mod reversals;
+mod silence;
+mod soak;
+mod style;
+mod targets;
+mod tensions;
+mod waits;
