@@ -150,7 +150,8 @@ impl<T: Transport> Link<T> {
         (self.configuration, self.configured) = (Some(id), time);
         self.config = Some(config);
         (self.telemetry, self.fault) = (None, None);
-        self.monitor.begin(self.transport.now());
+        let deadline = Duration::from_millis(config.deadlines.host.0.into());
+        self.monitor.begin_configured(self.transport.now(), deadline);
         info!(id, "configured the board");
         Ok(())
     }

@@ -3,8 +3,9 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Longest age of telemetry, and of a position that the board has not acknowledged.
-pub(super) const MAX_AGE: Duration = Duration::from_secs(1);
+/// Longest age of telemetry, and of a position that the board has not acknowledged, where the board
+/// is not configured to wait longer for the host.
+const MAX_AGE: Duration = Duration::from_secs(1);
 
 /// Age of telemetry above which a missing acknowledgement is put down to a silent board: five times
 /// the longest interval of telemetry.
@@ -21,8 +22,8 @@ struct Sent {
 /// What is wrong with the board or its link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Problem {
-    /// No telemetry for this long: above [`MAX_AGE`], or above [`QUIET`] with a position
-    /// unacknowledged for [`MAX_AGE`].
+    /// No telemetry for this long: above the longest age, or above [`QUIET`] with a position
+    /// unacknowledged for the longest age.
     Silent(Duration),
     /// A position was sent so long ago, and neither it nor a later one was acknowledged.
     Lagging(Duration),
@@ -31,20 +32,36 @@ pub(super) enum Problem {
 }
 
 /// State of the link, from the times of positions and telemetry.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct LinkMonitor {
+    /// Longest age of telemetry, and of a position that the board has not acknowledged.
+    max_age: Duration,
     /// When telemetry came last, or the session began.
     last_rx: Duration,
-    /// Positions that were not acknowledged yet, oldest first: those of [`MAX_AGE`] at most, since
+    /// Positions that were not acknowledged yet, oldest first: those of `max_age` at most, since
     /// the run ends then.
     sent: VecDeque<Sent>,
     restarted: bool,
+}
+
+impl Default for LinkMonitor {
+    fn default() -> Self {
+        let (last_rx, sent) = (Duration::ZERO, VecDeque::new());
+        Self { max_age: MAX_AGE, last_rx, sent, restarted: false }
+    }
 }
 
 impl LinkMonitor {
     /// Begins to watch at `now`: the board has just answered.
     pub(super) fn begin(&mut self, now: Duration) {
         *self = Self { last_rx: now, ..Self::default() };
+    }
+
+    /// Begins to watch a board at `now` that stops where the host is silent for `deadline`. The
+    /// host waits as long for the board.
+    pub(super) fn begin_configured(&mut self, now: Duration, deadline: Duration) {
+        self.begin(now);
+        self.max_age = deadline.max(MAX_AGE);
     }
 
     /// Notes that a position was sent.
@@ -80,10 +97,10 @@ impl LinkMonitor {
         let oldest = self.sent.front().map_or(Duration::ZERO, |sent| now.saturating_sub(sent.at));
         if self.restarted {
             Some(Problem::Restarted)
-        } else if age > MAX_AGE || (oldest > MAX_AGE && age > QUIET) {
+        } else if age > self.max_age || (oldest > self.max_age && age > QUIET) {
             // A position may have been on its way when the last telemetry came.
             Some(Problem::Silent(age))
-        } else if oldest > MAX_AGE {
+        } else if oldest > self.max_age {
             Some(Problem::Lagging(oldest))
         } else {
             None
@@ -126,6 +143,20 @@ mod tests {
         // A board whose telemetry arrives is not silent.
         monitor.acknowledged(None, ms(900));
         assert_eq!(monitor.problem(ms(1001)), Some(Problem::Lagging(ms(1001))));
+    }
+
+    #[test]
+    fn the_host_waits_for_the_board_as_long_as_the_board_for_the_host() {
+        let problems = |deadline: u64| {
+            let mut monitor = LinkMonitor::default();
+            monitor.begin_configured(ms(0), ms(deadline));
+            monitor.sent(1, 7, ms(0));
+            monitor.acknowledged(None, ms(4900));
+            [4900, 5000, 5001].map(|now| monitor.problem(ms(now)))
+        };
+        assert_eq!(problems(5000), [None, None, Some(Problem::Lagging(ms(5001)))]);
+        // A second at least.
+        assert_eq!(problems(300), [4900, 5000, 5001].map(|age| Some(Problem::Lagging(ms(age)))));
     }
 
     #[test]
