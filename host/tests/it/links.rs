@@ -107,7 +107,7 @@ fn a_board_that_falls_silent_ends_the_run_with_the_cause() {
     let (output, line) = run.end();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(line["ending"].as_str().unwrap().contains("nothing has come from the board"), "{line}");
-    // Pictures come 30 times a second.
+    // Pictures come 30 times a second, and the deadline of this rig is 5 s.
     let after = line["frames"].as_u64().unwrap() - rows as u64 + 1;
-    assert!(after < 60, "{after} rows after the board fell silent");
+    assert!(after < 240, "{after} rows after the board fell silent");
 }

@@ -103,13 +103,17 @@ impl<'a> Document<'a> {
         // The keys of a table contradict each other: its header is no value.
         let is_header = mistake.value == format!("[{key}]");
         let value = if is_header { String::new() } else { mistake.value.clone() };
-        let allowed = self.allowed(key).filter(|_| !is_header);
+        // The message of a number names its range, after the number itself.
+        let range = mistake.message.split_once(" must be ");
+        let range = range.filter(|(number, _)| number.parse::<f64>().is_ok());
+        let problem = range.map(|(_, range)| format!("must be {range}"));
+        let allowed = self.allowed(key).filter(|_| !is_header && problem.is_none());
         Finding {
             severity: Severity::Error,
             file: self.path.to_owned(),
             line: mistake.line,
             values: named.then(|| (key.clone(), value)).into_iter().collect(),
-            problem: mistake.message.clone(),
+            problem: problem.unwrap_or_else(|| mistake.message.clone()),
             allowed: allowed.unwrap_or_default(),
         }
     }

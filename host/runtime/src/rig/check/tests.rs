@@ -99,6 +99,13 @@ fn a_message_names_file_line_key_value_range_and_an_example() {
 }
 
 #[test]
+fn a_message_names_a_number_and_its_range_once() {
+    let found = findings(&[("host = 0.3", "host = 99.0")]);
+    let line = "error: `deadlines.host = 99.0` must be above 0, to 5 s";
+    assert!(found.iter().any(|it| it.to_string().ends_with(line)), "{found:#?}");
+}
+
+#[test]
 fn a_file_without_targets_is_wrong() {
     let found = findings(&[("targets = [[0.400, 0.400, 0.150]]", "targets = []")]);
     assert_eq!(keys(&found)[0], ["targets"]);
