@@ -4,7 +4,9 @@
 //! All three begin in the same clock and take exactly a tick for a tick's words
 //! ([`plumb_core::segment`]), so they stay in step. When the emergency input opens, the fourth
 //! state machine sets a flag in the PIO that the others check before each pulse: no further pulse
-//! begins, whatever the processor does.
+//! begins, whatever the processor does. It is never started again: it waits until the processor
+//! clears the flag, and then looks at the input again. An input that is open in two ticks in a row
+//! sets the flag too, whatever the state machine does.
 
 mod program;
 
@@ -25,9 +27,7 @@ use crate::pins;
 
 /// The state machines of the motors.
 const MOTORS: u8 = 0b0111;
-/// The state machine that monitors the emergency input.
-const ESTOP_MACHINE: usize = 3;
-/// The flag that it sets.
+/// The flag that the monitor of the emergency input sets.
 const ESTOP_FLAG: u8 = 1 << 4;
 /// The STEP pins.
 const STEP_PINS: u32 = 1 << pins::STEP[0] | 1 << pins::STEP[1] | 1 << pins::STEP[2];
@@ -50,6 +50,8 @@ pub(crate) struct Generator {
     _pio: Pio<'static, PIO0>,
     _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
     motors: [Motor; 3],
+    /// Whether the emergency input was open in the last tick.
+    estop_was_open: bool,
 }
 
 /// State machine of one motor.
@@ -101,6 +103,7 @@ impl Generator {
             _channels: resources.channels,
             motors: [0; 3]
                 .map(|_| Motor { segments: Segments::new(DriverTiming::SLOWEST), given: [0; 2] }),
+            estop_was_open: false,
         }
     }
 
@@ -146,7 +149,18 @@ impl Generator {
         });
     }
 
-    /// Returns whether the emergency input has opened since the monitor was armed.
+    /// Checks the emergency input, once a tick. Returns whether it has stopped the pulses.
+    #[inline(always)]
+    pub(crate) fn check_estop(&mut self) -> bool {
+        let open = !self.estop_closed();
+        if open && self.estop_was_open {
+            pac::PIO0.irq_force().write(|w| w.set_irq_force(ESTOP_FLAG));
+        }
+        self.estop_was_open = open;
+        self.estop_tripped()
+    }
+
+    /// Returns whether the emergency input has stopped the pulses.
     pub(crate) fn estop_tripped(&self) -> bool {
         pac::PIO0.irq().read().irq() & ESTOP_FLAG != 0
     }
@@ -172,9 +186,8 @@ impl Generator {
         missing
     }
 
-    /// Arms the monitor of the emergency input again.
-    pub(crate) fn rearm_estop(&mut self) {
-        program::rearm_estop_monitor(ESTOP_MACHINE);
+    /// Ends the stop of the emergency input; the monitor goes on.
+    pub(crate) fn end_estop(&mut self) {
         pac::PIO0.irq().write(|w| w.set_irq(ESTOP_FLAG));
     }
 

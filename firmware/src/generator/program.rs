@@ -18,8 +18,6 @@ const SET_WIDTH: usize = 12;
 const LOOP_WIDTH: usize = 13;
 /// Address after `out y`: before it, the counter is that of the last segment.
 const COUNTED: u8 = 2;
-/// Start address of the emergency monitor, behind the other program.
-const ESTOP_START: u8 = 17;
 
 /// Loads the program that turns a segment's two words into pulses, at address 0.
 pub(super) fn load_stepper(common: &mut Common<'static, PIO0>) -> LoadedProgram<'static, PIO0> {
@@ -71,7 +69,7 @@ pub(super) fn set_up_stepper<const SM: usize>(
     machine.set_pin_dirs(Direction::Out, &[step, direction]);
 }
 
-/// Starts the monitor of the emergency input.
+/// Starts the monitor of the emergency input, which then runs for ever.
 pub(super) fn start_estop_monitor(
     common: &mut Common<'static, PIO0>,
     machine: &mut StateMachine<'static, PIO0, 3>,
@@ -79,10 +77,10 @@ pub(super) fn start_estop_monitor(
 ) {
     let program = pio_asm!(
         ".origin 17",
-        "    wait 1 pin 0", // open, so pulled up
-        "    irq nowait 4",
-        "done:",
-        "    jmp done",
+        ".wrap_target",
+        "    wait 1 pin 0", // 17  open, so pulled up
+        "    irq wait 4",   // 18  sets the flag, and waits until the processor clears it
+        ".wrap",
     );
     let loaded = common.load_program(&program.program);
     pin.set_pull(Pull::Up);
@@ -126,14 +124,6 @@ pub(super) fn rewind(machine: usize) {
     }
     pio.ctrl().modify(|w| w.set_sm_restart(1 << machine));
     execute(machine, InstructionOperands::JMP { condition: JmpCondition::Always, address: 0 });
-}
-
-/// Restarts the monitor of the emergency input.
-pub(super) fn rearm_estop_monitor(machine: usize) {
-    execute(
-        machine,
-        InstructionOperands::JMP { condition: JmpCondition::Always, address: ESTOP_START },
-    );
 }
 
 /// Returns the words in the queue of a motor's state machine.
