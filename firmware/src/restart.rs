@@ -10,7 +10,7 @@ use embassy_rp::{pac, rom_data};
 use plumb_protocol::message::StartCause;
 use plumb_protocol::panic_place;
 
-use crate::pins;
+use crate::enable;
 
 /// Scratch register after a panic.
 const PANIC: u32 = 0x504c_0001;
@@ -36,7 +36,7 @@ pub(crate) fn cause() -> StartCause {
 fn make_safe() {
     cortex_m::interrupt::disable();
     pac::PIO0.ctrl().write(|_| {});
-    pac::SIO.gpio_oe(0).value_clr().write_value(1 << pins::ENABLE);
+    enable::release();
 }
 
 /// Restarts the chip, and keeps the reason.

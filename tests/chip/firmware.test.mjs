@@ -4,6 +4,7 @@
 import assert from 'node:assert/strict';
 import { before, test } from 'node:test';
 import { Chip } from './src/chip.mjs';
+import { EMERGENCY, ENABLE, FLAG, MACHINE, MONITOR, ORIGIN } from './test/monitor.mjs';
 
 const MS = 1e6;
 const ELF = process.env.PLUMB_ELF;
@@ -30,14 +31,11 @@ function started() {
 const PIO0 = 0x50200000;
 const PIO_CTRL_CLEAR = PIO0 + 0x3000;
 const PIO_IRQ = PIO0 + 0x30;
-const EMERGENCY = 15;
-const EMERGENCY_FLAG = 1 << 4;
-const EMERGENCY_MACHINE = 1 << 3;
 const CYCLE_NS = 8;
 const TICK_CYCLES = 25_000;
 
 /** Returns whether the emergency input has stopped the pulses: a flag of the PIO. */
-const isTripped = (chip) => (chip.bus.read32(PIO_IRQ) & EMERGENCY_FLAG) !== 0;
+const isTripped = (chip) => (chip.bus.read32(PIO_IRQ) & FLAG) !== 0;
 
 /** Drives the emergency input: 0 is closed, 1 is open. Then runs for a millisecond. */
 function emergency(chip, level) {
@@ -123,6 +121,19 @@ test('two runs are the same', () => {
   assert.deepEqual(run(), first);
 });
 
+test('the monitor of the emergency input is the one of the campaign', () => {
+  const { chip } = started();
+  const [block] = chip.engine.blocks;
+  const machine = block.machines[MACHINE];
+  const end = ORIGIN + MONITOR.program.length;
+  assert.deepEqual([...block.instructions.slice(ORIGIN, end)], MONITOR.program);
+  assert.deepEqual([machine.wrapBottom, machine.wrapTop], MONITOR.wrap);
+  assert.deepEqual([machine.osr], MONITOR.words);
+  assert.deepEqual([machine.inBase, machine.jumpPin], [EMERGENCY, EMERGENCY]);
+  assert.deepEqual([machine.setBase, machine.setCount], [ENABLE, 1]);
+  assert.equal(machine.divider, 256, 'a cycle for each instruction');
+});
+
 // The processor reads the input as closed, and some clocks later its write has ended the stop. A
 // contact that bounces opens again in between.
 test('an opening at any clock around the end of a stop is seen, and so is the next press', () => {
@@ -132,7 +143,7 @@ test('an opening at any clock around the end of a stop is seen, and so is the ne
   const [block] = chip.engine.blocks;
   const clearFlags = block.clearFlags.bind(block);
   block.clearFlags = (flags) => {
-    if (flags & EMERGENCY_FLAG) cleared = chip.cycles;
+    if (flags & FLAG) cleared = chip.cycles;
     clearFlags(flags);
   };
   emergency(chip, 1);
@@ -159,7 +170,7 @@ test('an input that is open in two ticks trips, also where its monitor has faile
   const { chip } = started();
   emergency(chip, 0);
   assert.ok(!isTripped(chip));
-  chip.bus.write32(PIO_CTRL_CLEAR, EMERGENCY_MACHINE);
+  chip.bus.write32(PIO_CTRL_CLEAR, 1 << MACHINE);
   emergency(chip, 1);
   assert.ok(isTripped(chip));
   emergency(chip, 0);
