@@ -3,9 +3,10 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::fs;
+use std::path::Path;
 
 use object::{Object, ObjectSymbol};
-use plumb_image::{Image, panic_places};
+use plumb_image::{Image, PanicPlace, panic_places};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Estimated, Law, StepDir};
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Jog, Refusal, StartCause, State};
@@ -206,18 +207,23 @@ fn a_third_of_the_stack_stays_free() {
     assert!(free > STACK / 3, "{free} bytes free");
 }
 
+/// Returns the address of the function that panics for an index out of bounds, and a place in the
+/// source as its argument.
+fn index_panic(path: &Path) -> (u64, PanicPlace) {
+    let elf = fs::read(path).expect("the firmware");
+    let places = panic_places(&Image::read(&elf).expect("an image"));
+    let place = places.into_iter().find(|place| place.file.contains("core/src")).expect("a place");
+    let file = object::File::parse(&*elf).expect("an ELF file");
+    let is_panic = |name: &str| name.contains("panic_bounds_check") && !name.contains("Thunk");
+    let function = file.symbols().find(|symbol| symbol.name().is_ok_and(is_panic));
+    (function.expect("the panic of an index").address(), place)
+}
+
 /// Calls the panic of an index that is out of bounds, as from a place in the source.
 #[test]
 fn a_panic_restarts_the_board_which_reports_its_place() {
     let Some(path) = firmware_image() else { return };
-    let elf = fs::read(&path).expect("the firmware");
-    let places = panic_places(&Image::read(&elf).expect("an image"));
-    let place = places.iter().find(|place| place.file.contains("core/src")).expect("a place");
-    let file = object::File::parse(&*elf).expect("an ELF file");
-    let is_panic = |name: &str| name.contains("panic_bounds_check") && !name.contains("Thunk");
-    let function = file.symbols().find(|symbol| symbol.name().is_ok_and(is_panic));
-    let function = function.expect("the panic of an index").address();
-
+    let (function, place) = index_panic(&path);
     let mut chip = Chip::start(&path).configured(fast_config(1000.0, StepDir::TMC2209));
     chip.drive_pin(ENABLE, Some(1));
     let reply = chip.execute(json!({ "call": [function, 0, 0, place.address], "run_us": 100 }));
@@ -226,4 +232,60 @@ fn a_panic_restarts_the_board_which_reports_its_place() {
     chip.assert_stopped_by_watchdog();
     let cause = FromBoard::Started(StartCause::Panic(place.number()));
     assert!(chip.received.contains(&cause), "{:?}", chip.received);
+}
+
+/// Waits for the board after a reset, and returns the cause that it reports, and its state.
+fn started(chip: &mut Chip) -> (StartCause, State) {
+    chip.wait_for_usb();
+    chip.received.clear();
+    chip.request(Command::Hello(Hello::OURS));
+    let cause = chip.received.iter().find_map(|message| match message {
+        FromBoard::Started(cause) => Some(*cause),
+        _ => None,
+    });
+    (cause.expect("a cause"), chip.state())
+}
+
+/// Goes through all causes of a start, as the chip gives them (firmware/src/restart.rs), twice:
+/// what one leaves in the registers must not change the next.
+#[test]
+fn every_start_reports_its_cause() {
+    let Some(path) = firmware_image() else { return };
+    let (panic, place) = index_panic(&path);
+    let mut chip = Chip::start(&path);
+    let failed = State::Fault(Fault::Watchdog);
+    let fine = State::Unconfigured;
+    let bootloader = |chip: &mut Chip| {
+        let frame = chip.frame(Command::Bootloader);
+        let sent = chip.cycle;
+        chip.send(&frame, 20_000);
+        assert!(chip.cycle > sent);
+    };
+    for _ in 0..2 {
+        chip.execute(json!({ "reset": "power" }));
+        assert_eq!(started(&mut chip), (StartCause::PowerOn, fine));
+        chip.execute(json!({ "reset": "run" }));
+        assert_eq!(started(&mut chip), (StartCause::ResetPin, fine));
+        chip.hang();
+        assert_eq!(started(&mut chip), (StartCause::Watchdog, failed));
+        chip.execute(json!({ "reset": "system" }));
+        assert_eq!(started(&mut chip), (StartCause::Requested, fine), "by a debugger");
+        chip.execute(json!({ "call": [panic, 0, 0, place.address] }));
+        assert_eq!(started(&mut chip), (StartCause::Panic(place.number()), failed));
+        for way in ["uf2", "picoboot"] {
+            bootloader(&mut chip);
+            chip.execute(json!({ "downloaded": way }));
+            chip.run_us(200_000);
+            assert_eq!(started(&mut chip), (StartCause::Requested, fine), "{way}");
+        }
+        let nowhere = 0x3000_0000;
+        chip.execute(json!({ "call": [nowhere] }));
+        assert_eq!(started(&mut chip), (StartCause::HardFault, failed));
+        chip.execute(json!({ "reset": "bootsel" }));
+        chip.execute(json!({ "downloaded": "uf2" }));
+        chip.run_us(400_000);
+        assert_eq!(started(&mut chip), (StartCause::Requested, fine), "with the button");
+        chip.hang();
+        assert_eq!(started(&mut chip), (StartCause::Watchdog, failed), "after a download");
+    }
 }

@@ -110,6 +110,7 @@ const COMMANDS = {
   hang: ({ chip }) => chip.hang(),
   call: ({ chip }, [address, ...words]) => chip.call(address, words),
   reset: ({ chip }, cause) => chip.reset(cause),
+  downloaded: ({ chip }, way) => chip.finishDownload(way),
   steppers: (session, steppers) =>
     session.steppers.push(...steppers.map((stepper) => new Pulses(session.chip, stepper))),
   pulses: (session) => ({ pulses: session.steppers.map((stepper) => stepper.take()) }),
