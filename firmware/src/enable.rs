@@ -1,7 +1,8 @@
 //! The enable line of the motor drivers.
 //!
 //! While the drivers are off, the pin is an input, and a resistor on the wire holds the line at the
-//! off level. The same holds while the chip is in reset, has no program, or has no power.
+//! off level. The same holds while the chip is in reset or has no program. docs/use/board.md
+//! computes the resistor, and says what is off without the chip's supply.
 //!
 //! Two must agree for the drivers to be on: the processor connects the pin to PIO0, and the monitor
 //! of the emergency input ([`crate::generator`]) makes it an output there. Either switches them off

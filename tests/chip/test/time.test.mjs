@@ -166,7 +166,7 @@ test('an image that the boot ROM rejects is not started', () => {
   assert.notEqual(chip.peek32(RAM), 1);
 });
 
-test('the boot ROM ends a download through the watchdog, and registers survive as on the chip', () => {
+test('the boot ROM ends a download by the watchdog; registers survive as on the chip', () => {
   const chip = new Program().sleep().chip();
   const causes = [];
   chip.onReset = (cause) => causes.push(cause);
