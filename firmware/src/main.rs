@@ -64,6 +64,7 @@ async fn start_tasks(resources: TaskResources) {
 fn main() -> ! {
     let cause = restart::cause();
     let p: Peripherals = embassy_rp::init(embassy_rp::config::Config::default());
+    interrupts::copy_vectors();
     interrupts::set_priorities();
     let watchdog = TickWatchdog::start(p.WATCHDOG);
     let (generator, enable) = Generator::new(GeneratorResources {

@@ -1,6 +1,7 @@
 //! The real firmware in the emulated chip (`tests/chip`), in lock step: the chip's time passes only
 //! during calls.
 
+pub mod reach;
 mod session;
 
 use std::io::{BufRead, BufReader, Write};

@@ -131,6 +131,7 @@ const COMMANDS = {
       log: flash.log.map(({ kind, offset, length, at }) => [at, kind, offset, length]),
     },
   }),
+  vectors: ({ chip }) => ({ vectors: chip.core.VTOR }),
   load: ({ chip }) => ({ load: chip.load }),
   fault: ({ chip }) => ({ fault: chip.core.fault }),
   hash: ({ chip }) => ({ hash: String(chip.hash) }),
