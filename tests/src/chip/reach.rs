@@ -24,7 +24,7 @@ struct Code<'a> {
 /// Returns the functions in flash that `root` reaches, each with its callers.
 ///
 /// Functions in the section `.cold` run at the start or at standstill only, or panic; they are not
-/// followed. Functions whose mangled name contains one of `indirect` count as reached too: those
+/// followed. Functions whose mangled name begins with one of `indirect` count as reached too: those
 /// that are called through pointers in a table.
 ///
 /// # Panics
@@ -33,7 +33,7 @@ pub fn reached_in_flash(elf: &Path, root: &str, indirect: &[&str]) -> Vec<String
     let bytes = fs::read(elf).expect("the firmware");
     let code = Code::read(&bytes);
     let cold = code.file.section_by_name(".cold").expect("the section .cold").index();
-    let is_root = |name: &str| name == root || indirect.iter().any(|part| name.contains(part));
+    let is_root = |name: &str| name == root || indirect.iter().any(|part| name.starts_with(part));
     let roots: Vec<u64> = code
         .functions
         .iter()
