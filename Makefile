@@ -5,7 +5,7 @@ BENCH := cargo run --release --locked -p plumb --bin plumb --features bench --
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour coverage
-.PHONY: bench-chip firmware flash lint quick docs sbom reproducible
+.PHONY: bench-chip bounce firmware flash lint quick docs sbom reproducible
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s  %s\n", $$1, $$2 }' Makefile
@@ -54,6 +54,10 @@ coverage: setup ## which lines of protocol and board core the tests execute (nee
 
 bench-chip: setup ## measure the firmware in the emulated chip (ARGS="--json")
 	@scripts/bench-chip $(ARGS)
+
+bounce: setup firmware ## press a bouncing emergency button 100 000 times, 500 in the whole chip
+	@scripts/chip node tests/chip/bounce.mjs $(ARGS)
+	@cargo test --release --locked --features plumb/full --test it -- --ignored chip_safety:: --nocapture
 
 firmware: ## build the board's firmware: target/firmware/plumb.elf and plumb.uf2
 	@scripts/firmware

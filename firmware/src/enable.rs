@@ -1,26 +1,44 @@
 //! The enable line of the motor drivers.
 //!
 //! While the drivers are off, the pin is an input, and a resistor on the wire holds the line at the
-//! off level. The same holds while the chip is in reset, has no program, or has no power.
+//! off level. The same holds while the chip is in reset or has no program. docs/use/board.md
+//! computes the resistor, and says what is off without the chip's supply.
+//!
+//! Two must agree for the drivers to be on: the processor connects the pin to PIO0, and the monitor
+//! of the emergency input ([`crate::generator`]) makes it an output there. Either switches them off
+//! without the other.
 
-use embassy_rp::Peri;
-use embassy_rp::gpio::{Flex, Level, Pull};
-use embassy_rp::peripherals::PIN_14;
+use embassy_rp::gpio::{Level, Pull};
+use embassy_rp::pac;
+use embassy_rp::pac::io::vals::Outover;
+use embassy_rp::peripherals::PIO0;
+use embassy_rp::pio::Pin;
+
+use crate::pins;
+
+/// Pin function PIO0 (RP2040 datasheet, section 2.19.2).
+const PIO: u8 = 6;
+/// No pin function: the output is off.
+const NONE: u8 = 31;
 
 /// The enable line.
 pub(crate) struct Enable {
-    pin: Flex<'static>,
+    pin: Pin<'static, PIO0>,
     on: bool,
     active: Level,
 }
 
 impl Enable {
     /// Sets up the line, with the drivers off.
-    pub(crate) fn new(pin: Peri<'static, PIN_14>) -> Self {
-        let mut pin = Flex::new(pin);
+    pub(crate) fn new(mut pin: Pin<'static, PIO0>) -> Self {
+        release();
         pin.set_pull(Pull::None);
-        pin.set_as_input();
         Self { pin, on: false, active: Level::Low }
+    }
+
+    /// Returns the pin, for the monitor of the emergency input.
+    pub(crate) fn pin(&self) -> &Pin<'static, PIO0> {
+        &self.pin
     }
 
     /// Sets the active level: low for drivers with STEP inputs, high for bridges.
@@ -28,7 +46,7 @@ impl Enable {
         self.active = level;
     }
 
-    /// Returns whether the drivers are on.
+    /// Returns whether the processor has switched the drivers on.
     pub(crate) fn is_on(&self) -> bool {
         self.on
     }
@@ -40,10 +58,22 @@ impl Enable {
         }
         self.on = on;
         if on {
-            self.pin.set_level(self.active);
-            self.pin.set_as_output();
+            pac::IO_BANK0.gpio(pins::ENABLE.into()).ctrl().write(|w| {
+                w.set_funcsel(PIO);
+                // The level does not come from the PIO: it drives the pin low or high.
+                w.set_outover(match self.active {
+                    Level::Low => Outover::LOW,
+                    Level::High => Outover::HIGH,
+                });
+            });
         } else {
-            self.pin.set_as_input();
+            release();
         }
     }
+}
+
+/// Switches the drivers off.
+#[inline(always)]
+pub(crate) fn release() {
+    pac::IO_BANK0.gpio(pins::ENABLE.into()).ctrl().write(|w| w.set_funcsel(NONE));
 }

@@ -1,7 +1,7 @@
 //! The stored configuration, in the last two sectors of the flash.
 //!
 //! While the flash is written, the processor cannot read from it, and all interrupts wait. So it is
-//! written at standstill only. The emergency input works without the processor.
+//! written at standstill only. The emergency input stops pulses and drivers without the processor.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 

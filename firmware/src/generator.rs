@@ -3,8 +3,11 @@
 //!
 //! All three begin in the same clock and take exactly a tick for a tick's words
 //! ([`plumb_core::segment`]), so they stay in step. When the emergency input opens, the fourth
-//! state machine sets a flag in the PIO that the others check before each pulse: no further pulse
-//! begins, whatever the processor does.
+//! state machine lets go of the ENABLE line, and sets a flag in the PIO that the others check
+//! before each pulse: no further pulse begins, whatever the processor does. It is never started
+//! again: it waits until the processor clears the flag, and then looks at the input again. An
+//! opening shorter than [`ESTOP_FILTER_US`] has no effect. An input that is open in two ticks in a
+//! row sets the flag too, whatever the state machine does.
 
 mod program;
 
@@ -13,21 +16,23 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_rp::Peri;
 use embassy_rp::pac::{self, dma::vals::TreqSel};
 use embassy_rp::peripherals::{
-    DMA_CH0, DMA_CH1, DMA_CH2, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_15, PIO0,
+    DMA_CH0, DMA_CH1, DMA_CH2, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_14, PIN_15, PIO0,
 };
 use embassy_rp::pio::{Common, Pio};
 use plumb_core::driver_timing::DriverTiming;
 use plumb_core::segment::{Segments, given};
 use plumb_core::{Pulses, StepPlan};
 
+use crate::enable::Enable;
 use crate::interrupts::Interrupts;
 use crate::pins;
 
 /// The state machines of the motors.
 const MOTORS: u8 = 0b0111;
-/// The state machine that monitors the emergency input.
-const ESTOP_MACHINE: usize = 3;
-/// The flag that it sets.
+/// Time that the emergency input must be open to stop the pulses, µs. It is longer than a period of
+/// the coils' modulation (33 µs), so that noise from the motors' leads closes the input in between.
+const ESTOP_FILTER_US: u32 = 50;
+/// The flag that the monitor of the emergency input sets.
 const ESTOP_FLAG: u8 = 1 << 4;
 /// The STEP pins.
 const STEP_PINS: u32 = 1 << pins::STEP[0] | 1 << pins::STEP[1] | 1 << pins::STEP[2];
@@ -40,6 +45,7 @@ pub(crate) struct GeneratorResources {
     pub(crate) pio: Peri<'static, PIO0>,
     pub(crate) step: (Peri<'static, PIN_2>, Peri<'static, PIN_4>, Peri<'static, PIN_6>),
     pub(crate) direction: (Peri<'static, PIN_3>, Peri<'static, PIN_5>, Peri<'static, PIN_7>),
+    pub(crate) enable: Peri<'static, PIN_14>,
     pub(crate) estop: Peri<'static, PIN_15>,
     pub(crate) channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
 }
@@ -50,6 +56,8 @@ pub(crate) struct Generator {
     _pio: Pio<'static, PIO0>,
     _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
     motors: [Motor; 3],
+    /// Whether the emergency input was open in the last tick.
+    estop_was_open: bool,
 }
 
 /// State machine of one motor.
@@ -73,8 +81,9 @@ impl Motor {
 }
 
 impl Generator {
-    /// Sets up the hardware, and starts the monitor of the emergency input.
-    pub(crate) fn new(resources: GeneratorResources) -> Self {
+    /// Sets up the hardware, and starts the monitor of the emergency input. Returns the enable line
+    /// too, with the drivers off.
+    pub(crate) fn new(resources: GeneratorResources) -> (Self, Enable) {
         let mut pio = Pio::new(resources.pio, Interrupts);
         let stepper = program::load_stepper(&mut pio.common);
         let pins = |common: &mut Common<'static, PIO0>| {
@@ -91,17 +100,20 @@ impl Generator {
         program::set_up_stepper(&mut pio.sm1, &stepper, &b);
         program::set_up_stepper(&mut pio.sm2, &stepper, &c);
         let estop = pio.common.make_pio_pin(resources.estop);
-        program::start_estop_monitor(&mut pio.common, &mut pio.sm3, estop);
+        let enable = Enable::new(pio.common.make_pio_pin(resources.enable));
+        program::start_estop_monitor(&mut pio.common, &mut pio.sm3, estop, enable.pin());
         for motor in 0..3 {
             set_up_channel(motor);
         }
         program::set_width(DriverTiming::SLOWEST.high);
-        Self {
+        let generator = Self {
             _pio: pio,
             _channels: resources.channels,
             motors: [0; 3]
                 .map(|_| Motor { segments: Segments::new(DriverTiming::SLOWEST), given: [0; 2] }),
-        }
+            estop_was_open: false,
+        };
+        (generator, enable)
     }
 
     /// Changes to other drivers; at standstill.
@@ -146,7 +158,18 @@ impl Generator {
         });
     }
 
-    /// Returns whether the emergency input has opened since the monitor was armed.
+    /// Checks the emergency input, once a tick. Returns whether it has stopped the pulses.
+    #[inline(always)]
+    pub(crate) fn check_estop(&mut self) -> bool {
+        let open = !self.estop_closed();
+        if open && self.estop_was_open {
+            pac::PIO0.irq_force().write(|w| w.set_irq_force(ESTOP_FLAG));
+        }
+        self.estop_was_open = open;
+        self.estop_tripped()
+    }
+
+    /// Returns whether the emergency input has stopped the pulses.
     pub(crate) fn estop_tripped(&self) -> bool {
         pac::PIO0.irq().read().irq() & ESTOP_FLAG != 0
     }
@@ -172,9 +195,8 @@ impl Generator {
         missing
     }
 
-    /// Arms the monitor of the emergency input again.
-    pub(crate) fn rearm_estop(&mut self) {
-        program::rearm_estop_monitor(ESTOP_MACHINE);
+    /// Ends the stop of the emergency input; the monitor goes on.
+    pub(crate) fn end_estop(&mut self) {
         pac::PIO0.irq().write(|w| w.set_irq(ESTOP_FLAG));
     }
 

@@ -1,5 +1,8 @@
-//! Handlers and priorities of the peripherals' interrupts.
+//! Handlers and priorities of the peripherals' interrupts, and the table of all vectors.
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use cortex_m::peripheral::SCB;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::{bind_interrupts, i2c, peripherals, pio, uart, usb};
 
@@ -21,4 +24,28 @@ pub(crate) fn set_priorities() {
     ] {
         interrupt.set_priority(Priority::P2);
     }
+}
+
+/// Vectors of a Cortex-M0+: the stack, 15 exceptions and 32 interrupts.
+const VECTORS: usize = 48;
+
+/// Table of the vectors in RAM, at an address that VTOR can have (ARMv6-M Architecture Reference
+/// Manual, B3.2.5).
+#[repr(align(256))]
+struct Vectors([AtomicU32; VECTORS]);
+
+/// Copies the vectors into RAM: an interrupt then never waits for the flash.
+pub(crate) fn copy_vectors() {
+    static COPY: Vectors = Vectors([const { AtomicU32::new(0) }; VECTORS]);
+    // SAFETY: nothing else uses VTOR.
+    let vtor = unsafe { &(*SCB::PTR).vtor };
+    let table = vtor.read() as *const u32;
+    for (i, vector) in COPY.0.iter().enumerate() {
+        // SAFETY: the table in flash has this many words (cortex-m-rt's link.x).
+        vector.store(unsafe { table.add(i).read() }, Ordering::Relaxed);
+    }
+    cortex_m::asm::dmb();
+    // SAFETY: the copy has the same vectors, and stays.
+    unsafe { vtor.write(COPY.0.as_ptr() as u32) };
+    cortex_m::asm::dsb();
 }

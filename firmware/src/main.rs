@@ -34,7 +34,6 @@ use coils::Coils;
 use embassy_executor::Spawner;
 use embassy_rp::peripherals::PIN_25;
 use embassy_rp::{Peri, Peripherals};
-use enable::Enable;
 use executor::spawn;
 use generator::{Generator, GeneratorResources};
 use hats::HatResources;
@@ -65,13 +64,14 @@ async fn start_tasks(resources: TaskResources) {
 fn main() -> ! {
     let cause = restart::cause();
     let p: Peripherals = embassy_rp::init(embassy_rp::config::Config::default());
+    interrupts::copy_vectors();
     interrupts::set_priorities();
     let watchdog = TickWatchdog::start(p.WATCHDOG);
-    let enable = Enable::new(p.PIN_14);
-    let generator = Generator::new(GeneratorResources {
+    let (generator, enable) = Generator::new(GeneratorResources {
         pio: p.PIO0,
         step: (p.PIN_2, p.PIN_4, p.PIN_6),
         direction: (p.PIN_3, p.PIN_5, p.PIN_7),
+        enable: p.PIN_14,
         estop: p.PIN_15,
         channels: (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2),
     });

@@ -1,7 +1,34 @@
 //! Restart after a panic or a fault, in a safe state, and the cause of the last start.
 //!
-//! Scratch registers of the watchdog keep the cause over a restart, and the place of a panic; only
-//! a loss of power clears them.
+//! What the chip leaves of each cause, in the order in which [`cause`] tells them apart. REASON is
+//! the watchdog's register, CHIP_RESET that of the chip-level resets. "=" is unchanged.
+//!
+//! | start after | REASON | CHIP_RESET | scratch 0, 1 | scratch 4 | memory | peripherals |
+//! |---|---|---|---|---|---|---|
+//! | a debugger's reset of the processor | = | = | = | = | = | = |
+//! | panic | force | = | [`PANIC`], place | [`ARMED`] | = | reset |
+//! | fault of the processor | force | = | [`HARD_FAULT`], = | [`ARMED`] | = | reset |
+//! | expiry of the watchdog | timer | = | 0, = | [`ARMED`] | = | reset |
+//! | UF2 or PICOBOOT, button or command | timer | = | = or 0, 0 | 0 | download | reset |
+//! | rescue by a debugger | 0 | PSM_RESTART | 0 | 0 | = | reset |
+//! | RUN pin | 0 | RUN | 0 | 0 | not promised | reset |
+//! | power on, brown-out | 0 | POR | 0 | 0 | lost | reset |
+//!
+//! - Every start from flash overwrites the last 256 bytes of memory with the second boot stage
+//!   (pico-bootrom-rp2040, `bootrom_main.c`: `BOOT2_BASE`); nothing of this program is there.
+//! - The boot ROM restarts the chip through the watchdog's timer after a download, and clears
+//!   scratch 4 (`runtime.c`: `watchdog_reboot`). So this program leaves a number there, the one of
+//!   the SDK's `watchdog_enable` (hardware_watchdog/watchdog.c).
+//! - The command to enter the bootloader goes through the watchdog's timer too. The ROM keeps its
+//!   arguments in scratch 0 and 1 and an address in scratch 4 to 7, and clears scratch 4 when it
+//!   jumps there (`bootrom_main.c`: `reset_usb_boot`, `bootrom_rt0.S`: `check_wdog`).
+//! - The watchdog and its registers are reset by power, brown-out and the RUN pin alone (RP2040
+//!   datasheet, sections 4.7.1 and 4.7.4). CHIP_RESET does not tell a brown-out from power on
+//!   (section 2.12.7).
+//! - A debugger's reset of the processor keeps all registers (section 2.4.2.9). It is known by
+//!   PIO0, which every other reset holds in reset until this program releases it.
+//!
+//! Only silicon can tell what is left of memory after the RUN pin, and what a rescue leaves.
 
 use core::panic::PanicInfo;
 
@@ -10,24 +37,34 @@ use embassy_rp::{pac, rom_data};
 use plumb_protocol::message::StartCause;
 use plumb_protocol::panic_place;
 
-use crate::pins;
+use crate::enable;
 
-/// Scratch register after a panic.
+/// Scratch register 4 while this program runs: the number of the SDK's `watchdog_enable`.
+const ARMED: u32 = 0x6ab7_3121;
+/// Scratch register 0 after a panic.
 const PANIC: u32 = 0x504c_0001;
-/// Scratch register after a fault of the processor.
+/// Scratch register 0 after a fault of the processor.
 const HARD_FAULT: u32 = 0x504c_0002;
 
-/// Returns the cause of the start, and clears the scratch register.
+/// Returns the cause of the start, and prepares the scratch registers for the next one.
+///
+/// Call it once, before the peripherals are set up.
 pub(crate) fn cause() -> StartCause {
+    let armed = pac::WATCHDOG.scratch4().read() == ARMED;
     let kept = pac::WATCHDOG.scratch0().read();
     pac::WATCHDOG.scratch0().write_value(0);
+    pac::WATCHDOG.scratch4().write_value(ARMED);
     let reason = pac::WATCHDOG.reason().read();
+    let chip_reset = pac::VREG_AND_CHIP_RESET.chip_reset().read();
+    let processor_alone = !pac::RESETS.reset().read().pio0();
     match kept {
-        PANIC => StartCause::Panic(pac::WATCHDOG.scratch1().read()),
-        HARD_FAULT => StartCause::HardFault,
-        _ if reason.timer() => StartCause::Watchdog,
-        _ if reason.force() => StartCause::Requested,
-        _ if pac::VREG_AND_CHIP_RESET.chip_reset().read().had_run() => StartCause::ResetPin,
+        _ if processor_alone => StartCause::Requested,
+        PANIC if armed => StartCause::Panic(pac::WATCHDOG.scratch1().read()),
+        HARD_FAULT if armed => StartCause::HardFault,
+        _ if reason.timer() && armed => StartCause::Watchdog,
+        _ if reason.timer() || reason.force() => StartCause::Requested,
+        _ if chip_reset.had_psm_restart() => StartCause::Requested,
+        _ if chip_reset.had_run() => StartCause::ResetPin,
         _ => StartCause::PowerOn,
     }
 }
@@ -36,7 +73,7 @@ pub(crate) fn cause() -> StartCause {
 fn make_safe() {
     cortex_m::interrupt::disable();
     pac::PIO0.ctrl().write(|_| {});
-    pac::SIO.gpio_oe(0).value_clr().write_value(1 << pins::ENABLE);
+    enable::release();
 }
 
 /// Restarts the chip, and keeps the reason.

@@ -168,7 +168,7 @@ impl Stepping {
     #[inline(never)]
     fn tick(&mut self) {
         self.watchdog.tick();
-        if self.generator.estop_tripped() {
+        if self.generator.check_estop() {
             self.handle_estop();
         }
         if self.inbox.messages.ready() {
@@ -318,7 +318,7 @@ impl Stepping {
 /// Control of the step generator.
 impl Stepping {
     /// Stops the generator after the emergency input has opened, and reports the missing pulses to
-    /// the board; arms the monitor again once the input is closed.
+    /// the board; ends the stop once the input is closed.
     #[inline(never)]
     fn handle_estop(&mut self) {
         let mut missing = [0; 3];
@@ -327,7 +327,7 @@ impl Stepping {
             self.enable.set(false);
             missing = self.generator.stop();
         } else if self.generator.estop_closed() {
-            self.generator.rearm_estop();
+            self.generator.end_estop();
         }
         self.board.on_emergency_stop(self.now, missing, &mut self.outbox);
     }

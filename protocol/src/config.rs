@@ -230,8 +230,9 @@ impl StepDir {
     pub const A4988: Self = Self::new(1000, 1000, 200);
     /// Texas Instruments DRV8825 (SLVSA73F, section 6.6).
     pub const DRV8825: Self = Self::new(1900, 1900, 650);
-    /// Trinamic TMC2209 (data sheet rev. 1.09, section 13.1).
-    pub const TMC2209: Self = Self::new(100, 100, 20);
+    /// Trinamic TMC2209: about twice the least times of its data sheet (rev. 1.09, section 13.1).
+    /// They depend on its clock: for STEP a period and 20 ns, 103 ns at the nominal 12 MHz.
+    pub const TMC2209: Self = Self::new(200, 200, 50);
 
     const fn new(high: u16, low: u16, setup: u16) -> Self {
         Self { high: Nanoseconds(high), low: Nanoseconds(low), setup: Nanoseconds(setup) }

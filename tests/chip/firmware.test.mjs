@@ -4,6 +4,7 @@
 import assert from 'node:assert/strict';
 import { before, test } from 'node:test';
 import { Chip } from './src/chip.mjs';
+import { EMERGENCY, ENABLE, FLAG, MACHINE, MONITOR, ORIGIN } from './test/monitor.mjs';
 
 const MS = 1e6;
 const ELF = process.env.PLUMB_ELF;
@@ -26,6 +27,22 @@ function started() {
   chip.runFor(200 * MS);
   return { chip, usb, uart };
 }
+
+const PIO0 = 0x50200000;
+const PIO_CTRL_CLEAR = PIO0 + 0x3000;
+const PIO_IRQ = PIO0 + 0x30;
+const CYCLE_NS = 8;
+const TICK_CYCLES = 25_000;
+
+/** Returns whether the emergency input has stopped the pulses: a flag of the PIO. */
+const isTripped = (chip) => (chip.bus.read32(PIO_IRQ) & FLAG) !== 0;
+
+/** Drives the emergency input: 0 is closed, 1 is open. Then runs for a millisecond. */
+function emergency(chip, level) {
+  chip.drive(EMERGENCY, level);
+  chip.runFor(MS);
+}
+
 const hex = (bytes) => Buffer.from(bytes).toString('hex');
 
 test('the firmware enumerates, and answers Hello over USB', () => {
@@ -102,4 +119,60 @@ test('two runs are the same', () => {
   const first = run();
   assert.ok(first[1] > 5);
   assert.deepEqual(run(), first);
+});
+
+test('the monitor of the emergency input is the one of the campaign', () => {
+  const { chip } = started();
+  const [block] = chip.engine.blocks;
+  const machine = block.machines[MACHINE];
+  const end = ORIGIN + MONITOR.program.length;
+  assert.deepEqual([...block.instructions.slice(ORIGIN, end)], MONITOR.program);
+  assert.deepEqual([machine.wrapBottom, machine.wrapTop], MONITOR.wrap);
+  assert.deepEqual([machine.osr], MONITOR.words);
+  assert.deepEqual([machine.inBase, machine.jumpPin], [EMERGENCY, EMERGENCY]);
+  assert.deepEqual([machine.setBase, machine.setCount], [ENABLE, 1]);
+  assert.equal(machine.divider, 256, 'a cycle for each instruction');
+});
+
+// The processor reads the input as closed, and some clocks later its write has ended the stop. A
+// contact that bounces opens again in between.
+test('an opening at any clock around the end of a stop is seen, and so is the next press', () => {
+  const { chip } = started();
+  emergency(chip, 0);
+  let cleared = 0;
+  const [block] = chip.engine.blocks;
+  const clearFlags = block.clearFlags.bind(block);
+  block.clearFlags = (flags) => {
+    if (flags & FLAG) cleared = chip.cycles;
+    clearFlags(flags);
+  };
+  emergency(chip, 1);
+  emergency(chip, 0);
+  assert.ok(cleared > 0, 'the stop has ended');
+  const phase = cleared % TICK_CYCLES;
+  for (let offset = -60; offset <= 20; offset += 1) {
+    emergency(chip, 1);
+    assert.ok(isTripped(chip), `${offset}: the press is seen`);
+    // Closed in the tick before, so that the next one ends the stop.
+    const end = Math.ceil((chip.cycles + TICK_CYCLES - phase) / TICK_CYCLES) * TICK_CYCLES + phase;
+    chip.runFor((end - 1000 - chip.cycles) * CYCLE_NS);
+    chip.drive(EMERGENCY, 0);
+    chip.runFor((end + offset - chip.cycles) * CYCLE_NS);
+    chip.drive(EMERGENCY, 1);
+    chip.runFor(MS);
+    assert.ok(isTripped(chip), `${offset}: open again that many cycles from the end of the stop`);
+    emergency(chip, 0);
+    assert.ok(!isTripped(chip), `${offset}: the stop ends once the input is closed`);
+  }
+});
+
+test('an input that is open in two ticks trips, also where its monitor has failed', () => {
+  const { chip } = started();
+  emergency(chip, 0);
+  assert.ok(!isTripped(chip));
+  chip.bus.write32(PIO_CTRL_CLEAR, 1 << MACHINE);
+  emergency(chip, 1);
+  assert.ok(isTripped(chip));
+  emergency(chip, 0);
+  assert.ok(!isTripped(chip));
 });

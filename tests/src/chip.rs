@@ -1,6 +1,7 @@
 //! The real firmware in the emulated chip (`tests/chip`), in lock step: the chip's time passes only
 //! during calls.
 
+pub mod reach;
 mod session;
 
 use std::io::{BufRead, BufReader, Write};
@@ -24,6 +25,9 @@ pub const ENABLE: u8 = 14;
 
 /// Pin of the emergency input; low if the emergency loop is closed.
 pub const EMERGENCY: u8 = 15;
+/// Time that the emergency input must be open to stop the board, µs: `ESTOP_FILTER_US` in
+/// firmware/src/generator.rs.
+pub const EMERGENCY_FILTER_US: u64 = 50;
 
 /// Returns the path of the firmware image: `PLUMB_ELF`, or the result of `make firmware`. Returns
 /// `None` if there is none.

@@ -10,7 +10,10 @@ use embassy_rp::pio::program::{
 use embassy_rp::pio::{
     Common, Config, Direction, LoadedProgram, Pin, ShiftConfig, ShiftDirection, StateMachine,
 };
+use plumb_core::clock::CLOCKS_PER_US;
 use plumb_core::driver_timing::PulseWidth;
+
+use super::ESTOP_FILTER_US;
 
 /// Address of `set x` for the pulse's width.
 const SET_WIDTH: usize = 12;
@@ -18,8 +21,9 @@ const SET_WIDTH: usize = 12;
 const LOOP_WIDTH: usize = 13;
 /// Address after `out y`: before it, the counter is that of the last segment.
 const COUNTED: u8 = 2;
-/// Start address of the emergency monitor, behind the other program.
-const ESTOP_START: u8 = 17;
+
+/// Clocks from one sample of the open emergency input to the next.
+const CLOCKS_PER_SAMPLE: u32 = 2;
 
 /// Loads the program that turns a segment's two words into pulses, at address 0.
 pub(super) fn load_stepper(common: &mut Common<'static, PIO0>) -> LoadedProgram<'static, PIO0> {
@@ -71,26 +75,43 @@ pub(super) fn set_up_stepper<const SM: usize>(
     machine.set_pin_dirs(Direction::Out, &[step, direction]);
 }
 
-/// Starts the monitor of the emergency input.
+/// Starts the monitor of the emergency input, which then runs for ever. It may switch off `enable`.
 pub(super) fn start_estop_monitor(
     common: &mut Common<'static, PIO0>,
     machine: &mut StateMachine<'static, PIO0, 3>,
-    mut pin: Pin<'static, PIO0>,
+    mut estop: Pin<'static, PIO0>,
+    enable: &Pin<'static, PIO0>,
 ) {
+    // On the chip `wait` and `jmp pin` see the input two clocks late (RP2040 datasheet, section
+    // 3.7, INPUT_SYNC_BYPASS). tests/chip/test/monitor.mjs has a copy of this program.
     let program = pio_asm!(
         ".origin 17",
-        "    wait 1 pin 0", // open, so pulled up
-        "    irq nowait 4",
-        "done:",
-        "    jmp done",
+        "    pull block", // 17  samples of an opening after the first
+        ".wrap_target",
+        "closed:",
+        "    wait 1 pin 0",  // 18  open, so pulled up
+        "    mov x, osr",    // 19
+        "sample:",           //     every two clocks
+        "    jmp pin, open", // 20
+        "    jmp closed",    // 21  closed again: too short
+        "open:",
+        "    jmp x--, sample", // 22
+        "    set pindirs, 0",  // 23  lets go of ENABLE: the drivers are off
+        "    irq wait 4",      // 24  sets the flag, and waits until the processor clears it
+        "    set pindirs, 1",  // 25  ENABLE is the processor's again
+        ".wrap",
     );
     let loaded = common.load_program(&program.program);
-    pin.set_pull(Pull::Up);
+    estop.set_pull(Pull::Up);
     let mut config = Config::default();
     config.use_program(&loaded, &[]);
-    config.set_in_pins(&[&pin]);
+    config.set_in_pins(&[&estop]);
+    config.set_jmp_pin(&estop);
+    config.set_set_pins(&[enable]);
     machine.set_config(&config);
-    machine.set_pin_dirs(Direction::In, &[&pin]);
+    machine.set_pin_dirs(Direction::In, &[&estop]);
+    machine.set_pin_dirs(Direction::Out, &[enable]);
+    machine.tx().push(ESTOP_FILTER_US * CLOCKS_PER_US / CLOCKS_PER_SAMPLE - 1);
     machine.set_enable(true);
 }
 
@@ -126,14 +147,6 @@ pub(super) fn rewind(machine: usize) {
     }
     pio.ctrl().modify(|w| w.set_sm_restart(1 << machine));
     execute(machine, InstructionOperands::JMP { condition: JmpCondition::Always, address: 0 });
-}
-
-/// Restarts the monitor of the emergency input.
-pub(super) fn rearm_estop_monitor(machine: usize) {
-    execute(
-        machine,
-        InstructionOperands::JMP { condition: JmpCondition::Always, address: ESTOP_START },
-    );
 }
 
 /// Returns the words in the queue of a motor's state machine.

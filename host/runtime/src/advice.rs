@@ -47,8 +47,8 @@ pub fn after_fault(fault: Fault) -> &'static str {
              motor turns the right way."
         }
         Fault::Driver => {
-            "Check the supply of the Motor HATs and the wires of GP16 and GP17. Then clear the \
-             fault, and run `plumb home` with the ball at a known place."
+            "Check the supply of the Motor HATs and their wires: 3.3 V, ground, GP16 and GP17. \
+             Then clear the fault, and run `plumb home` with the ball at a known place."
         }
     }
 }

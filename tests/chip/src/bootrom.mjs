@@ -15,6 +15,9 @@ const BKPT = 0xbe00;
 const BX_LR = 0x4770;
 const LOOKUP_CALL = 0xff;
 const CALL_CYCLES = 10;
+/** Address of the boot over USB, for the watchdog's scratch registers. */
+export const USB_BOOT = 0x101;
+const LEAVING_MS = 10;
 
 const copy = (chip, [to, from, length]) => {
   for (let i = 0; i < length >>> 0; i++) chip.bus.write8(to + i, chip.bus.read8(from + i));
@@ -46,6 +49,23 @@ const pure =
 const reverse = (word) =>
   Number.parseInt((word >>> 0).toString(2).padStart(32, '0').split('').reverse().join(''), 2);
 
+
+/**
+ * reset_to_usb_boot: its arguments and the address of the USB boot go to scratch registers, and the
+ * watchdog resets the chip. The processor waits until then, with its interrupts as they are.
+ */
+function resetToUsbBoot(chip, [mask, interfaces]) {
+  const { core, clock, watchdog } = chip;
+  if (!chip.isLeaving) {
+    chip.isLeaving = true;
+    watchdog.scratch[0] = mask;
+    watchdog.scratch[1] = interfaces;
+    watchdog.reboot(USB_BOOT, LEAVING_MS);
+  }
+  core.pc = core.at;
+  return Math.max(1, clock.horizon - clock.now);
+}
+
 /** Functions by their two-letter names (datasheet 2.8.3.1). Each returns its cycles. */
 const FUNCTIONS = {
   IF: () => CALL_CYCLES, // connect_internal_flash
@@ -54,7 +74,7 @@ const FUNCTIONS = {
   RP: (chip, [offset, data, length]) => write(chip, offset, length, data), // flash_range_program
   FC: () => CALL_CYCLES, // flash_flush_cache
   CX: enterXip, // flash_enter_cmd_xip
-  UB: (chip, [mask, interfaces]) => chip.enterBootloader(mask, interfaces), // reset_to_usb_boot
+  UB: resetToUsbBoot,
   MC: copy, // memcpy
   C4: copy, // memcpy44
   MS: fill, // memset

@@ -2,7 +2,7 @@
 // this folder. See ../README.md.
 import { RP2040 } from 'rp2040js';
 import { bootTwoIsValid } from './boot2.mjs';
-import { installBootrom } from './bootrom.mjs';
+import { installBootrom, USB_BOOT } from './bootrom.mjs';
 import { CYCLE_NS, VirtualClock } from './clock.mjs';
 import { Bus } from './core/bus.mjs';
 import { Core } from './core/core.mjs';
@@ -43,6 +43,11 @@ const STATES = ['attached', 'ready', 'lost', 'stalled'];
 /** Causes of a reset. After a watchdog reset, the REASON register has its cause. */
 const CAUSES = ['power', 'run', 'watchdog', 'forced', 'system', 'bootloader'];
 const REASONS = { watchdog: REASON_TIMER, forced: REASON_FORCE };
+/** The second stage, and where the boot ROM copies it: the end of memory. */
+const BOOT_TWO_BYTES = 256;
+const BOOT_TWO_PLACE = 0x42000 - BOOT_TWO_BYTES;
+/** Delays of the boot ROM after a download, and of picotool, ms. */
+const DELAYS = { uf2: 1000, picoboot: 500 };
 
 const digest = (bytes) =>
   bytes.reduce((sum, byte) => (Math.imul(sum, 31) + byte) | 0, bytes.length);
@@ -160,22 +165,33 @@ export class Chip {
     this.clock.horizon = this.clock.now;
   }
 
-  /** Resets now: 'power' (off and on again), or 'run' (the RUN pin: memory keeps its contents). */
+  /**
+   * Resets now: 'power' (off and on again), 'bootsel' (the same with the button held: the chip
+   * stays in its boot ROM), 'run' (the RUN pin: memory keeps its contents), 'system' (a debugger).
+   */
   reset(cause = 'power') {
     this.boot(cause);
   }
 
   /**
-   * reset_to_usb_boot: the chip waits in its boot ROM for an image, which here ends with a reset
-   * only.
+   * Ends a download to the boot ROM, by its drive ('uf2') or PICOBOOT ('picoboot'): the ROM has the
+   * watchdog reset the chip. `image` is put into flash before, if there is one.
    */
-  enterBootloader() {
-    this.requestReset('bootloader');
-    return 1;
+  finishDownload(way, image) {
+    if (!this.inBootloader) throw new Error('the chip is not in its boot ROM');
+    if (image !== undefined) loadImage(image, this.flash.bytes);
+    this.watchdog.reboot(0, DELAYS[way]);
   }
 
-  boot(cause) {
-    const before = this.clock ? { sram: this.mcu.sram, watchdog: this.watchdog } : null;
+  /**
+   * Boots after a reset. Registers survive it as on the chip: RESETS that of the processor alone,
+   * the watchdog's all but power and RUN, memory all but power.
+   */
+  boot(wanted) {
+    let cause = wanted === 'bootsel' ? 'power' : wanted;
+    const before = this.clock
+      ? { sram: this.mcu.sram, watchdog: this.watchdog, resets: this.resetsHeld }
+      : null;
     if (before) this.leave(cause);
     this.resetWanted = null;
     this.slept = 0;
@@ -185,12 +201,16 @@ export class Chip {
     this.mcu.flash.set(this.flash.bytes);
     if (before && cause !== 'power') this.mcu.sram.set(before.sram);
     if (cause === 'power' || cause === 'run') this.chipReset = cause;
-    this.build();
-    if (before && cause in REASONS)
-      Object.assign(this.watchdog, { reason: REASONS[cause], scratch: before.watchdog.scratch });
+    this.build(cause === 'system' ? before.resets : undefined);
+    if (before && cause !== 'power' && cause !== 'run') {
+      const { reason, scratch } = before.watchdog;
+      Object.assign(this.watchdog, { reason: REASONS[cause] ?? reason, scratch });
+    }
+    if (this.watchdog.takeVector() === USB_BOOT) cause = 'bootloader';
+    const staysInRom = cause === 'bootloader' || wanted === 'bootsel';
     this.pins.connect(this.mcu);
     this.usb.attach(this.port, this.clock);
-    this.start(cause);
+    this.start(staysInRom);
     if (!before) return;
     this.resets++;
     this.hash.add(EVENT.reset, this.cycles, CAUSES.indexOf(cause));
@@ -205,15 +225,17 @@ export class Chip {
   }
 
   /** Installs the repairs and connects them. */
-  build() {
+  build(resetsHeld) {
     const { mcu, clock } = this;
+    /** Whether the boot ROM is about to reset the chip. */
+    this.isLeaving = false;
     this.bus = new Bus(mcu);
     this.core = new Core(this.bus, clock);
     mcu.core = this.core;
     repairPpb(mcu, this.core, (cause) => this.requestReset(cause));
     repairTimer(mcu, clock);
     repairDma(mcu, clock, this.bus);
-    installRegisters(mcu, this.chipReset);
+    this.resetsHeld = installRegisters(mcu, this.chipReset, resetsHeld);
     repairSsi(mcu, this.bus);
     this.watchdog = new Watchdog(clock, (reason) =>
       this.requestReset(reason === REASON_FORCE ? 'forced' : 'watchdog'),
@@ -247,12 +269,13 @@ export class Chip {
    * Starts the image as the boot ROM does, after the second stage. Stays in the ROM on request, or
    * if the image is invalid.
    */
-  start(cause) {
-    this.inBootloader = cause === 'bootloader' || !bootTwoIsValid(this.flash.bytes);
+  start(staysInRom) {
+    this.inBootloader = staysInRom || !bootTwoIsValid(this.flash.bytes);
     if (this.inBootloader) {
       this.core.lockedUp = true;
       this.core.waiting = true;
     } else {
+      this.mcu.sram.set(this.flash.bytes.subarray(0, BOOT_TWO_BYTES), BOOT_TWO_PLACE);
       this.core.start(VECTORS);
     }
   }

@@ -110,6 +110,7 @@ const COMMANDS = {
   hang: ({ chip }) => chip.hang(),
   call: ({ chip }, [address, ...words]) => chip.call(address, words),
   reset: ({ chip }, cause) => chip.reset(cause),
+  downloaded: ({ chip }, way) => chip.finishDownload(way),
   steppers: (session, steppers) =>
     session.steppers.push(...steppers.map((stepper) => new Pulses(session.chip, stepper))),
   pulses: (session) => ({ pulses: session.steppers.map((stepper) => stepper.take()) }),
@@ -130,6 +131,7 @@ const COMMANDS = {
       log: flash.log.map(({ kind, offset, length, at }) => [at, kind, offset, length]),
     },
   }),
+  vectors: ({ chip }) => ({ vectors: chip.core.VTOR }),
   load: ({ chip }) => ({ load: chip.load }),
   fault: ({ chip }) => ({ fault: chip.core.fault }),
   hash: ({ chip }) => ({ hash: String(chip.hash) }),

@@ -21,6 +21,8 @@ import {
 
 const RAM = 0x20000100;
 const ENABLE = 1 << 30;
+const REASON = 0x08;
+const SCRATCH0 = 0x0c;
 
 test('an alarm is in its microsecond, and not before', () => {
   const chip = sleepingChip();
@@ -162,6 +164,34 @@ test('an image that the boot ROM rejects is not started', () => {
   chip.runFor(MS);
   assert.equal(chip.inBootloader, true);
   assert.notEqual(chip.peek32(RAM), 1);
+});
+
+test('the boot ROM ends a download by the watchdog; registers survive as on the chip', () => {
+  const chip = new Program().sleep().chip();
+  const causes = [];
+  chip.onReset = (cause) => causes.push(cause);
+  const registers = () =>
+    [REASON, SCRATCH0, SCRATCH0 + 16].map((offset) => chip.bus.read32(WATCHDOG + offset));
+  const prepare = () => {
+    chip.bus.write32(WATCHDOG + SCRATCH0, 5);
+    chip.bus.write32(WATCHDOG + SCRATCH0 + 16, 7);
+    chip.poke(RAM, [1, 2, 3, 4]);
+  };
+  chip.reset('bootsel');
+  prepare();
+  chip.finishDownload('uf2');
+  chip.runFor(499 * MS);
+  assert.equal(chip.inBootloader, true);
+  chip.runFor(2 * MS);
+  assert.equal(chip.inBootloader, false);
+  assert.deepEqual(registers(), [1, 5, 0]);
+  assert.equal(chip.peek32(RAM), 0x04030201);
+  prepare();
+  chip.reset('system');
+  assert.deepEqual(registers(), [1, 5, 7]);
+  chip.reset('run');
+  assert.deepEqual(registers(), [0, 0, 0]);
+  assert.deepEqual(causes, ['power', 'watchdog', 'system', 'run']);
 });
 
 /** Runs a chip with pulses, alarms and a watchdog reset, in steps of `step`. */

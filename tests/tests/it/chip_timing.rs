@@ -8,6 +8,7 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Coils, Drivers, Law, Sign, StepDir};
 use plumb_protocol::message::{Command, Jog};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, SignGain, Steps16};
+use plumb_tests::chip::reach::reached_in_flash;
 use plumb_tests::chip::{BALL_UM, Chip, FAR_TARGET_UM, fast_config, firmware_image, point};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,6 +41,25 @@ fn phase_spread(reply: &Value) -> u64 {
     let phases: BTreeSet<u64> = began.iter().map(|at| (at + TICK / 2 - began[0]) % TICK).collect();
     assert!(ticks.len() > 500, "{}", ticks.len());
     phases.last().expect("ticks") - phases.first().expect("ticks")
+}
+
+/// A function in flash may cost a hundred clocks a line of the cache where the chip has to read it
+/// first. Wakers are called through a table of pointers.
+#[test]
+fn a_tick_runs_no_code_in_flash() {
+    let Some(image) = firmware_image() else { return };
+    let wakers = ["_ZN16embassy_executor3raw5waker"];
+    let reached = reached_in_flash(&image, "TIMER_IRQ_1", &wakers);
+    assert!(reached.is_empty(), "{} functions:\n{}", reached.len(), reached.join("\n"));
+}
+
+/// The processor reads the vectors of interrupts from memory, not from flash.
+#[test]
+fn the_vectors_are_in_memory() {
+    let Some(image) = firmware_image() else { return };
+    let mut chip = Chip::start(&image);
+    let vectors = chip.execute(json!({ "vectors": true }))["vectors"].as_u64().expect("a place");
+    assert!((0x2000_0000..0x2004_2000).contains(&vectors), "{vectors:#x}");
 }
 
 /// A tick that is planned too late is executed late, and so are all that follow: the phase of the

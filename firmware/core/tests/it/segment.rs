@@ -166,6 +166,21 @@ fn without_constraints_pulses_come_at_the_clocks_of_the_plan() {
     assert_eq!(machine.pulses.iter().map(|p| p.0).collect::<Vec<_>>(), expected);
 }
 
+/// A TMC2209 samples its inputs with its own clock, nominally 12 MHz. By its data sheet (rev. 1.09,
+/// section 13.1) STEP must be high and low for a period and 20 ns; 11.5 MHz are the least.
+#[test]
+fn a_tmc2209_sees_every_pulse_with_half_a_period_to_spare() {
+    let timing = DriverTiming::new(&StepDir::TMC2209).unwrap();
+    let period_ns = 1e9 / 11.5e6;
+    for clocks in [timing.high.clocks(), timing.low] {
+        let ns = f64::from(clocks) * 8.0;
+        assert!(ns >= 1.5 * period_ns + 20.0, "{ns} ns");
+    }
+    // DIR is set up for 20 ns, at least.
+    assert!(timing.setup * 8 >= 40, "{} clocks", timing.setup);
+    assert!(timing.max_pulse_rate() > 1_250_000, "the highest rate of the firmware holds");
+}
+
 #[test]
 fn too_wide_a_pulse_is_refused() {
     assert_eq!(PulseWidth::at_least(514), None);

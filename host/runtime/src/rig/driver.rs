@@ -17,7 +17,7 @@ pub enum Driver {
     A4988,
     /// Texas Instruments DRV8825: 1.9 µs pulses.
     Drv8825,
-    /// Trinamic TMC2209 and its like: 0.1 µs pulses.
+    /// Trinamic TMC2209 and its like: 0.2 µs pulses.
     Tmc2209,
     /// Any other driver with STEP and DIR inputs, by its data sheet.
     StepDir {

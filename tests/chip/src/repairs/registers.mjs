@@ -39,8 +39,11 @@ const HAD = { power: 1 << 8, run: 1 << 16 };
 /**
  * @param {'power' | 'run'} cause of the last reset of the whole chip; a watchdog reset does not
  * change it
+ * @param {Record<number, number>} held values of RESETS, which a reset of the processor alone
+ * keeps; otherwise all peripherals are in reset
+ * @returns the values of RESETS
  */
-export function installRegisters(mcu, cause) {
+export function installRegisters(mcu, cause, held = { 0x00: RESETS_ALL }) {
   // XIP_CTRL (2.6.3): cache on; FLUSH reads as done; STAT: FIFO empty, flush ready; no stream is
   // running.
   mcu.peripherals[XIP_CTRL] = new Registers({ 0x00: 3 }, { 0x04: 0, 0x08: 3, 0x18: 0, 0x1c: 0 });
@@ -56,7 +59,8 @@ export function installRegisters(mcu, cause) {
   );
   // The pins of the flash have no selectable function (2.19.6.2).
   mcu.peripherals[IO_QSPI] = new Registers();
-  const resets = new Registers({ 0x00: RESETS_ALL });
+  const resets = new Registers(held);
   resets.fixed[0x08] = () => RESETS_ALL & ~resets.values[0x00];
   mcu.peripherals[RESETS] = resets;
+  return resets.values;
 }

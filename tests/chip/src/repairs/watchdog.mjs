@@ -3,7 +3,7 @@
 // Defects of rp2040js 1.4.1: the periodic alarm fires again at once when the count has reached 0,
 // in an endless loop; a write that triggers a reset also changes the other settings in the
 // register; LOAD has no effect while the watchdog is disabled. The reason and the scratch registers
-// survive the reset (datasheet 4.7.5, 2.12.7): the chip passes them to the next boot.
+// survive every reset but power-on and RUN (datasheet 4.7.1, 4.7.4): the chip passes them on.
 import { CYCLES_PER_US } from '../clock.mjs';
 
 const CTRL = 0x00;
@@ -19,6 +19,8 @@ const PAUSES = 7 << 24;
 const TICK_ENABLE = 1 << 9;
 const TICK_RUNNING = 1 << 10;
 const COUNTS_PER_US = 2;
+/** Magic number in scratch 4: the boot ROM jumps to the address in scratch 7 (2.8.1.1). */
+const VECTOR = 0xb007c0d3;
 export const REASON_TIMER = 1;
 export const REASON_FORCE = 2;
 
@@ -58,6 +60,31 @@ export class Watchdog {
     if (this.running)
       this.alarm.scheduleAt(this.since + Math.ceil((count * CYCLES_PER_US) / COUNTS_PER_US));
     else this.alarm.cancel();
+  }
+
+  /**
+   * Has the watchdog reset the chip, as `watchdog_reboot` of the boot ROM does: with the address
+   * for the ROM to jump to after the reset, or 0 to start the image. The ROM's delay ends at half
+   * its time, since it does not regard that the count is decremented twice.
+   */
+  reboot(vector, milliseconds) {
+    this.enabled = false;
+    this.scratch[4] = vector ? VECTOR : 0;
+    if (vector) {
+      this.scratch[5] = vector ^ -VECTOR;
+      this.scratch[7] = vector;
+    }
+    this.tick = TICK_ENABLE;
+    this.enabled = true;
+    this.restart(milliseconds * 1000);
+  }
+
+  /** Returns the address that the ROM jumps to after a reset, once; 0 if there is none. */
+  takeVector() {
+    const [magic, check, , vector] = this.scratch.subarray(4);
+    if (magic !== VECTOR || (((check ^ vector) + magic) | 0) !== 0) return 0;
+    this.scratch[4] = 0;
+    return vector;
   }
 
   readUint32(offset) {

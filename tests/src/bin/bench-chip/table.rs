@@ -129,7 +129,7 @@ fn stops(image: &Path) -> Vec<Row> {
     let measure::Silence { measured, expected } = measure::silence(image);
     let deadline = format!("deadline + ramp: {expected}");
     vec![
-        row("emergency", emergency_quantity, emergency, "µs", "one pulse: 1 µs here"),
+        row("emergency", emergency_quantity, emergency, "µs", "filter of 50 + one pulse: 51"),
         row("silence", "silence of the host to standstill", measured, "ms", &deadline),
     ]
 }
