@@ -1,5 +1,7 @@
 //! Tests of `scripts/flash` with tools that only record their arguments.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
