@@ -1,15 +1,16 @@
 //! Time from an operator's Stop to the begin of the ramp on the board, in real time: rendered
 //! frames of 640x480 at 30 Hz, the detector `ball`, a pseudo-terminal, an emulated board.
 //!
-//! Usage: `stop-latency [COUNT] [page]`. Prints a line for each Stop and the extremes,
+//! Usage: `stop-latency [COUNT] [page [flood]]`. Prints a line for each Stop and the extremes,
 //! milliseconds. With `page` the commands go through the page's WebSocket, while another client
-//! takes the pictures.
+//! takes the pictures. With `flood` a third client sends 10 000 messages a second, and connects
+//! again where the page ends its connection.
 
 #![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise")]
 
 use std::net::TcpStream;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -53,8 +54,9 @@ fn main() {
         Serial::open(&served.path().to_string_lossy(), rig.board.baud).expect("the port");
     let run = Run::connect(&rig, transport).expect("a configured board");
     let (sender, receiver) = operator();
-    let with_page = std::env::args().nth(2).is_some_and(|word| word == "page");
-    let mut page = with_page.then(|| start_page(&rig, sender.clone()));
+    let has_word = |word: &str| std::env::args().skip(2).any(|it| it == word);
+    let mut page = has_word("page").then(|| start_page(&rig, sender.clone()));
+    let flood = page.as_ref().filter(|_| has_word("flood")).map(|page| flood(page.address()));
     let commands = match &page {
         Some(page) => Commands::Page(watched(page.address()).into()),
         None => Commands::Direct(sender),
@@ -82,6 +84,40 @@ fn main() {
         summary.frames,
         summary.skipped
     );
+    if let Some(flood) = flood {
+        let [messages, connections] =
+            [&flood.messages, &flood.connections].map(|count| count.load(Ordering::Relaxed));
+        println!("flood: {messages} messages on {connections} connections");
+    }
+}
+
+/// What a client has done that sends as much as it can.
+#[derive(Default)]
+struct Flood {
+    messages: AtomicU64,
+    connections: AtomicU64,
+}
+
+/// Sends 10 000 messages a second to the page at this address, in a thread that ends with the page.
+fn flood(address: &str) -> Arc<Flood> {
+    let flood = Arc::new(Flood::default());
+    let (done, address) = (Arc::clone(&flood), address.to_owned());
+    thread::spawn(move || {
+        while let Some(mut socket) = open(&address) {
+            done.connections.fetch_add(1, Ordering::Relaxed);
+            let begin = Instant::now();
+            for number in 0_u32.. {
+                // A tenth of a millisecond for each, or at once after a delay.
+                let due = number * Duration::from_micros(100);
+                thread::sleep(due.saturating_sub(begin.elapsed()));
+                if socket.send(Message::text(r#"{"type":"seen","update":0}"#)).is_err() {
+                    break;
+                }
+                done.messages.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    });
+    flood
 }
 
 /// Way of the commands to the run.
@@ -124,7 +160,7 @@ fn start_page(rig: &Rig, sender: OperatorSender) -> Page {
 
 /// Opens the page twice: for the commands, and in a thread that takes the updates and pictures.
 fn watched(address: &str) -> WebSocket<TcpStream> {
-    let mut watcher = open(address);
+    let mut watcher = open(address).expect("a page that listens");
     thread::spawn(move || {
         while let Ok(message) = watcher.read() {
             let Message::Text(text) = message else { continue };
@@ -137,15 +173,15 @@ fn watched(address: &str) -> WebSocket<TcpStream> {
             }
         }
     });
-    open(address)
+    open(address).expect("a page that listens")
 }
 
-/// Opens the WebSocket of the page at this address.
-fn open(address: &str) -> WebSocket<TcpStream> {
+/// Opens the WebSocket of the page at this address; `None` where no page answers.
+fn open(address: &str) -> Option<WebSocket<TcpStream>> {
     let host = address.trim_start_matches("http://").trim_end_matches('/');
-    let stream = TcpStream::connect(host).expect("a page that listens");
+    let stream = TcpStream::connect(host).ok()?;
     stream.set_nodelay(true).expect("a TCP socket");
-    tungstenite::client(format!("ws://{host}/socket"), stream).expect("a page").0
+    tungstenite::client(format!("ws://{host}/socket"), stream).ok().map(|(socket, _)| socket)
 }
 
 /// Stops `count` drives, at different times between two frames. Returns the latencies,
