@@ -247,27 +247,33 @@ fn a_board_that_never_leaves_for_its_bootloader_ends_the_wait() {
     }
 }
 
+/// Examines the paper's rig with the pictures of `source`, and returns the error that ends it.
+fn examination_error(transport: impl Transport, source: &mut dyn CameraSource) -> String {
+    let rig = Rig::paper().unwrap();
+    let mut link = Link::connect(transport).unwrap();
+    link.configure(rig.config().unwrap()).unwrap();
+    let mut parts = ExaminationParts {
+        source,
+        detector: &mut FixedDetector(camera_file::paper().unwrap()),
+        observers: &mut [],
+        progress: &mut |_| (),
+        interrupted: &AtomicBool::new(false),
+    };
+    ErrorChain(&Examination::run(&rig, link, &mut parts).unwrap_err()).to_string()
+}
+
 #[test]
 fn an_examination_whose_jog_never_ends_ends() {
     let board = VirtualBoard::paper().unwrap();
-    let (rig, camera) = (Rig::paper().unwrap(), camera_file::paper().unwrap());
-    let mut source = TrackingCamera::new(board.rig(), camera.clone(), Timing::default());
+    let camera = camera_file::paper().unwrap();
+    let mut source = TrackingCamera::new(board.rig(), camera, Timing::default());
     let lie = telemetry(|telemetry| {
         if telemetry.time > Micros(1_500_000) {
             telemetry.state = State::Jogging;
         }
     });
-    let mut link = Link::connect(Lying::new(&board, lie)).unwrap();
-    link.configure(rig.config().unwrap()).unwrap();
-    let mut parts = ExaminationParts {
-        source: &mut source,
-        detector: &mut FixedDetector(camera),
-        observers: &mut [],
-        progress: &mut |_| (),
-        interrupted: &AtomicBool::new(false),
-    };
-    let error = Examination::run(&rig, link, &mut parts).unwrap_err();
-    assert!(ErrorChain(&error).to_string().contains("the beginning of the jog"), "{error:?}");
+    let error = examination_error(Lying::new(&board, lie), &mut source);
+    assert!(error.contains("the beginning of the jog"), "{error}");
     assert!(board.board().borrow().now() < Micros(10_000_000));
 }
 
@@ -315,19 +321,10 @@ impl<C: SimClock> CameraSource for Losing<C> {
 #[test]
 fn an_examination_whose_camera_loses_every_picture_ends() {
     let board = VirtualBoard::paper().unwrap();
-    let (rig, camera) = (Rig::paper().unwrap(), camera_file::paper().unwrap());
-    let mut source = Losing(TrackingCamera::new(board.rig(), camera.clone(), Timing::default()));
-    let mut link = Link::connect(board.transport()).unwrap();
-    link.configure(rig.config().unwrap()).unwrap();
-    let mut parts = ExaminationParts {
-        source: &mut source,
-        detector: &mut FixedDetector(camera),
-        observers: &mut [],
-        progress: &mut |_| (),
-        interrupted: &AtomicBool::new(false),
-    };
-    let error = Examination::run(&rig, link, &mut parts).unwrap_err();
-    assert!(ErrorChain(&error).to_string().contains("a torn picture"), "{error:?}");
+    let camera = camera_file::paper().unwrap();
+    let mut source = Losing(TrackingCamera::new(board.rig(), camera, Timing::default()));
+    let error = examination_error(board.transport(), &mut source);
+    assert!(error.contains("a torn picture"), "{error}");
     assert!(board.board().borrow().now() < Micros(3_000_000));
 }
 
