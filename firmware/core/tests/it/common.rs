@@ -1,5 +1,4 @@
 //! Configurations for the tests of this crate, and a board on a [bench](bench::Bench).
-#![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 pub(crate) mod bench;
