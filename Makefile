@@ -57,7 +57,8 @@ bench-chip: setup ## measure the firmware in the emulated chip (ARGS="--json")
 
 bounce: setup firmware ## press a bouncing emergency button 100 000 times, 500 in the whole chip
 	@scripts/chip node tests/chip/bounce.mjs $(ARGS)
-	@cargo test --release --locked --features plumb/full --test it -- --ignored chip_safety:: --nocapture
+	@PLUMB_LONG=1 cargo test --release --locked --features plumb/full \
+		--test it -- --nocapture the_emergency_input_cuts_the_pulses
 
 firmware: ## build the board's firmware: target/firmware/plumb.elf and plumb.uf2
 	@scripts/firmware

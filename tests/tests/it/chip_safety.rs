@@ -13,7 +13,7 @@ use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Jog, Refusal, St
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
 use plumb_tests::chip::{
     BALL_UM, CYCLES_PER_US, Chip, EMERGENCY_FILTER_US, ENABLE, FAR_TARGET_UM, fast_config,
-    firmware_image,
+    firmware_image, is_long,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,8 +40,10 @@ fn bounce(chip: &mut Chip, random: &mut ChaCha8Rng, count: u32, [open_for, close
 
 /// Opens the emergency input at random times while three motors move. The contact bounces at the
 /// opening and at the closing; before that, shorter openings come and change nothing.
-fn press(rounds: usize, seed: u64) {
+#[test]
+fn the_emergency_input_cuts_the_pulses_and_the_positions_stay_exact() {
     let Some(image) = firmware_image() else { return };
+    let (rounds, seed) = if is_long() { (500, 11) } else { (20, 5) };
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut chip = Chip::start(&image).configured(fast_config(62_500.0, StepDir::TMC2209));
     // The pull-up resistor of the enable line.
@@ -84,17 +86,6 @@ fn press(rounds: usize, seed: u64) {
         assert_eq!(chip.state(), EMERGENCY_STOP, "closing the loop does not clear the fault");
         assert_eq!(chip.request(Command::ClearFault), None);
     }
-}
-
-#[test]
-fn the_emergency_input_cuts_the_pulses_and_the_positions_stay_exact() {
-    press(20, 5);
-}
-
-#[test]
-#[ignore = "long: make bounce"]
-fn the_emergency_input_cuts_the_pulses_at_every_press_of_many() {
-    press(500, 11);
 }
 
 /// Opens the emergency input while the flash is erased, when the processor runs no code.
