@@ -26,6 +26,7 @@ mod interrupts;
 mod law_worker;
 mod link;
 mod pins;
+mod provenance;
 mod restart;
 mod stepping;
 mod watchdog;

@@ -13,6 +13,7 @@ use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
 use plumb_protocol::config::{Config, Drivers};
+use plumb_protocol::diagnostics::ChipCounts;
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
 use static_cell::StaticCell;
@@ -23,7 +24,7 @@ use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{flash, law_worker, restart};
+use crate::{flash, law_worker, provenance, restart};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
@@ -129,6 +130,7 @@ impl Stepping {
             resources;
         let mut board = Board::new(BUILD);
         board.set_start_cause(cause);
+        board.set_provenance(provenance::provenance());
         if let Some(config) = config {
             board.restore(&config);
         }
@@ -208,6 +210,9 @@ impl Stepping {
         }
         if tick.store {
             self.store();
+        }
+        if tick.diagnose {
+            self.board.on_diagnosed(ChipCounts::default(), &mut self.outbox);
         }
         self.enable.set(tick.drivers_enabled);
     }

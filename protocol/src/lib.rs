@@ -28,8 +28,8 @@
 //! - [`Follow`](message::Command::Follow): carries a sequence number as positions do, and replaces
 //!   the reference before it. An accepted one is answered, and telemetry names the newest.
 //! - [`Hello`](message::Command::Hello), [`Stop`](message::Command::Stop),
-//!   [`Bootloader`](message::Command::Bootloader), [`Status`](message::Command::Status): safe to
-//!   repeat, since the board is in the same state after one or several. An accepted Hello begins a
+//!   [`Bootloader`](message::Command::Bootloader), [`Status`](message::Command::Status),
+//!   [`Diagnose`](message::Command::Diagnose): safe to repeat, since the board is in the same state after one or several. An accepted Hello begins a
 //!   new session, which forgets the previous session's sequence numbers, configuration number and
 //!   target number.
 //! - [`Configure`](message::Command::Configure), [`Target`](message::Command::Target),
@@ -53,8 +53,9 @@
 //!   [cause](message::FromBoard::Started) of its restart.
 //!
 //! # Compatibility
-//! [`Hello`](message::Command::Hello), [`Stop`](message::Command::Stop) and
-//! [`Bootloader`](message::Command::Bootloader) never change their bytes. All other messages may
+//! [`Hello`](message::Command::Hello), [`Stop`](message::Command::Stop),
+//! [`Bootloader`](message::Command::Bootloader) and
+//! [`Provenance`](message::FromBoard::Provenance) never change their bytes. All other messages may
 //! change with [`SCHEMA`], which is derived from the types: a board refuses to move for a host with
 //! another schema, and reports the mismatch. Enums only grow at their end.
 #![no_std]
@@ -62,12 +63,15 @@
 #![deny(missing_docs)]
 
 pub mod config;
+pub mod diagnostics;
 pub mod frame;
 pub mod message;
 mod panic_place;
+pub mod provenance;
 mod text;
 pub mod units;
 
 pub use config::Config;
 pub use message::{Command, FromBoard, Hello, MAGIC, SCHEMA, ToBoard, VERSION};
 pub use panic_place::panic_place;
+pub use provenance::{Provenance, RELEASE};

@@ -4,6 +4,8 @@ use postcard_schema::{Schema, key::Key};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
+use crate::diagnostics::Diagnostics;
+use crate::provenance::Provenance;
 use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
 
 /// First bytes of every [`Hello`]: "PLMB".
@@ -90,6 +92,8 @@ pub enum Command {
     Home,
     /// Has the ball follow a moving reference; carries the part of its path that comes next.
     Follow(Reference),
+    /// Requests the board's [`Diagnostics`]. Accepted in every state.
+    Diagnose,
 }
 
 /// Protocol identification of one side. Its bytes never change.
@@ -188,13 +192,14 @@ pub struct ReferenceState {
     pub position: Point,
 }
 
-/// Message of a board. Grows at its end; the first never changes.
+/// Message of a board. Grows at its end; [`Hello`](Self::Hello) and
+/// [`Provenance`](Self::Provenance) never change.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FromBoard {
     /// Answers a Hello.
     Hello(BoardHello),
     /// Answers any other command except accepted positions, which telemetry acknowledges by their
-    /// sequence number.
+    /// sequence number, and [`Command::Diagnose`].
     Answer(Answer),
     /// Reports the board's state: after every accepted position, and, after a Hello, at least every
     /// 100 ms.
@@ -203,6 +208,10 @@ pub enum FromBoard {
     Fault(FaultReport),
     /// Reports the cause of the board's last start. Follows an accepting Hello.
     Started(StartCause),
+    /// Reports the board's program and chip. Follows every answer to a Hello.
+    Provenance(Provenance),
+    /// Answers a [`Command::Diagnose`].
+    Diagnostics(Diagnostics),
 }
 
 /// Identification and limits of the board, and whether the host's Hello matched. Its bytes never

@@ -3,6 +3,8 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use plumb_protocol::RELEASE;
+use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
 use plumb_protocol::message::Telemetry;
 use plumb_protocol::units::{Rate, Steps16};
 use plumb_runtime::link::{Link, Transport};
@@ -22,7 +24,7 @@ pub(crate) struct Args {
 
 #[derive(Subcommand)]
 enum What {
-    /// Print the state of the board and the positions of its motors
+    /// Print the board's program, state and motor positions, and what it has counted
     #[command(after_help = examples!["plumb board status", "plumb board status rig.toml --json"])]
     Status(BoardArgs),
     /// Configure the board by a rig file, and store that for the time after a loss of power
@@ -51,8 +53,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     match args.what {
         What::Status(args) => {
             let mut link = Link::connect(args.open()?)?;
-            let telemetry = link.status()?;
-            report(&link, &telemetry, args.json)?;
+            status(&mut link, args.json)?;
         }
         What::Save(args) => save(&args)?,
         What::Bootloader(args) => {
@@ -66,6 +67,52 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Prints the state of the board, its program and what it has counted.
+fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<(), Failure> {
+    let (telemetry, provenance) = (link.status()?, link.provenance()?);
+    let diagnostics = link.diagnostics()?;
+    let port = link.port();
+    tell!("{port}: {provenance}; started by {}", diagnostics.start);
+    if provenance.release != RELEASE {
+        tell!("{port}: this program is Plumb {RELEASE}: flash the firmware of this release");
+    }
+    state(&port, &telemetry);
+    counts(&port, &diagnostics);
+    if is_json {
+        let mut line = line(&port, &telemetry);
+        line["firmware"] = json!({
+            "release": provenance.release.to_string(),
+            "commit": provenance.commit.map(|commit| commit.to_string()),
+            "board": provenance.board.to_string(),
+            "stepping": provenance.stepping.map(|name| name.map(char::from)).map(String::from_iter),
+        });
+        line["start_cause"] = diagnostics.start.to_string().into();
+        line["late_ticks"] = diagnostics.chip.late_ticks.into();
+        line["late_at_rest"] = diagnostics.chip.late_at_rest.into();
+        line["free_stack"] = diagnostics.chip.free_stack.into();
+        line["usb_resets"] = diagnostics.chip.usb_resets.into();
+        line["processor_fault"] = diagnostics.chip.fault.map(|fault| fault.to_string()).into();
+        print::result(line)?;
+    }
+    Ok(())
+}
+
+/// Prints what the board has counted.
+fn counts(port: &str, diagnostics: &Diagnostics) {
+    let ChipCounts { late_ticks, late_at_rest, free_stack, usb_resets, fault } = diagnostics.chip;
+    tell!(
+        "{port}: since its start {} damaged frames, {late_ticks} late ticks with motors turning, \
+         {late_at_rest} at rest, {usb_resets} resets of USB",
+        diagnostics.bad_frames
+    );
+    if let Some(bytes) = free_stack {
+        tell!("{port}: {bytes} bytes of its stack were never used");
+    }
+    if let Some(fault) = fault {
+        tell!("{port}: the fault of its processor was {fault}");
+    }
 }
 
 fn save(args: &SaveArgs) -> Result<(), Failure> {
@@ -89,16 +136,21 @@ pub(super) fn report<T: Transport>(
     is_json: bool,
 ) -> Result<(), Failure> {
     let port = link.port();
-    let [a, b, c] = telemetry.motors.map(Steps16::to_si);
-    tell!(
-        "{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel",
-        telemetry.state
-    );
+    state(&port, telemetry);
     tell!("{port}: {} damaged frames since its start", telemetry.bad_frames);
     if is_json {
         print::result(line(&port, telemetry))?;
     }
     Ok(())
+}
+
+/// Prints the state of the board, and where its motors are.
+fn state(port: &str, telemetry: &Telemetry) {
+    let [a, b, c] = telemetry.motors.map(Steps16::to_si);
+    tell!(
+        "{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel",
+        telemetry.state
+    );
 }
 
 /// Returns the state of the board in JSON.

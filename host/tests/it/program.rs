@@ -184,6 +184,14 @@ fn a_board_is_asked_how_it_is_and_configured() {
         "{line}"
     );
     assert_eq!(line["steps"], serde_json::json!([0.0, 0.0, 0.0]));
+    let firmware = serde_json::json!({
+        "release": env!("CARGO_PKG_VERSION"),
+        "commit": null,
+        "board": "an emulated board",
+        "stepping": null,
+    });
+    assert_eq!((&line["firmware"], &line["start_cause"]), (&firmware, &"power on".into()));
+    assert_eq!((&line["late_ticks"], &line["usb_resets"]), (&0.into(), &0.into()));
 
     let folder = folder();
     let save = board(&["save", &rig_file(folder.path(), |text| text)]);

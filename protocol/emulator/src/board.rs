@@ -5,6 +5,7 @@ use nalgebra::Point3;
 use plumb_core::params::Params;
 use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US, Tick};
 use plumb_protocol::Config;
+use plumb_protocol::diagnostics::ChipCounts;
 use plumb_protocol::message::{ConfigField, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 
@@ -121,6 +122,9 @@ impl EmulatedBoard {
             // Only hardware needs the step plan. The rig follows the board's positions, which
             // count the same pulses.
             self.requests = self.board.tick(self.now, &mut self.law_worker, &mut self.outbox);
+            if self.requests.is_some_and(|tick| tick.diagnose) {
+                self.board.on_diagnosed(ChipCounts::default(), &mut self.outbox);
+            }
             self.now.0 += u64::from(TICK_US);
             self.collect();
             let motors = self.rig_motors();

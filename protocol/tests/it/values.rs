@@ -7,6 +7,7 @@ use plumb_protocol::message::{
     Command, ConfigField, Fault, Position, Refusal, StartCause, State, ToBoard,
 };
 use plumb_protocol::panic_place;
+use plumb_protocol::provenance::{BoardKind, Commit, Provenance, Release};
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate};
 
 fn point(um: [i32; 3]) -> Point {
@@ -73,6 +74,28 @@ fn a_position_with_bytes_behind_it_is_none() {
     let used = postcard::to_slice(&message, &mut bytes).unwrap().len();
     assert_eq!(ToBoard::position(&bytes[..used]).map(|command| command.id), Some(9));
     assert!(ToBoard::position(&bytes[..used + 1]).is_none());
+}
+
+#[test]
+fn a_commit_is_read_from_its_text() {
+    let name = [0x01, 0x23, 0xab, 0xcd];
+    assert_eq!(Commit::parse("0123abcd"), Some(Commit { name, modified: false }));
+    assert_eq!(Commit::parse("0123abcd+"), Some(Commit { name, modified: true }));
+    for other in ["", "0123abc", "0123abcde", "0123abcg", "0123abcd-", "0123abcd++"] {
+        assert_eq!(Commit::parse(other), None, "{other:?}");
+    }
+}
+
+#[test]
+fn a_provenance_names_what_is_known() {
+    let unknown = Provenance { release: Release([0, 1, 0]), ..Provenance::EMULATED };
+    assert_eq!(unknown.to_string(), "Plumb 0.1.0 on an emulated board");
+    let commit = Commit::parse("0123abcd+");
+    let (board, stepping) = (BoardKind::Pico, Some(*b"B2"));
+    assert_eq!(
+        Provenance { commit, board, stepping, ..unknown }.to_string(),
+        "Plumb 0.1.0 (0123abcd, modified) on a Raspberry Pi Pico, stepping B2"
+    );
 }
 
 #[test]

@@ -138,7 +138,7 @@ pub fn noise(random: &mut Random, length: u64) -> Vec<u8> {
 
 /// Returns any command with any content.
 fn message(random: &mut Random) -> ToBoard {
-    let command = match random.below(8) {
+    let command = match random.below(9) {
         0 => Command::Hello(Hello { version: random.bits() as u16, ..Hello::OURS }),
         1 => Command::Stop,
         2 => Command::Configure(generate::invalid(random, [0; 3])),
@@ -149,6 +149,7 @@ fn message(random: &mut Random) -> ToBoard {
             rate: Rate(random.any_i32()),
         }),
         5 => Command::Status,
+        6 => Command::Diagnose,
         _ => Command::Position(Position {
             sequence: random.bits() as u16,
             age_us: random.bits() as u32,

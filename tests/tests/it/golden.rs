@@ -8,8 +8,10 @@ use plumb_protocol::config::{
     Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, PathLimits,
     Progress, Reached, StepDir, Workspace,
 };
+use plumb_protocol::diagnostics::{ChipCounts, Diagnostics, ProcessorFault};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
+use plumb_protocol::provenance::{BoardKind, Commit, Provenance, Release};
 use plumb_protocol::units::{
     Acceleration, Bound, Covariance, Gain, Micrometres, Micros, Milliseconds, PathAcceleration,
     PathJerk, Point, Rate, RelativeTension, Speed, Steps16,
@@ -49,6 +51,16 @@ fn frames_that_never_change() {
     to_board(Command::Bootloader, "08ac0202b87e1bf300");
     let hello = BoardHello { id: 300, hello: HELLO, max_pulse_rate: 1_250_000, accepted: true };
     assert_bytes(FromBoard::Hello(hello), "0118ac02504c4d42010102030405060708d0a54c01353dd97f00");
+    let provenance = Provenance {
+        release: Release([1, 2, 3]),
+        commit: Commit::parse("0123abcd+"),
+        board: BoardKind::Pico,
+        stepping: Some(*b"B2"),
+    };
+    assert_bytes(FromBoard::Provenance(provenance), "1305010203010123abcd010101423262fe4b1400");
+    let unknown = Provenance { commit: None, stepping: None, ..Provenance::EMULATED };
+    let unknown = Provenance { release: Release([0, 1, 0]), ..unknown };
+    assert_bytes(FromBoard::Provenance(unknown), "020502010101010569d934f200");
 }
 
 #[test]
@@ -79,6 +91,7 @@ fn commands() {
     to_board(Command::Status, "08ac020930a7c96400");
     to_board(Command::Store, "08ac020a8af6c0fd00");
     to_board(Command::Home, "08ac020b1cc6c78a00");
+    to_board(Command::Diagnose, "08ac020d2963a46300");
     let knot = |k: i32| Knot {
         position: point(400_000 + 7_500 * k, -200_000, 150_000),
         velocity: [50_000, 0, -1].map(Speed),
@@ -218,6 +231,18 @@ fn reports() {
         let report = FaultReport { time: Micros(300_200), fault, configuration: Some(298) };
         assert_bytes(FromBoard::Fault(report), hex);
     }
+    let chip = ChipCounts {
+        late_ticks: 1,
+        late_at_rest: 20,
+        free_stack: Some(20_000),
+        usb_resets: 2,
+        fault: Some(ProcessorFault { pc: 0x1000_1234, lr: 0x2000_5679 }),
+    };
+    let diagnostics = Diagnostics { id: 300, start: StartCause::Requested, bad_frames: 3, chip };
+    assert_bytes(
+        FromBoard::Diagnostics(diagnostics),
+        "1c06ac020503011401a09c010201b4a4808001f9ac81800208b2135400",
+    );
 }
 
 /// Every frame in the wire format's documentation is a message, and both directions are shown.

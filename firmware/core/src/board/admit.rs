@@ -11,7 +11,11 @@ use super::state::{AfterStop, State};
 /// Returns the refusal that the host gets.
 pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
     match command {
-        Command::Hello(_) | Command::Stop | Command::Bootloader | Command::Status => Ok(()),
+        Command::Hello(_)
+        | Command::Stop
+        | Command::Bootloader
+        | Command::Status
+        | Command::Diagnose => Ok(()),
         Command::Position(_) => admit_position(state),
         Command::Configure(_) => match state {
             State::Unconfigured | State::Ready => Ok(()),
@@ -98,7 +102,7 @@ mod tests {
     }
 
     /// Every command, in the order of the rows of [`EXPECTED`].
-    fn commands() -> [Command; 13] {
+    fn commands() -> [Command; 14] {
         let position = Position { sequence: 1, age_us: 0, ball: None, covariance: None };
         [
             Command::Hello(Hello::OURS),
@@ -121,12 +125,13 @@ mod tests {
                 interval_us: 100_000,
                 knots: [Knot::default(); KNOTS],
             }),
+            Command::Diagnose,
         ]
     }
 
     /// `+` accepted, `u` Unconfigured, `b` Busy with the state, `f` Faulted with the fault.
     #[rustfmt::skip]
-    const EXPECTED: [[char; 14]; 13] = [
+    const EXPECTED: [[char; 14]; 14] = [
         // Unconfigured, Ready, Jogging, Seeking, Holding, Following, Settling,
         // Stopping (then Bootloader), Storing (then Bootloader), Fault (storing, then Bootloader)
         /* Hello      */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
@@ -142,6 +147,7 @@ mod tests {
         /* ClearFault */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', 'b', 'b'],
         /* Home       */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
         /* Follow     */ ['u', '+', 'b', '+', '+', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Diagnose   */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
     ];
 
     /// State on the wire of each column.

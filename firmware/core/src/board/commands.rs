@@ -63,6 +63,10 @@ impl Board {
                 self.send_telemetry(now, out);
                 Ok(())
             }
+            Command::Diagnose => {
+                self.session.diagnosis = Some(id);
+                return;
+            }
             _ => return self.on_request(now, message, out),
         };
         out.answer(now, id, result);
@@ -106,7 +110,8 @@ impl Board {
             | Command::Stop
             | Command::Bootloader
             | Command::Position(_)
-            | Command::Status => Ok(()),
+            | Command::Status
+            | Command::Diagnose => Ok(()),
         }
     }
 
@@ -173,6 +178,7 @@ impl Board {
             max_pulse_rate,
             accepted,
         }));
+        out.send(&FromBoard::Provenance(self.session.provenance));
         if accepted {
             out.send(&FromBoard::Started(self.session.start_cause));
         }

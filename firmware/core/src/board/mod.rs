@@ -45,10 +45,12 @@ mod state;
 mod ticks;
 
 use plumb_protocol::config::{Config, Drivers};
+use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
 use plumb_protocol::frame::{self, FrameError};
 use plumb_protocol::message::{
     self, Fault, FaultReport, FromBoard, Refusal, StartCause, Telemetry, ToBoard,
 };
+use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
 use crate::driver_timing::DriverTiming;
@@ -86,6 +88,8 @@ pub struct Tick {
     /// Write the configuration now ([`Board::config`]) and report the result
     /// ([`Board::on_stored`]); the motors stand still.
     pub store: bool,
+    /// Report the chip's counts ([`Board::on_diagnosed`]).
+    pub diagnose: bool,
 }
 
 impl Board {
@@ -108,6 +112,12 @@ impl Board {
         if matches!(cause, StartCause::Watchdog | StartCause::Panic(_) | StartCause::HardFault) {
             self.state = self.state.faulted(Fault::Watchdog);
         }
+    }
+
+    /// Sets what the board tells of its program and chip; call before the first tick. Without it, it
+    /// is [`Provenance::EMULATED`].
+    pub fn set_provenance(&mut self, provenance: Provenance) {
+        self.session.provenance = provenance;
     }
 
     /// Applies a configuration that was stored in flash; call before the first tick. The motors
@@ -212,6 +222,13 @@ impl Board {
             self.session.last_request.take_if(|last| last.is_store(id));
         }
         out.answer(now, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
+    }
+
+    /// Takes in the chip's counts, for [`Tick::diagnose`], and reports them.
+    pub fn on_diagnosed(&mut self, chip: ChipCounts, out: &mut Outbox) {
+        let Some(id) = self.session.diagnosis.take() else { return };
+        let Session { start_cause: start, bad_frames, .. } = self.session;
+        out.send(&FromBoard::Diagnostics(Diagnostics { id, start, bad_frames, chip }));
     }
 
     /// Takes in the law worker's response, which takes effect in its tick. A response that is not

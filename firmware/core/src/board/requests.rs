@@ -41,7 +41,8 @@ impl LastRequest {
             | Command::Bootloader
             | Command::Position(_)
             | Command::Follow(_)
-            | Command::Status => return None,
+            | Command::Status
+            | Command::Diagnose => return None,
         };
         Some(Self { id: message.id, content })
     }

@@ -2,6 +2,7 @@
 
 use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::{Hello, Refusal, StartCause};
+use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::Micros;
 
 use super::requests::LastRequest;
@@ -23,6 +24,10 @@ pub(super) struct Session {
     pub(super) last_telemetry: Micros,
     /// Why the board has started.
     pub(super) start_cause: StartCause,
+    /// The board's program and chip.
+    pub(super) provenance: Provenance,
+    /// Id of a Diagnose command that is not answered.
+    pub(super) diagnosis: Option<u16>,
     /// Last request that was carried out, since the last matching Hello.
     pub(super) last_request: Option<LastRequest>,
     /// Id of the Configure command in force; `None` where it was of an earlier session.
@@ -42,6 +47,8 @@ impl Session {
             last_rx: Micros(0),
             last_telemetry: Micros(0),
             start_cause: StartCause::PowerOn,
+            provenance: Provenance::EMULATED,
+            diagnosis: None,
             last_request: None,
             configuration: None,
             sequence: None,

@@ -108,6 +108,7 @@ impl Board {
             drivers_enabled: self.session.was_greeted && self.setup.params().is_some() && !off,
             bootloader: self.state.leaves() && !self.planner.moving(),
             store: self.state.storing().is_some(),
+            diagnose: self.session.diagnosis.is_some(),
         }
     }
 

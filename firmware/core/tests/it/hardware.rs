@@ -5,10 +5,11 @@
 use crate::common::bench::Bench;
 use crate::common::{BUILD, config};
 use plumb_core::BuildLimits;
+use plumb_protocol::diagnostics::{ChipCounts, Diagnostics, ProcessorFault};
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
-use plumb_protocol::{Command, Config, FromBoard, Hello, ToBoard};
+use plumb_protocol::{Command, Config, FromBoard, Hello, Provenance, ToBoard};
 
 fn jog(bench: &mut Bench) -> Result<(), Refusal> {
     let rate = Rate::from_si(400.0).unwrap();
@@ -108,10 +109,45 @@ fn a_board_reports_its_start_cause_and_begins_in_a_fault_after_its_own_error() {
 }
 
 #[test]
-fn a_host_of_another_version_gets_the_hello_alone() {
+fn a_host_of_another_version_gets_hello_and_provenance_alone() {
     let mut bench = Bench::new(BUILD);
     let _ = bench.send(Command::Hello(Hello { version: 0, ..Hello::OURS }));
-    assert!(matches!(bench.received[..], [FromBoard::Hello(hello)] if !hello.accepted));
+    let [FromBoard::Hello(hello), FromBoard::Provenance(provenance)] = bench.received[..] else {
+        panic!("{:?}", bench.received)
+    };
+    assert!(!hello.accepted);
+    assert_eq!(provenance, Provenance::EMULATED);
+}
+
+/// What a chip has counted.
+const COUNTED: ChipCounts = ChipCounts {
+    late_ticks: 1,
+    late_at_rest: 20,
+    free_stack: Some(20_000),
+    usb_resets: 2,
+    fault: Some(ProcessorFault { pc: 0x1000_1234, lr: 0x2000_5679 }),
+};
+
+#[test]
+fn the_counts_of_the_chip_answer_a_diagnose_in_every_state() {
+    for mut bench in [Bench::new(BUILD), Bench::configured(config()), Bench::seeking()] {
+        bench.board.set_start_cause(StartCause::ResetPin);
+        assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+        bench.board.receive(Micros(bench.now), &[1, 2, 3, 0], &mut bench.out);
+        assert!(!bench.tick().diagnose);
+        assert_eq!(bench.send_as(77, Command::Diagnose), Ok(()));
+        assert!(bench.tick().diagnose);
+        bench.received.clear();
+        bench.board.on_diagnosed(COUNTED, &mut bench.out);
+        bench.collect();
+        let start = StartCause::ResetPin;
+        let told = Diagnostics { id: 77, start, bad_frames: 1, chip: COUNTED };
+        assert_eq!(bench.received, [FromBoard::Diagnostics(told)]);
+        // It is told once.
+        bench.board.on_diagnosed(COUNTED, &mut bench.out);
+        bench.collect();
+        assert_eq!(bench.received.len(), 1);
+    }
 }
 
 #[test]

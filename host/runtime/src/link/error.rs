@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::time::Duration;
 
-use plumb_protocol::VERSION;
+use plumb_protocol::RELEASE;
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
 
@@ -204,14 +204,14 @@ pub enum LinkError {
     },
     /// The board has another version of the protocol.
     #[error(
-        "the board speaks protocol version {board} (schema {schema}), this program version \
-         {VERSION}; flash the firmware of this release"
+        "{port}: the board runs {runs}, which this program, Plumb {RELEASE}, does not speak with: \
+         flash the firmware of this release (docs/use/board.md)"
     )]
     Version {
-        /// The board's version.
-        board: u16,
-        /// The board's schema, in hexadecimal.
-        schema: String,
+        /// Its path.
+        port: String,
+        /// The board's program, as far as it is known.
+        runs: String,
     },
     /// The board refused a request.
     #[error("the board refused {what}: {refusal}")]

@@ -78,7 +78,29 @@ impl<T: Transport> Link<T> {
                     _ => None,
                 }
             })?;
-        if hello.accepted { Ok(()) } else { Err(other_version(&hello)) }
+        if hello.accepted { Ok(()) } else { Err(self.other_version(&hello)) }
+    }
+
+    /// Returns the error for a board of another version, with the program that it runs where it
+    /// tells that. A board tells it behind its Hello.
+    fn other_version(&mut self, board: &BoardHello) -> LinkError {
+        // A link that breaks now hides nothing: the Hello has come.
+        let _ = self.listen_for(|link| link.provenance.is_some());
+        let schema: String = board.hello.schema.iter().map(|b| format!("{b:02x}")).collect();
+        let runs = self.provenance.map_or_else(
+            || format!("protocol version {} (schema {schema})", board.hello.version),
+            |provenance| provenance.to_string(),
+        );
+        LinkError::Version { port: self.transport.name(), runs }
+    }
+
+    /// Listens until `heard`, for 0.4 s at most.
+    fn listen_for(&mut self, heard: impl Fn(&Self) -> bool) -> Result<(), LinkError> {
+        let deadline = self.transport.now() + CAUSE_TIMEOUT;
+        while !heard(self) && self.transport.now() < deadline {
+            self.listen(POLL_INTERVAL)?;
+        }
+        Ok(())
     }
 
     /// Returns the error for a board that was greeted and has lost this session: it restarted, or
@@ -116,10 +138,7 @@ impl<T: Transport> Link<T> {
     fn ask_start_cause(&mut self) -> Option<StartCause> {
         self.start_cause = None;
         self.hello(CAUSE_TIMEOUT).ok()?;
-        let deadline = self.transport.now() + CAUSE_TIMEOUT;
-        while self.start_cause.is_none() && self.transport.now() < deadline {
-            self.listen(POLL_INTERVAL).ok()?;
-        }
+        self.listen_for(|link| link.start_cause.is_some()).ok()?;
         self.start_cause
     }
 
@@ -141,7 +160,7 @@ impl<T: Transport> Link<T> {
     ///
     /// # Errors
     /// Where no such message comes within `timeout`, or the link is lost.
-    fn exchange<R>(
+    pub(super) fn exchange<R>(
         &mut self,
         what: &'static str,
         command: Command,
@@ -174,9 +193,4 @@ impl<T: Transport> Link<T> {
         let damage = self.damage();
         LinkError::Silent { port: self.transport.name(), what, waited, damage }
     }
-}
-
-fn other_version(board: &BoardHello) -> LinkError {
-    let schema = board.hello.schema.iter().map(|b| format!("{b:02x}")).collect();
-    LinkError::Version { board: board.hello.version, schema }
 }

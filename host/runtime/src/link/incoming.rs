@@ -57,7 +57,11 @@ impl<T: Transport> Link<T> {
                 debug!(?cause, "the board has started");
                 self.start_cause = Some(*cause);
             }
-            FromBoard::Fault(_) | FromBoard::Hello(_) => {}
+            FromBoard::Provenance(provenance) => {
+                debug!(%provenance, "the board's program");
+                self.provenance = Some(*provenance);
+            }
+            FromBoard::Fault(_) | FromBoard::Hello(_) | FromBoard::Diagnostics(_) => {}
         }
     }
 

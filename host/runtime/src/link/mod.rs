@@ -20,13 +20,14 @@ mod transport;
 
 use std::time::Duration;
 
-use plumb_protocol::Config;
+use plumb_protocol::diagnostics::Diagnostics;
 use plumb_protocol::frame::{self, Accumulator};
 use plumb_protocol::message::{
     Answer, Command, Fault, FromBoard, Hello, Position, Refusal, StartCause, State, Telemetry,
     ToBoard,
 };
 use plumb_protocol::units::{Covariance, Micros, Point};
+use plumb_protocol::{Config, Provenance};
 use tracing::{debug, info};
 
 use crate::board_fault::BoardFault;
@@ -83,6 +84,8 @@ pub struct Link<T> {
     telemetry: Option<Telemetry>,
     fault: Option<BoardFault>,
     start_cause: Option<StartCause>,
+    /// The board's program and chip; `None` before the board has told them.
+    provenance: Option<Provenance>,
     monitor: LinkMonitor,
     /// Counts that tell the cause of a fault.
     evidence: Evidence,
@@ -122,6 +125,7 @@ impl<T: Transport> Link<T> {
             telemetry: None,
             fault: None,
             start_cause: None,
+            provenance: None,
             monitor: LinkMonitor::default(),
             evidence: Evidence::default(),
             clock: BoardClock::default(),

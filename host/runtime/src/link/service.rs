@@ -52,6 +52,34 @@ impl<T: Transport> Link<T> {
         self.request("the request to store its configuration", Command::Store).map(drop)
     }
 
+    /// Returns the program that the board runs, and its chip.
+    ///
+    /// # Errors
+    /// Where the link fails.
+    pub fn provenance(&mut self) -> Result<Provenance, LinkError> {
+        if let Some(provenance) = self.provenance {
+            return Ok(provenance);
+        }
+        // It was lost, or is on its way. A board that is greeted again tells it again.
+        let greeting = Command::Hello(Hello::OURS);
+        self.exchange("the greeting", greeting, ANSWER_TIMEOUT, |_, message| match message {
+            FromBoard::Provenance(provenance) => Some(*provenance),
+            _ => None,
+        })
+    }
+
+    /// Returns what the board has counted since its start.
+    ///
+    /// # Errors
+    /// Where the link fails.
+    pub fn diagnostics(&mut self) -> Result<Diagnostics, LinkError> {
+        let what = "the request for its diagnostics";
+        self.exchange(what, Command::Diagnose, ANSWER_TIMEOUT, |id, message| match message {
+            FromBoard::Diagnostics(diagnostics) if diagnostics.id == id => Some(*diagnostics),
+            _ => None,
+        })
+    }
+
     /// Sends the board into its chip's bootloader, where it waits for new firmware; one of any
     /// version, which needs no greeting. Its motors ramp down first. Waits until the board has
     /// gone.

@@ -50,7 +50,10 @@ fn an_answer_takes_the_latency_of_both_directions() {
     board.run_to(Micros(19_800)).expect("no rig");
     assert_eq!(board.read(), []);
     board.run_to(Micros(20_200)).expect("no rig");
-    assert!(matches!(messages(&board.read())[..], [FromBoard::Hello(_), FromBoard::Started(_)]));
+    assert!(matches!(
+        messages(&board.read())[..],
+        [FromBoard::Hello(_), FromBoard::Provenance(_), FromBoard::Started(_)]
+    ));
 }
 
 /// Plant that publishes its motor positions.

@@ -2,6 +2,7 @@
 
 use plumb_core::{Board, LawWorker, Outbox, Tick};
 use plumb_protocol::Config;
+use plumb_protocol::diagnostics::ChipCounts;
 use plumb_protocol::frame::{Accumulator, FrameError};
 use plumb_protocol::message::{FromBoard, StartCause};
 use plumb_protocol::units::Micros;
@@ -166,6 +167,15 @@ impl Chip {
         self.board.on_stored(Micros(now), written, &mut self.out);
         if let Some(twin) = &mut self.twin {
             twin.board.on_stored(Micros(now), written, &mut twin.out);
+        }
+        self.collect_replies(outcome);
+    }
+
+    /// Tells the board the chip's counts.
+    pub(super) fn on_diagnosed(&mut self, outcome: &mut Outcome) {
+        self.board.on_diagnosed(ChipCounts::default(), &mut self.out);
+        if let Some(twin) = &mut self.twin {
+            twin.board.on_diagnosed(ChipCounts::default(), &mut twin.out);
         }
         self.collect_replies(outcome);
     }

@@ -53,6 +53,7 @@ fn name(command: &Command) -> &'static str {
         Command::Hold => "Hold",
         Command::ClearFault => "ClearFault",
         Command::Status => "Status",
+        Command::Diagnose => "Diagnose",
         Command::Store => "Store",
         Command::Home => "Home",
         Command::Follow(_) => "Follow",

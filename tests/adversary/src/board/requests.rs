@@ -33,7 +33,7 @@ impl Requests {
 pub fn is_request(command: &Command) -> bool {
     match command {
         Command::Hello(_) | Command::Stop | Command::Bootloader => false,
-        Command::Position(_) | Command::Status | Command::Follow(_) => false,
+        Command::Position(_) | Command::Status | Command::Follow(_) | Command::Diagnose => false,
         Command::Configure(_) | Command::Target(_) | Command::Jog(_) => true,
         Command::Hold | Command::ClearFault | Command::Store | Command::Home => true,
     }

@@ -233,7 +233,11 @@ impl<'a> Session<'a> {
 
     /// Executes the board's requests to its chip: writes the configuration, restarts.
     fn serve(&mut self, requests: Option<Tick>) {
-        let Tick { store, bootloader, .. } = requests.unwrap_or_default();
+        let Tick { store, bootloader, diagnose, .. } = requests.unwrap_or_default();
+        if diagnose {
+            self.chip.on_diagnosed(self.outcome);
+            self.invariants.diagnosed(self.chip.replies(), self.outcome);
+        }
         self.storing |= store;
         if self.storing && self.random.percent(20) {
             self.storing = false;

@@ -7,7 +7,7 @@ use super::super::event::{Delivery, TICK, Ticked};
 use crate::campaign::Outcome;
 
 /// Each command has one answer, with its id: a Hello for a Hello, none for an accepted position, a
-/// later one for an accepted Store. Apart from that, only intact frames that are not commands have
+/// later one for an accepted Store, Diagnostics in the next tick for a Diagnose. Apart from that, only intact frames that are not commands have
 /// an answer.
 pub(super) const ANSWERED: &str = "every command is answered once";
 /// Before a matching Hello, only Stop and Bootloader are accepted.
@@ -29,6 +29,8 @@ const TELEMETRY_US: u64 = 100_000 + TICK;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Answers {
     greeted: bool,
+    /// Id of the last accepted Diagnose, until its answer.
+    diagnosis: Option<u16>,
 }
 
 impl Answers {
@@ -47,7 +49,10 @@ impl Answers {
             let same = delivery.before == delivery.after && delivery.accepted().is_some();
             outcome.check(same, REPEATED, || format!("{delivery:?}"));
         }
-        let Some(ToBoard { command, .. }) = delivery.accepted() else { return };
+        let Some(ToBoard { id, command }) = delivery.accepted() else { return };
+        if command == Command::Diagnose {
+            self.diagnosis = Some(id);
+        }
         if let Command::Hello(hello) = command {
             self.greeted = hello == Hello::OURS;
         } else {
@@ -56,12 +61,29 @@ impl Answers {
         }
     }
 
-    /// Checks that a tick has no answer.
+    /// Checks that a tick has no answer, and asks the chip for its counts where a Diagnose waits.
     pub(super) fn ticked(&self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
+        let asked = ticked.requests.is_some_and(|requests| requests.diagnose);
+        let holds = asked == self.diagnosis.is_some();
+        outcome
+            .check(holds, ANSWERED, || format!("{:?} for {:?}", ticked.requests, self.diagnosis));
         let other =
             |reply: &FromBoard| !matches!(reply, FromBoard::Telemetry(_) | FromBoard::Fault(_));
         let answers = ticked.replies.iter().any(other);
         outcome.check(!answers, ANSWERED, || format!("in a tick: {:?}", ticked.replies));
+    }
+}
+
+/// Checks of Diagnostics.
+impl Answers {
+    /// Checks the messages after the chip has told its counts.
+    pub(super) fn diagnosed(&mut self, replies: &[FromBoard], outcome: &mut Outcome) {
+        let wanted = self.diagnosis.take();
+        let holds = match replies {
+            [FromBoard::Diagnostics(diagnostics)] => Some(diagnostics.id) == wanted,
+            _ => false,
+        };
+        outcome.check(holds, ANSWERED, || format!("{replies:?} for {wanted:?}"));
     }
 }
 
@@ -74,6 +96,7 @@ fn answered(delivery: &Delivery<'_>, message: &ToBoard) -> bool {
         Command::Hello(hello) => count == 0 && greeted(delivery.replies, message.id, hello),
         Command::Position(_) => count == own && (count == 0 || (count == 1 && refused)),
         Command::Store => count == own && count <= 1,
+        Command::Diagnose => count == own && (count == 0 || (count == 1 && refused)),
         _ => count == 1 && own == 1,
     }
 }

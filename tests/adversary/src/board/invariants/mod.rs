@@ -142,6 +142,15 @@ impl Invariants {
         self.storage.stored(replies, outcome);
     }
 
+    /// Checks the messages after the chip has told its counts.
+    pub fn diagnosed(
+        &mut self,
+        replies: &[plumb_protocol::message::FromBoard],
+        outcome: &mut Outcome,
+    ) {
+        self.answers.diagnosed(replies, outcome);
+    }
+
     /// Checks the end of a run.
     pub fn end(&self, outcome: &mut Outcome) {
         self.storage.end(outcome);

@@ -288,6 +288,20 @@ fn missing_and_wrong_answers_are_found() {
 }
 
 #[test]
+fn a_missing_diagnosis_is_found() {
+    let mut bench = Bench::ready();
+    bench.deliver(Command::Diagnose, &[], bench.at);
+    bench.tick(bench.at, StepPlan::default(), Some(Tick::default()), &[]);
+    bench.assert_only(answers::ANSWERED);
+    let mut bench = Bench::ready();
+    bench.deliver(Command::Diagnose, &[], bench.at);
+    let asked = Tick { diagnose: true, ..Tick::default() };
+    bench.tick(bench.at, StepPlan::default(), Some(asked), &[]);
+    bench.invariants.diagnosed(&[], &mut bench.outcome);
+    bench.assert_only(answers::ANSWERED);
+}
+
+#[test]
 fn a_request_that_is_executed_twice_is_found() {
     let mut bench = Bench::ready();
     let after = Snapshot { generation: 2, ..bench.at };
@@ -344,7 +358,7 @@ fn silence_of_the_board_is_found() {
 #[test]
 fn a_store_without_an_answer_is_found() {
     let mut bench = Bench::ready();
-    let store = Tick { drivers_enabled: true, bootloader: false, store: true };
+    let store = Tick { drivers_enabled: true, store: true, ..Tick::default() };
     bench.deliver(Command::Store, &[], bench.at);
     bench.tick(bench.at, StepPlan::default(), Some(store), &[]);
     bench.deliver(Command::Store, &[], bench.at);
