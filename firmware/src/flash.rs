@@ -1,4 +1,5 @@
-//! The stored configuration, in the last two sectors of the flash.
+//! The stored configuration, in the last two sectors of the flash, and a test of the sector before
+//! them.
 //!
 //! While the flash is written, the processor cannot read from it, and all interrupts wait. So it is
 //! written at standstill only. The emergency input stops pulses and drivers without the processor.
@@ -6,7 +7,7 @@
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use embassy_rp::Peri;
-use embassy_rp::flash::{Blocking, ERASE_SIZE, Flash};
+use embassy_rp::flash::{self, Blocking, ERASE_SIZE, Flash};
 use embassy_rp::peripherals::FLASH;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -16,16 +17,29 @@ use plumb_protocol::Config;
 
 use crate::watchdog;
 
-/// Size of a Pico's flash, bytes. memory.x leaves the last two sectors free.
+/// Size of a Pico's flash, bytes. memory.x leaves the last three sectors free.
 const SIZE: usize = 2 * 1024 * 1024;
 const STORE: ConfigStore =
     ConfigStore([(SIZE - 2 * ERASE_SIZE) as u32, (SIZE - ERASE_SIZE) as u32]);
 
+/// Sector that holds nothing, for the test.
+const TESTED: u32 = (SIZE - 3 * ERASE_SIZE) as u32;
+/// Bytes that the test writes at a time.
+const PAGE: usize = 256;
+
 /// The flash driver.
 pub(crate) type ConfigFlash = Flash<'static, FLASH, Blocking, SIZE>;
 
-/// The configuration to write.
-static TO_WRITE: Signal<CriticalSectionRawMutex, Config> = Signal::new();
+/// A write to the flash.
+pub(crate) enum FlashWrite {
+    /// A configuration.
+    Config(Config),
+    /// A test of the sector that holds nothing.
+    Test,
+}
+
+/// What to write.
+static TO_WRITE: Signal<CriticalSectionRawMutex, FlashWrite> = Signal::new();
 
 /// Result of the last write: [`NONE`], [`WRITTEN`] or [`FAILED`].
 static RESULT: AtomicU8 = AtomicU8::new(NONE);
@@ -39,12 +53,12 @@ pub(crate) fn open(flash: Peri<'static, FLASH>) -> (Option<Config>, ConfigFlash)
     (STORE.load(&mut flash), flash)
 }
 
-/// Requests that a configuration is written. Called by the stepping interrupt; never waits.
-pub(crate) fn write(config: &Config) {
-    TO_WRITE.signal(*config);
+/// Requests a write. Called by the stepping interrupt; never waits.
+pub(crate) fn write(wanted: FlashWrite) {
+    TO_WRITE.signal(wanted);
 }
 
-/// Returns, once, whether the configuration was written; `None` while it is not finished.
+/// Returns, once, whether the flash was written; `None` while it is not finished.
 pub(crate) fn written() -> Option<bool> {
     match RESULT.load(Ordering::Relaxed) {
         NONE => None,
@@ -55,16 +69,36 @@ pub(crate) fn written() -> Option<bool> {
     }
 }
 
-/// Writes the requested configurations.
+/// Carries out the requested writes.
 #[embassy_executor::task]
-pub(crate) async fn write_configs(mut flash: ConfigFlash) {
+pub(crate) async fn write_requested(mut flash: ConfigFlash) {
     loop {
-        let config = TO_WRITE.wait().await;
+        let wanted = TO_WRITE.wait().await;
         watchdog::extend_timeout(true);
         // Until a tick has fed the watchdog with the extended timeout.
         Timer::after_millis(4).await;
-        let result = STORE.save(&mut flash, &config);
+        let is_written = match wanted {
+            FlashWrite::Config(config) => STORE.save(&mut flash, &config).is_ok(),
+            FlashWrite::Test => test(&mut flash) == Ok(true),
+        };
         watchdog::extend_timeout(false);
-        RESULT.store(if result.is_ok() { WRITTEN } else { FAILED }, Ordering::Relaxed);
+        RESULT.store(if is_written { WRITTEN } else { FAILED }, Ordering::Relaxed);
     }
+}
+
+/// Erases a sector, writes it, and returns whether it then holds what was written.
+fn test(flash: &mut ConfigFlash) -> Result<bool, flash::Error> {
+    flash.blocking_erase(TESTED, TESTED + ERASE_SIZE as u32)?;
+    let mut holds = true;
+    for at in (TESTED..TESTED + ERASE_SIZE as u32).step_by(PAGE) {
+        let (mut page, mut read) = ([0; PAGE], [0; PAGE]);
+        flash.blocking_read(at, &mut read)?;
+        holds &= read == [0xff; PAGE];
+        // Every bit is cleared in some page and kept in another.
+        page.iter_mut().enumerate().for_each(|(i, byte)| *byte = (i as u32 ^ (at / 256)) as u8);
+        flash.blocking_write(at, &page)?;
+        flash.blocking_read(at, &mut read)?;
+        holds &= read == page;
+    }
+    Ok(holds)
 }

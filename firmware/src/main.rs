@@ -30,6 +30,7 @@ mod provenance;
 mod restart;
 mod stepping;
 mod watchdog;
+mod witness;
 
 use coils::Coils;
 use embassy_executor::Spawner;
@@ -57,7 +58,7 @@ async fn start_tasks(resources: TaskResources) {
     let spawner = unsafe { Spawner::for_current_executor() }.await;
     link::start(spawner, resources.link);
     spawn(spawner, watchdog::heartbeat(resources.led));
-    spawn(spawner, flash::write_configs(resources.flash));
+    spawn(spawner, flash::write_requested(resources.flash));
     spawn(spawner, hats::drive_hats(resources.hats));
 }
 

@@ -20,11 +20,12 @@ use static_cell::StaticCell;
 
 use crate::coils::Coils;
 use crate::enable::Enable;
+use crate::flash::FlashWrite;
 use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{flash, law_worker, provenance, restart};
+use crate::{flash, law_worker, provenance, restart, witness};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
@@ -89,7 +90,7 @@ pub(crate) struct Stepping {
     beginning: u32,
     /// Whether the state machines run.
     running: bool,
-    /// Whether the configuration is being written.
+    /// Whether the flash is being written.
     storing: bool,
 }
 
@@ -208,8 +209,11 @@ impl Stepping {
         if self.board.generation() != self.generation {
             self.change_drivers();
         }
-        if tick.store {
-            self.store();
+        if tick.store || tick.test_flash {
+            self.write_flash(tick.test_flash);
+        }
+        if tick.measure {
+            self.board.on_measured(self.now, Some(witness::measure()), &mut self.outbox);
         }
         if tick.diagnose {
             self.board.on_diagnosed(ChipCounts::default(), &mut self.outbox);
@@ -285,17 +289,20 @@ impl Stepping {
         }
     }
 
-    /// Has the configuration written, and reports the result to the board.
+    /// Has the configuration written, or the flash tested, and reports the result to the board.
     #[inline(never)]
-    fn store(&mut self) {
+    fn write_flash(&mut self, is_test: bool) {
         if let Some(written) = flash::written() {
             self.storing = false;
             self.board.on_stored(self.now, written, &mut self.outbox);
-        } else if !self.storing
-            && let Some(config) = self.board.config()
-        {
-            self.storing = true;
-            flash::write(config);
+        } else if !self.storing {
+            let wanted = if is_test {
+                Some(FlashWrite::Test)
+            } else {
+                self.board.config().copied().map(FlashWrite::Config)
+            };
+            self.storing = wanted.is_some();
+            wanted.into_iter().for_each(flash::write);
         }
     }
 

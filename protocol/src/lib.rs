@@ -29,13 +29,14 @@
 //!   the reference before it. An accepted one is answered, and telemetry names the newest.
 //! - [`Hello`](message::Command::Hello), [`Stop`](message::Command::Stop),
 //!   [`Bootloader`](message::Command::Bootloader), [`Status`](message::Command::Status),
-//!   [`Diagnose`](message::Command::Diagnose): safe to repeat, since the board is in the same state after one or several. An accepted Hello begins a
+//!   [`Diagnose`](message::Command::Diagnose), [`Measure`](message::Command::Measure): safe to
+//!   repeat, since the board is in the same state after one or several. An accepted Hello begins a
 //!   new session, which forgets the previous session's sequence numbers, configuration number and
 //!   target number.
 //! - [`Configure`](message::Command::Configure), [`Target`](message::Command::Target),
 //!   [`Jog`](message::Command::Jog), [`Hold`](message::Command::Hold),
 //!   [`ClearFault`](message::Command::ClearFault), [`Store`](message::Command::Store),
-//!   [`Home`](message::Command::Home): safe to repeat with the same [`id`](ToBoard::id). The board
+//!   [`Home`](message::Command::Home), [`TestFlash`](message::Command::TestFlash): safe to repeat with the same [`id`](ToBoard::id). The board
 //!   remembers the last of these commands that it executed. It answers a request with the same id
 //!   and content again, but does not execute it again: a repeated Jog moves once, a repeated
 //!   ClearFault clears no later fault. A host must give every new request a new id. Ids may wrap,
@@ -65,6 +66,7 @@
 pub mod config;
 pub mod diagnostics;
 pub mod frame;
+pub mod measurement;
 pub mod message;
 mod panic_place;
 pub mod provenance;

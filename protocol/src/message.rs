@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use crate::diagnostics::Diagnostics;
+use crate::measurement::Measurement;
 use crate::provenance::Provenance;
 use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
 
@@ -94,6 +95,12 @@ pub enum Command {
     Follow(Reference),
     /// Requests the board's [`Diagnostics`]. Accepted in every state.
     Diagnose,
+    /// Requests a [`Measurement`], and begins to count pulses with the first one. Accepted where
+    /// the motors stand and no coils are configured.
+    Measure,
+    /// Erases, writes and reads a sector of the flash that holds nothing. Refused while moving. The
+    /// answer follows when that is done.
+    TestFlash,
 }
 
 /// Protocol identification of one side. Its bytes never change.
@@ -199,7 +206,7 @@ pub enum FromBoard {
     /// Answers a Hello.
     Hello(BoardHello),
     /// Answers any other command except accepted positions, which telemetry acknowledges by their
-    /// sequence number, and [`Command::Diagnose`].
+    /// sequence number, [`Command::Diagnose`] and accepted [`Command::Measure`].
     Answer(Answer),
     /// Reports the board's state: after every accepted position, and, after a Hello, at least every
     /// 100 ms.
@@ -212,6 +219,8 @@ pub enum FromBoard {
     Provenance(Provenance),
     /// Answers a [`Command::Diagnose`].
     Diagnostics(Diagnostics),
+    /// Answers a [`Command::Measure`].
+    Measurement(Measurement),
 }
 
 /// Identification and limits of the board, and whether the host's Hello matched. Its bytes never
@@ -278,7 +287,7 @@ pub enum Refusal {
     JogTravel,
     /// This board does not support the command.
     Unsupported,
-    /// The configuration could not be written. The configuration stored before is unchanged.
+    /// The flash could not be written. The configuration stored before is unchanged.
     NotStored,
     /// This motor (0 = A, 1 = B, 2 = C) is outside its travel. Jog it back inside first.
     OutsideTravel(u8),
@@ -290,6 +299,8 @@ pub enum Refusal {
     ReferenceRange,
     /// A knot of the [`Reference`] is outside the workspace.
     ReferenceOutside,
+    /// Coils are configured: a measurement is for drivers with STEP and DIR inputs.
+    CoilsConfigured,
 }
 
 /// Part of a configuration that is out of range.
@@ -356,7 +367,7 @@ pub enum State {
     Jogging,
     /// The motors ramp down, or the board restarts into its bootloader.
     Stopping,
-    /// The board writes its configuration; the motors are at rest.
+    /// The board writes its flash; the motors are at rest.
     Storing,
     /// The board has the ball follow a moving reference.
     Following,

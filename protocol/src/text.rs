@@ -136,9 +136,7 @@ impl fmt::Display for Refusal {
             ),
             Self::JogTravel => f.write_str("the jog would pass the motor's travel limit"),
             Self::Unsupported => f.write_str("this board cannot do that"),
-            Self::NotStored => {
-                f.write_str("the configuration could not be written to the board's flash")
-            }
+            Self::NotStored => f.write_str("the board's flash could not be written"),
             Self::OutsideTravel(i) => write!(
                 f,
                 "motor {} stands outside its travel; jog it back inside, or configure a wider \
@@ -153,6 +151,9 @@ impl fmt::Display for Refusal {
                 "the knots of a reference are 10 to 500 ms apart, and move at 2 m/s at most",
             ),
             Self::ReferenceOutside => f.write_str("the path leaves the workspace"),
+            Self::CoilsConfigured => {
+                f.write_str("coils are configured: it is for drivers with STEP and DIR inputs")
+            }
         }
     }
 }

@@ -122,8 +122,12 @@ impl EmulatedBoard {
             // Only hardware needs the step plan. The rig follows the board's positions, which
             // count the same pulses.
             self.requests = self.board.tick(self.now, &mut self.law_worker, &mut self.outbox);
-            if self.requests.is_some_and(|tick| tick.diagnose) {
+            let asked = self.requests.unwrap_or_default();
+            if asked.diagnose {
                 self.board.on_diagnosed(ChipCounts::default(), &mut self.outbox);
+            }
+            if asked.measure {
+                self.board.on_measured(self.now, None, &mut self.outbox);
             }
             self.now.0 += u64::from(TICK_US);
             self.collect();

@@ -30,8 +30,12 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
             | State::Stopping { then: AfterStop::Ready } => Ok(()),
             _ => Err(refusal(state)),
         },
-        Command::Jog(_) | Command::Home => match state {
+        Command::Jog(_) | Command::Home | Command::TestFlash => match state {
             State::Ready => Ok(()),
+            _ => Err(refusal(state)),
+        },
+        Command::Measure => match state {
+            State::Unconfigured | State::Ready => Ok(()),
             _ => Err(refusal(state)),
         },
         Command::Store => match state {
@@ -102,7 +106,7 @@ mod tests {
     }
 
     /// Every command, in the order of the rows of [`EXPECTED`].
-    fn commands() -> [Command; 14] {
+    fn commands() -> [Command; 16] {
         let position = Position { sequence: 1, age_us: 0, ball: None, covariance: None };
         [
             Command::Hello(Hello::OURS),
@@ -126,12 +130,14 @@ mod tests {
                 knots: [Knot::default(); KNOTS],
             }),
             Command::Diagnose,
+            Command::Measure,
+            Command::TestFlash,
         ]
     }
 
     /// `+` accepted, `u` Unconfigured, `b` Busy with the state, `f` Faulted with the fault.
     #[rustfmt::skip]
-    const EXPECTED: [[char; 14]; 14] = [
+    const EXPECTED: [[char; 14]; 16] = [
         // Unconfigured, Ready, Jogging, Seeking, Holding, Following, Settling,
         // Stopping (then Bootloader), Storing (then Bootloader), Fault (storing, then Bootloader)
         /* Hello      */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
@@ -148,6 +154,8 @@ mod tests {
         /* Home       */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
         /* Follow     */ ['u', '+', 'b', '+', '+', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
         /* Diagnose   */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Measure    */ ['+', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* TestFlash  */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
     ];
 
     /// State on the wire of each column.

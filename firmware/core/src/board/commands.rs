@@ -1,6 +1,6 @@
 //! Execution of commands.
 
-use plumb_protocol::config::{Config, Workspace};
+use plumb_protocol::config::{Config, Drivers, Workspace};
 use plumb_protocol::message::{
     BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Reference, Refusal, ToBoard,
 };
@@ -67,6 +67,10 @@ impl Board {
                 self.session.diagnosis = Some(id);
                 return;
             }
+            Command::Measure => match self.measure(id) {
+                Ok(()) => return,
+                refused => refused,
+            },
             _ => return self.on_request(now, message, out),
         };
         out.answer(now, id, result);
@@ -83,8 +87,8 @@ impl Board {
         if let (Ok(()), Some(request)) = (result, LastRequest::of(message)) {
             self.session.last_request = Some(request);
         }
-        let is_pending =
-            matches!(message.command, Command::Store) && self.state.storing() == Some(message.id);
+        let is_pending = matches!(message.command, Command::Store | Command::TestFlash)
+            && self.state.storing() == Some(message.id);
         if !is_pending {
             out.answer(now, message.id, result);
         }
@@ -92,7 +96,8 @@ impl Board {
 
     fn execute(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) -> Result<(), Refusal> {
         let ToBoard { id, ref command } = *message;
-        if matches!(command, Command::Store) && !self.setup.build.storage {
+        let writes = matches!(command, Command::Store | Command::TestFlash);
+        if writes && !self.setup.build.storage {
             return Err(Refusal::Unsupported);
         }
         admit(&self.state, command)?;
@@ -104,6 +109,7 @@ impl Board {
             Command::ClearFault => self.clear_fault(),
             Command::Store => self.store(id),
             Command::Home => self.home(),
+            Command::TestFlash => self.test_flash(id),
             Command::Follow(ref reference) => self.follow(now, id, reference, out),
             // `on_command` has executed these.
             Command::Hello(_)
@@ -111,7 +117,8 @@ impl Board {
             | Command::Bootloader
             | Command::Position(_)
             | Command::Status
-            | Command::Diagnose => Ok(()),
+            | Command::Diagnose
+            | Command::Measure => Ok(()),
         }
     }
 
@@ -361,6 +368,26 @@ impl Board {
         let configured = self.setup.params().is_some();
         self.state = if configured { State::Ready } else { State::Unconfigured };
         self.servo.tracker_mut().clear_outside();
+        Ok(())
+    }
+
+    /// Has the chip measure.
+    #[cold]
+    fn measure(&mut self, id: u16) -> Result<(), Refusal> {
+        admit(&self.state, &Command::Measure)?;
+        if matches!(self.drivers(), Some(Drivers::Coils(_) | Drivers::MotorHats(_))) {
+            return Err(Refusal::CoilsConfigured);
+        }
+        self.session.measurement = Some(id);
+        Ok(())
+    }
+
+    /// Has the flash tested.
+    #[cold]
+    fn test_flash(&mut self, id: u16) -> Result<(), Refusal> {
+        self.require_rest()?;
+        self.session.tests_flash = true;
+        self.state = self.state.storing_for(id);
         Ok(())
     }
 

@@ -50,6 +50,7 @@ use plumb_protocol::frame::{self, FrameError};
 use plumb_protocol::message::{
     self, Fault, FaultReport, FromBoard, Refusal, StartCause, Telemetry, ToBoard,
 };
+use plumb_protocol::measurement::{ChipMeasurement, Measurement};
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
@@ -90,6 +91,10 @@ pub struct Tick {
     pub store: bool,
     /// Report the chip's counts ([`Board::on_diagnosed`]).
     pub diagnose: bool,
+    /// Report a measurement ([`Board::on_measured`]).
+    pub measure: bool,
+    /// Test the flash now and report the result ([`Board::on_stored`]); the motors stand still.
+    pub test_flash: bool,
 }
 
 impl Board {
@@ -212,14 +217,15 @@ impl Board {
         }
     }
 
-    /// Takes in the result of [`Tick::store`]: whether the configuration was written.
+    /// Takes in the result of [`Tick::store`] or [`Tick::test_flash`]: whether the flash was written.
     pub fn on_stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
         self.schedule.dirty = true;
         let Some(id) = self.state.storing() else { return };
+        self.session.tests_flash = false;
         self.state = self.state.stored();
         if !written {
             // A repetition tries again.
-            self.session.last_request.take_if(|last| last.is_store(id));
+            self.session.last_request.take_if(|last| last.writes_flash(id));
         }
         out.answer(now, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
     }
@@ -229,6 +235,16 @@ impl Board {
         let Some(id) = self.session.diagnosis.take() else { return };
         let Session { start_cause: start, bad_frames, .. } = self.session;
         out.send(&FromBoard::Diagnostics(Diagnostics { id, start, bad_frames, chip }));
+    }
+
+    /// Takes in what the chip has measured, for [`Tick::measure`], and reports it; `None` from a
+    /// chip that cannot measure.
+    pub fn on_measured(&mut self, now: Micros, chip: Option<ChipMeasurement>, out: &mut Outbox) {
+        let Some(id) = self.session.measurement.take() else { return };
+        match chip {
+            Some(chip) => out.send(&FromBoard::Measurement(Measurement { id, chip })),
+            None => out.answer(now, id, Err(Refusal::Unsupported)),
+        }
     }
 
     /// Takes in the law worker's response, which takes effect in its tick. A response that is not

@@ -22,6 +22,7 @@ enum Content {
     ClearFault,
     Store,
     Home,
+    TestFlash,
 }
 
 impl LastRequest {
@@ -36,20 +37,22 @@ impl LastRequest {
             Command::ClearFault => Content::ClearFault,
             Command::Store => Content::Store,
             Command::Home => Content::Home,
+            Command::TestFlash => Content::TestFlash,
             Command::Hello(_)
             | Command::Stop
             | Command::Bootloader
             | Command::Position(_)
             | Command::Follow(_)
             | Command::Status
-            | Command::Diagnose => return None,
+            | Command::Diagnose
+            | Command::Measure => return None,
         };
         Some(Self { id: message.id, content })
     }
 
-    /// Checks whether this is the Store command `id`.
-    pub(super) fn is_store(&self, id: u16) -> bool {
-        *self == Self { id, content: Content::Store }
+    /// Checks whether this is command `id`, which writes the flash.
+    pub(super) fn writes_flash(&self, id: u16) -> bool {
+        self.id == id && matches!(self.content, Content::Store | Content::TestFlash)
     }
 
     /// Checks whether `message` repeats this request, where `config` is in force.

@@ -28,6 +28,10 @@ pub(super) struct Session {
     pub(super) provenance: Provenance,
     /// Id of a Diagnose command that is not answered.
     pub(super) diagnosis: Option<u16>,
+    /// Id of an accepted Measure command that is not answered.
+    pub(super) measurement: Option<u16>,
+    /// Whether the write to flash under way is a test.
+    pub(super) tests_flash: bool,
     /// Last request that was carried out, since the last matching Hello.
     pub(super) last_request: Option<LastRequest>,
     /// Id of the Configure command in force; `None` where it was of an earlier session.
@@ -49,6 +53,8 @@ impl Session {
             start_cause: StartCause::PowerOn,
             provenance: Provenance::EMULATED,
             diagnosis: None,
+            measurement: None,
+            tests_flash: false,
             last_request: None,
             configuration: None,
             sequence: None,

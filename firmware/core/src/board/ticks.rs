@@ -104,11 +104,14 @@ impl Board {
         self.schedule.emergency_ticks = self.schedule.emergency_ticks.saturating_sub(1);
         (self.schedule.dirty, self.schedule.idle_ticks) = (self.schedule.emergency_ticks > 0, 0);
         self.plan_pulses(now, out);
+        let writes = self.state.storing().is_some();
         Tick {
             drivers_enabled: self.session.was_greeted && self.setup.params().is_some() && !off,
             bootloader: self.state.leaves() && !self.planner.moving(),
-            store: self.state.storing().is_some(),
+            store: writes && !self.session.tests_flash,
             diagnose: self.session.diagnosis.is_some(),
+            measure: self.session.measurement.is_some(),
+            test_flash: writes && self.session.tests_flash,
         }
     }
 

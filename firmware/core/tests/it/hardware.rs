@@ -5,8 +5,10 @@
 use crate::common::bench::Bench;
 use crate::common::{BUILD, config};
 use plumb_core::BuildLimits;
+use plumb_protocol::config::{Coils, Drivers};
 use plumb_protocol::diagnostics::{ChipCounts, Diagnostics, ProcessorFault};
 use plumb_protocol::frame::encode;
+use plumb_protocol::measurement::{ChipMeasurement, Measurement, PulseCount};
 use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 use plumb_protocol::{Command, Config, FromBoard, Hello, Provenance, ToBoard};
@@ -147,6 +149,69 @@ fn the_counts_of_the_chip_answer_a_diagnose_in_every_state() {
         bench.board.on_diagnosed(COUNTED, &mut bench.out);
         bench.collect();
         assert_eq!(bench.received.len(), 1);
+    }
+}
+
+#[test]
+fn a_measurement_is_answered_by_the_chip() {
+    let mut bench = Bench::configured(config());
+    assert_eq!(bench.send_as(78, Command::Measure), Ok(()));
+    assert!(bench.tick().measure);
+    bench.received.clear();
+    let pulses = [PulseCount { low: 1, high: 2 }; 3];
+    let chip = ChipMeasurement { pulses, time_us: 4, usb_frame: Some(5) };
+    for measured in [Some(chip), Some(chip), None] {
+        bench.board.on_measured(Micros(bench.now), measured, &mut bench.out);
+    }
+    bench.collect();
+    assert_eq!(bench.received, [FromBoard::Measurement(Measurement { id: 78, chip })], "once");
+    assert!(!bench.tick().measure);
+    // A chip that cannot measure.
+    let _ = bench.send_as(79, Command::Measure);
+    bench.board.on_measured(Micros(bench.now), None, &mut bench.out);
+    bench.collect();
+    let refused = |message: &FromBoard| {
+        matches!(message, FromBoard::Answer(answer) if answer.id == 79
+            && answer.refusal == Some(Refusal::Unsupported))
+    };
+    assert!(bench.received.iter().any(refused), "{:?}", bench.received);
+}
+
+#[test]
+fn a_measurement_is_refused_with_coils_and_in_motion() {
+    let coils = Coils { duty_percent: 50 };
+    for drivers in [Drivers::Coils(coils), Drivers::MotorHats(coils)] {
+        let mut bench = Bench::configured(Config { drivers, ..config() });
+        assert_eq!(bench.send(Command::Measure), Err(Refusal::CoilsConfigured));
+        assert!(!bench.tick().measure);
+    }
+    let mut bench = Bench::seeking();
+    assert_eq!(bench.send(Command::Measure), Err(Refusal::Busy(State::Seeking)));
+    assert_eq!(bench.send(Command::TestFlash), Err(Refusal::Busy(State::Seeking)));
+}
+
+#[test]
+fn a_test_of_the_flash_is_answered_when_it_is_done() {
+    for (written, refusal) in [(true, None), (false, Some(Refusal::NotStored))] {
+        let mut bench = Bench::configured(config());
+        assert_eq!(bench.send_as(80, Command::TestFlash), Ok(()));
+        let asked = bench.tick();
+        assert!(asked.test_flash && !asked.store, "{asked:?}");
+        assert_eq!(jog(&mut bench), Err(Refusal::Busy(State::Storing)));
+        bench.received.clear();
+        bench.board.on_stored(Micros(bench.now), written, &mut bench.out);
+        bench.collect();
+        let answered = |message: &FromBoard| {
+            matches!(message, FromBoard::Answer(answer) if answer.id == 80
+                && answer.refusal == refusal)
+        };
+        assert!(bench.received.iter().any(answered), "{:?}", bench.received);
+        let asked = bench.tick();
+        assert!(!asked.test_flash && !asked.store, "{asked:?}");
+        // The next Store writes the configuration.
+        assert_eq!(bench.send(Command::Store), Ok(()));
+        let asked = bench.tick();
+        assert!(asked.store && !asked.test_flash, "{asked:?}");
     }
 }
 

@@ -4,6 +4,7 @@ use plumb_core::{Board, LawWorker, Outbox, Tick};
 use plumb_protocol::Config;
 use plumb_protocol::diagnostics::ChipCounts;
 use plumb_protocol::frame::{Accumulator, FrameError};
+use plumb_protocol::measurement::ChipMeasurement;
 use plumb_protocol::message::{FromBoard, StartCause};
 use plumb_protocol::units::Micros;
 
@@ -176,6 +177,16 @@ impl Chip {
         self.board.on_diagnosed(ChipCounts::default(), &mut self.out);
         if let Some(twin) = &mut self.twin {
             twin.board.on_diagnosed(ChipCounts::default(), &mut twin.out);
+        }
+        self.collect_replies(outcome);
+    }
+
+    /// Tells the board what the chip has measured.
+    pub(super) fn on_measured(&mut self, now: u64, outcome: &mut Outcome) {
+        let measured = Some(ChipMeasurement::default());
+        self.board.on_measured(Micros(now), measured, &mut self.out);
+        if let Some(twin) = &mut self.twin {
+            twin.board.on_measured(Micros(now), measured, &mut twin.out);
         }
         self.collect_replies(outcome);
     }

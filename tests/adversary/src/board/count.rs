@@ -54,6 +54,8 @@ fn name(command: &Command) -> &'static str {
         Command::ClearFault => "ClearFault",
         Command::Status => "Status",
         Command::Diagnose => "Diagnose",
+        Command::Measure => "Measure",
+        Command::TestFlash => "TestFlash",
         Command::Store => "Store",
         Command::Home => "Home",
         Command::Follow(_) => "Follow",

@@ -23,9 +23,9 @@ impl Requests {
         self.executed.as_ref() == Some(message)
     }
 
-    /// Forgets a Store that has failed: it may be requested again.
-    pub fn forget_store(&mut self) {
-        self.executed.take_if(|executed| executed.command == Command::Store);
+    /// Forgets a write to flash that has failed: it may be requested again.
+    pub fn forget_write(&mut self) {
+        self.executed.take_if(|executed| writes_flash(&executed.command));
     }
 }
 
@@ -33,8 +33,15 @@ impl Requests {
 pub fn is_request(command: &Command) -> bool {
     match command {
         Command::Hello(_) | Command::Stop | Command::Bootloader => false,
-        Command::Position(_) | Command::Status | Command::Follow(_) | Command::Diagnose => false,
+        Command::Position(_) | Command::Status | Command::Follow(_) => false,
+        Command::Diagnose | Command::Measure => false,
         Command::Configure(_) | Command::Target(_) | Command::Jog(_) => true,
-        Command::Hold | Command::ClearFault | Command::Store | Command::Home => true,
+        Command::Hold | Command::ClearFault | Command::Home => true,
+        Command::Store | Command::TestFlash => true,
     }
+}
+
+/// Returns whether this command is answered once the flash is written.
+pub fn writes_flash(command: &Command) -> bool {
+    matches!(command, Command::Store | Command::TestFlash)
 }

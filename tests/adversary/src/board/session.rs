@@ -233,17 +233,21 @@ impl<'a> Session<'a> {
 
     /// Executes the board's requests to its chip: writes the configuration, restarts.
     fn serve(&mut self, requests: Option<Tick>) {
-        let Tick { store, bootloader, diagnose, .. } = requests.unwrap_or_default();
-        if diagnose {
+        let requests = requests.unwrap_or_default();
+        if requests.diagnose {
             self.chip.on_diagnosed(self.outcome);
             self.invariants.diagnosed(self.chip.replies(), self.outcome);
         }
-        self.storing |= store;
+        if requests.measure {
+            self.chip.on_measured(self.now, self.outcome);
+            self.invariants.measured(self.chip.replies(), self.outcome);
+        }
+        self.storing |= requests.store || requests.test_flash;
         if self.storing && self.random.percent(20) {
             self.storing = false;
             self.write();
         }
-        if bootloader && self.restart_in.is_none() {
+        if requests.bootloader && self.restart_in.is_none() {
             self.outcome.tally.count("restarts into the bootloader");
             // Messages arrive until then.
             self.restart_in = Some(self.random.below(MAX_BOOTLOADER_TICKS));
@@ -260,7 +264,7 @@ impl<'a> Session<'a> {
         let written = self.random.percent(60);
         self.chip.on_stored(self.now, written, self.outcome);
         if !written {
-            self.requests.forget_store();
+            self.requests.forget_write();
         }
         count_replies(self.chip.replies(), self.outcome);
         self.outcome.tally.count(if written { "stored" } else { "store failed" });

@@ -7,7 +7,7 @@ use super::super::event::{Delivery, TICK, Ticked};
 use crate::campaign::Outcome;
 
 /// Each command has one answer, with its id: a Hello for a Hello, none for an accepted position, a
-/// later one for an accepted Store, Diagnostics in the next tick for a Diagnose. Apart from that, only intact frames that are not commands have
+/// later one for an accepted Store or TestFlash, one in the next tick for a Diagnose or a Measure. Apart from that, only intact frames that are not commands have
 /// an answer.
 pub(super) const ANSWERED: &str = "every command is answered once";
 /// Before a matching Hello, only Stop and Bootloader are accepted.
@@ -31,6 +31,8 @@ pub(super) struct Answers {
     greeted: bool,
     /// Id of the last accepted Diagnose, until its answer.
     diagnosis: Option<u16>,
+    /// Id of the last accepted Measure, until its answer.
+    measurement: Option<u16>,
 }
 
 impl Answers {
@@ -50,8 +52,10 @@ impl Answers {
             outcome.check(same, REPEATED, || format!("{delivery:?}"));
         }
         let Some(ToBoard { id, command }) = delivery.accepted() else { return };
-        if command == Command::Diagnose {
-            self.diagnosis = Some(id);
+        match command {
+            Command::Diagnose => self.diagnosis = Some(id),
+            Command::Measure => self.measurement = Some(id),
+            _ => {}
         }
         if let Command::Hello(hello) = command {
             self.greeted = hello == Hello::OURS;
@@ -63,10 +67,10 @@ impl Answers {
 
     /// Checks that a tick has no answer, and asks the chip for its counts where a Diagnose waits.
     pub(super) fn ticked(&self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
-        let asked = ticked.requests.is_some_and(|requests| requests.diagnose);
-        let holds = asked == self.diagnosis.is_some();
-        outcome
-            .check(holds, ANSWERED, || format!("{:?} for {:?}", ticked.requests, self.diagnosis));
+        let asked = ticked.requests.unwrap_or_default();
+        let holds = asked.diagnose == self.diagnosis.is_some()
+            && asked.measure == self.measurement.is_some();
+        outcome.check(holds, ANSWERED, || format!("{:?} for {self:?}", ticked.requests));
         let other =
             |reply: &FromBoard| !matches!(reply, FromBoard::Telemetry(_) | FromBoard::Fault(_));
         let answers = ticked.replies.iter().any(other);
@@ -74,8 +78,18 @@ impl Answers {
     }
 }
 
-/// Checks of Diagnostics.
+/// Checks of the chip's answers.
 impl Answers {
+    /// Checks the messages after the chip has measured.
+    pub(super) fn measured(&mut self, replies: &[FromBoard], outcome: &mut Outcome) {
+        let wanted = self.measurement.take();
+        let holds = match replies {
+            [FromBoard::Measurement(measurement)] => Some(measurement.id) == wanted,
+            _ => false,
+        };
+        outcome.check(holds, ANSWERED, || format!("{replies:?} for {wanted:?}"));
+    }
+
     /// Checks the messages after the chip has told its counts.
     pub(super) fn diagnosed(&mut self, replies: &[FromBoard], outcome: &mut Outcome) {
         let wanted = self.diagnosis.take();
@@ -95,8 +109,8 @@ fn answered(delivery: &Delivery<'_>, message: &ToBoard) -> bool {
     match message.command {
         Command::Hello(hello) => count == 0 && greeted(delivery.replies, message.id, hello),
         Command::Position(_) => count == own && (count == 0 || (count == 1 && refused)),
-        Command::Store => count == own && count <= 1,
-        Command::Diagnose => count == own && (count == 0 || (count == 1 && refused)),
+        Command::Store | Command::TestFlash => count == own && count <= 1,
+        Command::Diagnose | Command::Measure => count == own && (count == 0 || (count == 1 && refused)),
         _ => count == 1 && own == 1,
     }
 }

@@ -151,6 +151,15 @@ impl Invariants {
         self.answers.diagnosed(replies, outcome);
     }
 
+    /// Checks the messages after the chip has measured.
+    pub fn measured(
+        &mut self,
+        replies: &[plumb_protocol::message::FromBoard],
+        outcome: &mut Outcome,
+    ) {
+        self.answers.measured(replies, outcome);
+    }
+
     /// Checks the end of a run.
     pub fn end(&self, outcome: &mut Outcome) {
         self.storage.end(outcome);

@@ -1,11 +1,12 @@
-//! Storage of the configuration.
+//! Writes to the flash: of the configuration, and for a test.
 
-use plumb_protocol::message::{Command, FromBoard};
+use plumb_protocol::message::FromBoard;
 
 use super::super::event::{Delivery, Ticked};
+use super::super::requests::writes_flash;
 use crate::campaign::Outcome;
 
-/// Each Store has one answer: at once if it is refused, else when the configuration is written.
+/// Each Store and TestFlash has one answer: at once if it is refused, else when the flash is written.
 pub(super) const STORED: &str = "every Store is answered once";
 /// The configuration is written at standstill, after a Store, and does not change during the write.
 pub(super) const QUIET: &str = "nothing changes while storing";
@@ -23,13 +24,13 @@ impl Storage {
         outcome.check(quiet, QUIET, || "configured while storing".into());
         let Ok(message) = delivery.message else { return };
         let unanswered = delivery.answers(message.id).next().is_none();
-        if message.command == Command::Store && unanswered && !self.waiting.contains(&message.id) {
+        if writes_flash(&message.command) && unanswered && !self.waiting.contains(&message.id) {
             self.waiting.push(message.id);
         }
     }
 
     pub(super) fn ticked(&self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
-        let writes = ticked.requests.is_some_and(|requests| requests.store);
+        let writes = ticked.requests.is_some_and(|requests| requests.store || requests.test_flash);
         let asked = !self.waiting.is_empty();
         outcome.check(writes == asked, QUIET, || {
             format!("the board writes: {writes}, Stores without an answer: {:?}", self.waiting)

@@ -1,0 +1,93 @@
+//! Counts of the pulses at the STEP and DIR pins, for a self-test. PIO1 looks at the pins that PIO0
+//! drives: it is a witness that shares nothing with the generator but the chip's clock.
+
+use embassy_rp::pac;
+use embassy_rp::pio::program::{
+    InstructionOperands, MovDestination, MovOperation, MovSource, pio_asm,
+};
+use plumb_core::TICK_US;
+use plumb_protocol::measurement::{ChipMeasurement, PulseCount};
+
+use crate::pins;
+
+/// State machines of motors A, B and C.
+const MOTORS: u8 = 0b0111;
+/// Most rounds of a wait for the answer of a state machine. One takes a few clocks.
+const MAX_ROUNDS: u32 = TICK_US;
+
+/// Returns a measurement. The first one begins to count. The motors stand.
+#[cold]
+pub(crate) fn measure() -> ChipMeasurement {
+    if pac::PIO1.ctrl().read().sm_enable() == 0 {
+        start();
+    }
+    ChipMeasurement {
+        pulses: [0, 1, 2].map(count),
+        time_us: pac::TIMER.timerawl().read(),
+        usb_frame: usb_frame(),
+    }
+}
+
+/// Returns the number of the last frame of USB; `None` where no host sends frames.
+fn usb_frame() -> Option<u16> {
+    let status = pac::USB.sie_status().read();
+    (status.connected() && !status.suspended()).then(|| pac::USB.sof_rd().read().count())
+}
+
+/// Starts the three state machines. Each counts down: x with DIR low, y with DIR high.
+fn start() {
+    let program = pio_asm!(
+        ".origin 0",
+        ".wrap_target",
+        "next:",
+        "    wait 0 pin 0",
+        "    wait 1 pin 0", // a pulse
+        "    jmp pin, high",
+        "    jmp x--, next",
+        "high:",
+        "    jmp y--, next",
+        ".wrap",
+    );
+    for (address, instruction) in program.program.code.iter().enumerate() {
+        pac::PIO1.instr_mem(address).write(|w| w.set_instr_mem(*instruction));
+    }
+    for (machine, step) in pins::STEP.into_iter().enumerate() {
+        let registers = pac::PIO1.sm(machine);
+        registers.clkdiv().write(|w| w.set_int(1));
+        registers.pinctrl().write(|w| w.set_in_base(step));
+        registers.execctrl().write(|w| {
+            w.set_jmp_pin(step + 1);
+            w.set_wrap_bottom(program.program.wrap.target);
+            w.set_wrap_top(program.program.wrap.source);
+        });
+        // All ones: `jmp x--` of a counter at zero would not jump.
+        for counter in [MovDestination::X, MovDestination::Y] {
+            execute(machine, counter, MovOperation::Invert, MovSource::NULL);
+        }
+    }
+    pac::PIO1.ctrl().modify(|w| w.set_sm_enable(MOTORS));
+}
+
+/// Returns the counts of a motor.
+fn count(machine: usize) -> PulseCount {
+    PulseCount { low: !counter(machine, MovSource::X), high: !counter(machine, MovSource::Y) }
+}
+
+/// Returns a counter of a state machine, which waits for a pulse.
+fn counter(machine: usize, source: MovSource) -> u32 {
+    execute(machine, MovDestination::ISR, MovOperation::None, source);
+    let push = InstructionOperands::PUSH { if_full: false, block: false };
+    pac::PIO1.sm(machine).instr().write(|w| w.set_instr(push.encode()));
+    for _ in 0..MAX_ROUNDS {
+        if pac::PIO1.fstat().read().rxempty() & (1 << machine) == 0 {
+            break;
+        }
+    }
+    pac::PIO1.rxf(machine).read()
+}
+
+/// Has a state machine copy at once.
+fn execute(machine: usize, destination: MovDestination, op: MovOperation, source: MovSource) {
+    let copy = InstructionOperands::MOV { destination, op, source };
+    pac::PIO1.sm(machine).instr().write(|w| w.set_instr(copy.encode()));
+}
