@@ -39,13 +39,13 @@ fn start() {
     let program = pio_asm!(
         ".origin 0",
         ".wrap_target",
-        "next:",
+        "low:",
         "    wait 0 pin 0",
         "    wait 1 pin 0", // a pulse
         "    jmp pin, high",
-        "    jmp x--, next",
+        "    jmp x--, low",
         "high:",
-        "    jmp y--, next",
+        "    jmp y--, low",
         ".wrap",
     );
     for (address, instruction) in program.program.code.iter().enumerate() {

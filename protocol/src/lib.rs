@@ -36,11 +36,12 @@
 //! - [`Configure`](message::Command::Configure), [`Target`](message::Command::Target),
 //!   [`Jog`](message::Command::Jog), [`Hold`](message::Command::Hold),
 //!   [`ClearFault`](message::Command::ClearFault), [`Store`](message::Command::Store),
-//!   [`Home`](message::Command::Home), [`TestFlash`](message::Command::TestFlash): safe to repeat with the same [`id`](ToBoard::id). The board
-//!   remembers the last of these commands that it executed. It answers a request with the same id
-//!   and content again, but does not execute it again: a repeated Jog moves once, a repeated
-//!   ClearFault clears no later fault. A host must give every new request a new id. Ids may wrap,
-//!   because a repetition directly follows its request.
+//!   [`Home`](message::Command::Home), [`TestFlash`](message::Command::TestFlash): safe to repeat
+//!   with the same [`id`](ToBoard::id). The board remembers the last of these commands that it
+//!   executed. It answers a request with the same id and content again, but does not execute it
+//!   again: a repeated Jog moves once, a repeated ClearFault clears no later fault. A host must
+//!   give every new request a new id. Ids may wrap, because a repetition directly follows its
+//!   request.
 //! - [`Answer`](message::FromBoard::Answer): carries the request's id and the board's time. A host
 //!   that waits for an answer repeats the request, and ignores answers with other ids.
 //! - [`Telemetry`](message::FromBoard::Telemetry): names the configuration and the target that it

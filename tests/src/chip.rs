@@ -1,6 +1,7 @@
 //! The real firmware in the emulated chip (`tests/chip`), in lock step: the chip's time passes only
 //! during calls.
 
+mod port;
 pub mod reach;
 mod session;
 
@@ -12,6 +13,7 @@ use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::FromBoard;
 use serde_json::{Value, json};
 
+pub use port::ChipPort;
 pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, fast_config, point};
 
 /// Processor cycles per microsecond.

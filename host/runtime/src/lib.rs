@@ -6,6 +6,7 @@
 //! - [`observer`]: the outputs of a run. [`queued`] gives an output a thread of its own; the
 //!   [`run_log`] and the [`recording`] of frames are such outputs.
 //! - [`commission`]: what is wrong with the wiring or the camera's pose, from small jogs.
+//! - [`selftest`]: the pulses, the flash and the clock of a board's chip, without a rig.
 //! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.
 //! - [`targets`]: targets that move, from other programs and threads to a run.
 //! - [`replay`]: the detector on a recording.
@@ -53,6 +54,7 @@ pub mod replay;
 pub mod rig;
 pub mod run;
 pub mod run_log;
+pub mod selftest;
 mod stop_reason;
 mod summary;
 pub mod targets;

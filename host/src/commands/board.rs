@@ -1,12 +1,14 @@
 //! `plumb board`: service of the board itself.
 
+mod selftest;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use plumb_protocol::RELEASE;
 use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
 use plumb_protocol::message::Telemetry;
 use plumb_protocol::units::{Rate, Steps16};
+use plumb_protocol::{Provenance, RELEASE};
 use plumb_runtime::link::{Link, Transport};
 use plumb_runtime::rig::Rig;
 use serde_json::{Value, json};
@@ -30,6 +32,12 @@ enum What {
     /// Configure the board by a rig file, and store that for the time after a loss of power
     #[command(after_help = examples!["plumb board save rig.toml"])]
     Save(SaveArgs),
+    /// Test the board's pulses, flash and clock, with the motors' supply off
+    #[command(after_help = examples![
+        "plumb board selftest",
+        "plumb board selftest --yes --out selftest.json",
+    ])]
+    Selftest(selftest::Args),
     /// Ramp the motors down and wait for new firmware, as with BOOTSEL held while plugging in
     #[command(after_help = examples![
         "plumb board bootloader",
@@ -56,6 +64,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             status(&mut link, args.json)?;
         }
         What::Save(args) => save(&args)?,
+        What::Selftest(args) => return selftest::main(&args),
         What::Bootloader(args) => {
             let serial = args.open()?;
             let port = serial.name();
@@ -82,21 +91,35 @@ fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<(), Failure
     counts(&port, &diagnostics);
     if is_json {
         let mut line = line(&port, &telemetry);
-        line["firmware"] = json!({
-            "release": provenance.release.to_string(),
-            "commit": provenance.commit.map(|commit| commit.to_string()),
-            "board": provenance.board.to_string(),
-            "stepping": provenance.stepping.map(|name| name.map(char::from)).map(String::from_iter),
-        });
-        line["start_cause"] = diagnostics.start.to_string().into();
-        line["late_ticks"] = diagnostics.chip.late_ticks.into();
-        line["late_at_rest"] = diagnostics.chip.late_at_rest.into();
-        line["free_stack"] = diagnostics.chip.free_stack.into();
-        line["usb_resets"] = diagnostics.chip.usb_resets.into();
-        line["processor_fault"] = diagnostics.chip.fault.map(|fault| fault.to_string()).into();
+        line["firmware"] = firmware(&provenance);
+        line["counts"] = chip_counts(&diagnostics);
         print::result(line)?;
     }
     Ok(())
+}
+
+/// Returns the board's program and chip in JSON.
+fn firmware(provenance: &Provenance) -> Value {
+    json!({
+        "release": provenance.release.to_string(),
+        "commit": provenance.commit.map(|commit| commit.to_string()),
+        "board": provenance.board.to_string(),
+        "stepping": provenance.stepping.map(|name| String::from_iter(name.map(char::from))),
+    })
+}
+
+/// Returns what the board has counted in JSON.
+fn chip_counts(diagnostics: &Diagnostics) -> Value {
+    let Diagnostics { start, bad_frames, chip, .. } = diagnostics;
+    json!({
+        "start_cause": start.to_string(),
+        "bad_frames": bad_frames,
+        "late_ticks": chip.late_ticks,
+        "late_at_rest": chip.late_at_rest,
+        "free_stack": chip.free_stack,
+        "usb_resets": chip.usb_resets,
+        "processor_fault": chip.fault.map(|fault| fault.to_string()),
+    })
 }
 
 /// Prints what the board has counted.

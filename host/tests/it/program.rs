@@ -190,8 +190,16 @@ fn a_board_is_asked_how_it_is_and_configured() {
         "board": "an emulated board",
         "stepping": null,
     });
-    assert_eq!((&line["firmware"], &line["start_cause"]), (&firmware, &"power on".into()));
-    assert_eq!((&line["late_ticks"], &line["usb_resets"]), (&0.into(), &0.into()));
+    assert_eq!(line["firmware"], firmware);
+    let counts = &line["counts"];
+    assert_eq!((&counts["start_cause"], &counts["late_ticks"]), (&"power on".into(), &0.into()));
+
+    let test = board(&["selftest", "--yes"]);
+    assert_eq!(test.status.code(), Some(1), "an emulated board has no pins: {}", stderr(&test));
+    assert!(stderr(&test).contains("cannot do that"), "{}", stderr(&test));
+    let unasked = board(&["selftest"]);
+    assert_eq!(unasked.status.code(), Some(2));
+    assert!(stderr(&unasked).contains("--yes"), "{}", stderr(&unasked));
 
     let folder = folder();
     let save = board(&["save", &rig_file(folder.path(), |text| text)]);

@@ -6,6 +6,7 @@ use plumb_protocol::Config;
 use plumb_protocol::config::StepDir;
 use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::{Command, FromBoard, Hello, Jog, Refusal, State};
+use plumb_protocol::provenance::{BoardKind, RELEASE};
 use plumb_protocol::units::{Rate, Steps16};
 use plumb_tests::chip::{Chip, ENABLE, fast_config, firmware_image};
 use serde_json::json;
@@ -14,8 +15,13 @@ const JOG: Jog = Jog { motor: 0, distance: Steps16(160), rate: Rate(100 << 8) };
 
 /// Stores the board's configuration and returns the time until it is written, µs, at most 1 s.
 fn store(chip: &mut Chip) -> u64 {
+    write_flash(chip, Command::Store)
+}
+
+/// Sends a command that writes the flash, and returns the time until that is done, µs, at most 1 s.
+fn write_flash(chip: &mut Chip, command: Command) -> u64 {
     let (before, began) = (chip.received.len(), chip.us());
-    let frame = chip.frame(Command::Store);
+    let frame = chip.frame(command);
     chip.send(&frame, 0);
     for _ in 0..1000 {
         chip.run_us(1000);
@@ -26,7 +32,7 @@ fn store(chip: &mut Chip) -> u64 {
             return chip.us() - began;
         }
     }
-    panic!("not stored: {:?}", &chip.received[before..]);
+    panic!("not written: {:?}", &chip.received[before..]);
 }
 
 /// Returns whether a board that has just started has `config`: it accepts a jog at the maximum rate
@@ -63,6 +69,20 @@ fn a_stored_configuration_survives_power_off_without_motion_before_hello() {
 
 /// Cuts the power at twelve times of the second Store: while the sector is erased, while the page
 /// is written, and afterwards.
+#[test]
+fn a_test_of_the_flash_leaves_the_stored_configuration() {
+    let Some(image) = firmware_image() else { return };
+    let config = fast_config(400.0, StepDir::A4988);
+    let mut chip = Chip::start(&image).configured(config);
+    store(&mut chip);
+    for _ in 0..2 {
+        write_flash(&mut chip, Command::TestFlash);
+    }
+    chip.power_cycle();
+    chip.request(Command::Hello(Hello::OURS));
+    assert!(has_config(&mut chip, &config));
+}
+
 #[test]
 fn a_power_cut_while_storing_leaves_the_old_or_the_new_configuration() {
     let Some(image) = firmware_image() else { return };
@@ -109,12 +129,18 @@ fn the_uart_controls_the_board_until_it_is_silent() {
     let setting_up =
         [Command::Hello(Hello::OURS), Command::Configure(fast_config(400.0, StepDir::A4988))];
     let replies = over_uart(&mut chip, &setting_up);
-    let [FromBoard::Hello(hello), FromBoard::Started(_), FromBoard::Answer(answer), ..] =
-        replies[..]
+    let [
+        FromBoard::Hello(hello),
+        FromBoard::Provenance(provenance),
+        FromBoard::Started(_),
+        FromBoard::Answer(answer),
+        ..,
+    ] = replies[..]
     else {
         panic!("{replies:?}")
     };
     assert!(hello.accepted && answer.refusal.is_none(), "{replies:?}");
+    assert_eq!((provenance.release, provenance.board), (RELEASE, BoardKind::Pico));
     over_uart(&mut chip, &[Command::Jog(JOG)]);
     over_uart(&mut chip, &[Command::Status]);
     assert_eq!(chip.motors, [10.0, 0.0, 0.0]);

@@ -10,6 +10,7 @@ use plumb_protocol::config::{
 };
 use plumb_protocol::diagnostics::{ChipCounts, Diagnostics, ProcessorFault};
 use plumb_protocol::frame::{Accumulator, encode};
+use plumb_protocol::measurement::{ChipMeasurement, Measurement, PulseCount};
 use plumb_protocol::message::*;
 use plumb_protocol::provenance::{BoardKind, Commit, Provenance, Release};
 use plumb_protocol::units::{
@@ -92,6 +93,8 @@ fn commands() {
     to_board(Command::Store, "08ac020a8af6c0fd00");
     to_board(Command::Home, "08ac020b1cc6c78a00");
     to_board(Command::Diagnose, "08ac020d2963a46300");
+    to_board(Command::Measure, "08ac020e9332adfa00");
+    to_board(Command::TestFlash, "08ac020f0502aa8d00");
     let knot = |k: i32| Knot {
         position: point(400_000 + 7_500 * k, -200_000, 150_000),
         velocity: [50_000, 0, -1].map(Speed),
@@ -231,6 +234,12 @@ fn reports() {
         let report = FaultReport { time: Micros(300_200), fault, configuration: Some(298) };
         assert_bytes(FromBoard::Fault(report), hex);
     }
+    let pulses = [(1, 2), (3, 4), (5, 70_000)].map(|(low, high)| PulseCount { low, high });
+    let chip = ChipMeasurement { pulses, time_us: 1_234_567, usb_frame: Some(2047) };
+    assert_bytes(
+        FromBoard::Measurement(Measurement { id: 300, chip }),
+        "1607ac020102030405f0a20487ad4b01ff0ffa6ab93e00",
+    );
     let chip = ChipCounts {
         late_ticks: 1,
         late_at_rest: 20,

@@ -7,6 +7,7 @@ mod chip_devices;
 mod chip_hats;
 mod chip_law_worker;
 mod chip_safety;
+mod chip_selftest;
 mod chip_steps;
 mod chip_terminal;
 mod chip_timing;

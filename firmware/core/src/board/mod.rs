@@ -47,10 +47,10 @@ mod ticks;
 use plumb_protocol::config::{Config, Drivers};
 use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
 use plumb_protocol::frame::{self, FrameError};
+use plumb_protocol::measurement::{ChipMeasurement, Measurement};
 use plumb_protocol::message::{
     self, Fault, FaultReport, FromBoard, Refusal, StartCause, Telemetry, ToBoard,
 };
-use plumb_protocol::measurement::{ChipMeasurement, Measurement};
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
@@ -119,8 +119,8 @@ impl Board {
         }
     }
 
-    /// Sets what the board tells of its program and chip; call before the first tick. Without it, it
-    /// is [`Provenance::EMULATED`].
+    /// Sets what the board tells of its program and chip; call before the first tick. Without a
+    /// call that is [`Provenance::EMULATED`].
     pub fn set_provenance(&mut self, provenance: Provenance) {
         self.session.provenance = provenance;
     }
@@ -217,7 +217,8 @@ impl Board {
         }
     }
 
-    /// Takes in the result of [`Tick::store`] or [`Tick::test_flash`]: whether the flash was written.
+    /// Takes in the result of [`Tick::store`] or [`Tick::test_flash`]: whether the flash was
+    /// written.
     pub fn on_stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
         self.schedule.dirty = true;
         let Some(id) = self.state.storing() else { return };
@@ -233,6 +234,7 @@ impl Board {
     /// Takes in the chip's counts, for [`Tick::diagnose`], and reports them.
     pub fn on_diagnosed(&mut self, chip: ChipCounts, out: &mut Outbox) {
         let Some(id) = self.session.diagnosis.take() else { return };
+        self.schedule.dirty = true;
         let Session { start_cause: start, bad_frames, .. } = self.session;
         out.send(&FromBoard::Diagnostics(Diagnostics { id, start, bad_frames, chip }));
     }
@@ -241,6 +243,7 @@ impl Board {
     /// chip that cannot measure.
     pub fn on_measured(&mut self, now: Micros, chip: Option<ChipMeasurement>, out: &mut Outbox) {
         let Some(id) = self.session.measurement.take() else { return };
+        self.schedule.dirty = true;
         match chip {
             Some(chip) => out.send(&FromBoard::Measurement(Measurement { id, chip })),
             None => out.answer(now, id, Err(Refusal::Unsupported)),

@@ -21,7 +21,7 @@ fn nothing_moves_before_the_greeting_matches() {
     ];
     for hello in wrong {
         let _ = bench.send(Command::Hello(hello));
-        let Some(FromBoard::Hello(answer)) = bench.received.last() else {
+        let [.., FromBoard::Hello(answer), FromBoard::Provenance(_)] = bench.received[..] else {
             panic!("{:?}", bench.received)
         };
         assert!(!answer.accepted && answer.hello == Hello::OURS);

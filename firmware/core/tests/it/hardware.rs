@@ -5,7 +5,7 @@
 use crate::common::bench::Bench;
 use crate::common::{BUILD, config};
 use plumb_core::BuildLimits;
-use plumb_protocol::config::{Coils, Drivers};
+use plumb_protocol::config::{Coils, Drivers, Motor};
 use plumb_protocol::diagnostics::{ChipCounts, Diagnostics, ProcessorFault};
 use plumb_protocol::frame::encode;
 use plumb_protocol::measurement::{ChipMeasurement, Measurement, PulseCount};
@@ -181,7 +181,9 @@ fn a_measurement_is_answered_by_the_chip() {
 fn a_measurement_is_refused_with_coils_and_in_motion() {
     let coils = Coils { duty_percent: 50 };
     for drivers in [Drivers::Coils(coils), Drivers::MotorHats(coils)] {
-        let mut bench = Bench::configured(Config { drivers, ..config() });
+        let slow = |motor| Motor { max_rate: Rate(100 << 8), ..motor };
+        let motors = config().motors.map(slow);
+        let mut bench = Bench::configured(Config { drivers, motors, ..config() });
         assert_eq!(bench.send(Command::Measure), Err(Refusal::CoilsConfigured));
         assert!(!bench.tick().measure);
     }

@@ -61,7 +61,10 @@ impl<T: Transport> Link<T> {
                 debug!(%provenance, "the board's program");
                 self.provenance = Some(*provenance);
             }
-            FromBoard::Fault(_) | FromBoard::Hello(_) | FromBoard::Diagnostics(_) => {}
+            FromBoard::Fault(_)
+            | FromBoard::Hello(_)
+            | FromBoard::Diagnostics(_)
+            | FromBoard::Measurement(_) => {}
         }
     }
 

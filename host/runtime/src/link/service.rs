@@ -1,5 +1,6 @@
 //! Commands for commissioning and maintenance: jog, home, clear, save, bootloader.
 
+use plumb_protocol::measurement::ChipMeasurement;
 use plumb_protocol::message::Jog;
 
 use super::*;
@@ -78,6 +79,51 @@ impl<T: Transport> Link<T> {
             FromBoard::Diagnostics(diagnostics) if diagnostics.id == id => Some(*diagnostics),
             _ => None,
         })
+    }
+
+    /// Returns what the board's chip has measured. The first call begins to count its pulses.
+    ///
+    /// # Errors
+    /// Where the board refuses: motors turn, it stands in a fault, coils are configured, or it has
+    /// no chip; or the link fails.
+    pub fn measure(&mut self) -> Result<ChipMeasurement, LinkError> {
+        let what = "the request for a measurement";
+        self.exchange(what, Command::Measure, ANSWER_TIMEOUT, |id, message| match message {
+            FromBoard::Measurement(measurement) if measurement.id == id => {
+                Some(Ok(measurement.chip))
+            }
+            FromBoard::Answer(Answer { id: answered, refusal: Some(refusal), .. })
+                if *answered == id =>
+            {
+                Some(Err(LinkError::Refused { what, refusal: *refusal }))
+            }
+            _ => None,
+        })?
+    }
+
+    /// Has the board erase, write and read a sector of its flash that holds nothing. Returns
+    /// whether it then held what was written.
+    ///
+    /// # Errors
+    /// Where the board refuses, or the link fails.
+    pub fn test_flash(&mut self) -> Result<bool, LinkError> {
+        match self.request_at_rest("the request to test its flash", Command::TestFlash) {
+            Ok(_) => Ok(true),
+            Err(LinkError::Refused { refusal: Refusal::NotStored, .. }) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Waits while messages of the board are handled.
+    ///
+    /// # Errors
+    /// Where the link is lost.
+    pub fn wait(&mut self, time: Duration) -> Result<(), LinkError> {
+        let end = self.transport.now() + time;
+        while self.transport.now() < end {
+            self.listen(end.saturating_sub(self.transport.now()))?;
+        }
+        Ok(())
     }
 
     /// Sends the board into its chip's bootloader, where it waits for new firmware; one of any

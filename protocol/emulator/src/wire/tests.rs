@@ -140,7 +140,7 @@ fn a_reboot_loses_unsent_frames() {
     board.write(&to_board(1, Command::Hello(Hello::OURS)));
     board.run_to(Micros(50_000)).expect("no rig");
     assert_eq!(board.read(), []);
-    assert_eq!(board.traffic().expect("a wire")[1].dropped, 2);
+    assert_eq!(board.traffic().expect("a wire")[1].dropped, 3);
 }
 
 /// A served board keeps the wire's times on a pseudo-terminal. They are measured on the board's

@@ -7,8 +7,8 @@ use super::super::event::{Delivery, TICK, Ticked};
 use crate::campaign::Outcome;
 
 /// Each command has one answer, with its id: a Hello for a Hello, none for an accepted position, a
-/// later one for an accepted Store or TestFlash, one in the next tick for a Diagnose or a Measure. Apart from that, only intact frames that are not commands have
-/// an answer.
+/// later one for an accepted Store or TestFlash, one in the next tick for a Diagnose or a Measure.
+/// Apart from that, only intact frames that are not commands have an answer.
 pub(super) const ANSWERED: &str = "every command is answered once";
 /// Before a matching Hello, only Stop and Bootloader are accepted.
 pub(super) const GREETED: &str = "no command before a matching Hello";
@@ -110,7 +110,9 @@ fn answered(delivery: &Delivery<'_>, message: &ToBoard) -> bool {
         Command::Hello(hello) => count == 0 && greeted(delivery.replies, message.id, hello),
         Command::Position(_) => count == own && (count == 0 || (count == 1 && refused)),
         Command::Store | Command::TestFlash => count == own && count <= 1,
-        Command::Diagnose | Command::Measure => count == own && (count == 0 || (count == 1 && refused)),
+        Command::Diagnose | Command::Measure => {
+            count == own && (count == 0 || (count == 1 && refused))
+        }
         _ => count == 1 && own == 1,
     }
 }

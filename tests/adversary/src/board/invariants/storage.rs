@@ -6,7 +6,8 @@ use super::super::event::{Delivery, Ticked};
 use super::super::requests::writes_flash;
 use crate::campaign::Outcome;
 
-/// Each Store and TestFlash has one answer: at once if it is refused, else when the flash is written.
+/// Each Store and TestFlash has one answer: at once if it is refused, else when the flash is
+/// written.
 pub(super) const STORED: &str = "every Store is answered once";
 /// The configuration is written at standstill, after a Store, and does not change during the write.
 pub(super) const QUIET: &str = "nothing changes while storing";

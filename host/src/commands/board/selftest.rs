@@ -1,0 +1,67 @@
+//! `plumb board selftest`: tests the chip of a board without a rig.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use plumb_protocol::RELEASE;
+use plumb_runtime::link::Link;
+use plumb_runtime::selftest::{self, Check, Outcome};
+use serde_json::json;
+
+use super::{chip_counts, firmware};
+use crate::commands::exit::FAILED;
+use crate::commands::old_file::{ask, write};
+use crate::commands::print::tell;
+use crate::commands::rig_args::BoardArgs;
+use crate::commands::{Failure, bad_input, print};
+
+#[derive(Parser)]
+pub(super) struct Args {
+    #[command(flatten)]
+    board: BoardArgs,
+    /// The motors' supply is off: do not ask
+    #[arg(long)]
+    yes: bool,
+    /// File for the results, to attach to a report
+    #[arg(long, value_name = "FILE", default_value = "plumb-selftest.json")]
+    out: PathBuf,
+}
+
+pub(super) fn main(args: &Args) -> Result<ExitCode, Failure> {
+    if !(args.yes || ask("The pins will give pulses. Is the motors' supply off?")?) {
+        return Err(bad_input("nothing was tested: switch the motors' supply off first (--yes)"));
+    }
+    let mut link = Link::connect(args.board.open()?)?;
+    let (port, provenance) = (link.port(), link.provenance()?);
+    tell!("{port}: {provenance}");
+    let checks = selftest::run(&mut link, print_check)?;
+    let failed = checks.iter().filter(|check| check.outcome == Outcome::Failed).count();
+    let report = json!({
+        "plumb": RELEASE.to_string(),
+        "firmware": firmware(&provenance),
+        "checks": checks,
+        "failed": failed,
+        "counts": chip_counts(&link.diagnostics()?),
+    });
+    write(&args.out, format!("{report:#}\n").as_bytes())?;
+    tell!(
+        "{port}: {failed} of {} checks failed; {} has the results",
+        checks.len(),
+        args.out.display()
+    );
+    if args.board.json {
+        print::result(report)?;
+    }
+    Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+}
+
+/// Prints a check for people.
+fn print_check(check: &Check) {
+    let outcome = match check.outcome {
+        Outcome::Passed => "passed",
+        Outcome::Failed => "FAILED",
+        Outcome::NotMeasured => "not measured",
+    };
+    tell!("{outcome}: {} ({})", check.check, check.measured);
+}
