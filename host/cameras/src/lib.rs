@@ -65,14 +65,12 @@
 
 pub mod bounded_read;
 pub mod camera_file;
-pub mod decode;
 pub mod discovery;
 pub mod driver;
 pub mod drivers;
 pub mod error_chain;
 #[doc(hidden)]
 pub mod fuzzing;
-pub mod jpeg;
 pub mod png;
 pub mod record;
 pub mod settings;

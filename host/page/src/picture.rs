@@ -1,6 +1,6 @@
 //! The live picture: JPEG, encoded once for all clients.
 
-use plumb_cameras::jpeg;
+use plumb_pictures::jpeg;
 use tungstenite::Bytes;
 
 use crate::message::FrameView;

@@ -6,7 +6,8 @@
 use std::fs;
 
 use nalgebra::Point3;
-use plumb_cameras::{camera_file, jpeg};
+use plumb_cameras::camera_file;
+use plumb_pictures::jpeg;
 use plumb_vision::render::{Ball, Scene};
 
 use crate::common::{self, folder, plumb, rig_file, stderr};

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use nalgebra::{Point3, Vector3};
-use plumb_cameras::jpeg;
+use plumb_pictures::jpeg;
 use plumb_sim::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera};
 use plumb_vision::camera::Camera;
 

@@ -3,8 +3,8 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use opencv::core::{Mat, Point, Scalar, Vec3b};
 use opencv::imgproc::{FONT_HERSHEY_SIMPLEX, LINE_AA, put_text};
-use plumb_cameras::png::encode_colour;
 use plumb_frame::image::{ColourImage, Image};
+use plumb_pictures::png::encode_colour;
 
 use super::Mark;
 use crate::corners::ProcessingError;

@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 
 use plumb_frame::frame::RgbdFrame;
-use plumb_frame::image::DepthImage;
+use plumb_pictures::{png, raw};
 
 use super::error::{RecordError, io_error};
-use crate::png;
 use crate::source::BoxedError;
 use crate::whole_writes::{WholeWrites, write_whole};
 
@@ -39,7 +38,7 @@ impl Writer {
         let mut count = 0;
         for frame in frames {
             count += 1;
-            let depth = multiplied(frame.depth(), self.factor);
+            let depth = raw::multiplied(frame.depth(), self.factor);
             self.colour.add(frame.time(), count, || png::encode_colour(frame.colour()))?;
             self.depth.add(frame.time(), count, || png::encode_depth(&depth))?;
         }
@@ -82,15 +81,4 @@ impl ImageList {
         let line = format!("{time:.6} {name}\n");
         self.file.write_all(line.as_bytes()).map_err(io_error("add a line for", &path))
     }
-}
-
-/// Multiplies the depth values. A product out of range (beyond 13.1 m) becomes 0, unknown.
-fn multiplied(depth: &DepthImage, factor: u16) -> DepthImage {
-    let mut depth = depth.clone();
-    if factor != 1 {
-        for value in depth.pixels_mut() {
-            *value = value.checked_mul(factor).unwrap_or(0);
-        }
-    }
-    depth
 }

@@ -9,7 +9,6 @@ pub mod playback;
 pub mod realsense;
 mod recording;
 pub mod resolution;
-pub mod rgb;
 pub mod ros2;
 pub mod stream;
 pub mod tum;

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use plumb_cameras::decode::DecodeError;
 use plumb_cameras::source::{SourceError, UnfitIntrinsics};
 use plumb_frame::image::{ImageError, ImageSize};
+use plumb_pictures::decode::DecodeError;
 use plumb_timing::SenderClockError;
 use thiserror::Error;
 

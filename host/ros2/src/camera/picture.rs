@@ -1,8 +1,7 @@
 //! Pictures from messages.
 
-use plumb_cameras::decode;
-use plumb_cameras::source::rgb;
 use plumb_frame::image::{ColourImage, DepthImage, Image as Pixels, ImageSize};
+use plumb_pictures::{decode, raw};
 
 use super::error::Ros2CameraError;
 use crate::message::sensor::{CompressedImage, Image};
@@ -36,7 +35,7 @@ impl Colour {
             }
         };
         let pixels = match raw.encoding.as_str() {
-            "rgb8" => rgb::pixels(&packed(raw, 3, topic)?),
+            "rgb8" => raw::bgr_of_rgb(&packed(raw, 3, topic)?),
             "bgr8" => packed(raw, 3, topic)?.as_chunks().0.to_vec(),
             _ => return Err(encoding(raw, topic, "`rgb8` or `bgr8`")),
         };

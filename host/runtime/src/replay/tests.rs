@@ -55,7 +55,7 @@ fn recording() -> tempfile::TempDir {
         let path = folder.path().join(format!("{value}.png"));
         png::save(&path, &Image::filled(32, 24, [value; 3])).unwrap();
     }
-    let depth = png::encode_depth(&Image::filled(32, 24, 500)).unwrap();
+    let depth = plumb_pictures::png::encode_depth(&Image::filled(32, 24, 500)).unwrap();
     std::fs::write(folder.path().join("d.png"), depth).unwrap();
     folder
 }

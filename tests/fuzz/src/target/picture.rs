@@ -1,6 +1,6 @@
 //! Pictures of other programs: PNG, JPEG, PGM and PPM.
 
-use plumb_cameras::decode;
+use plumb_pictures::decode;
 
 use super::Target;
 

@@ -1,6 +1,6 @@
 //! What spoils a frame after the exposure: compression, and depth that is missing.
 
-use plumb_cameras::{decode, jpeg};
+use plumb_pictures::{decode, jpeg};
 use plumb_sim::synthetic::SyntheticError;
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::RgbdFrame;

@@ -4,13 +4,13 @@ use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::{Image, ImageError, ImageSize};
 use plumb_openni::{Camera, Opened, OpenniError, Pair, Sensor};
+use plumb_pictures::raw;
 use thiserror::Error;
 
 use super::camera_source::CameraSource;
 use super::clock::{DeviceClock, LiveClock};
 use super::error::{InvalidFrame, SourceError};
 use super::resolution::{FileIntrinsics, UnfitIntrinsics};
-use super::rgb;
 
 mod settings;
 
@@ -96,7 +96,7 @@ impl OpenniSource {
     fn frame(&self, pair: Pair) -> Result<RgbdFrame, SourceError> {
         let mode = self.camera.opened().mode;
         let [width, height] = [mode.width, mode.height].map(usize::from);
-        let colour = Image::new(width, height, rgb::pixels(&pair.colour))
+        let colour = Image::new(width, height, raw::bgr_of_rgb(&pair.colour))
             .map_err(OpenniSourceError::from)?;
         let depth = Image::new(width, height, pair.depth).map_err(OpenniSourceError::from)?;
         let frame = RgbdFrame::new(pair.time, colour, depth, self.intrinsics);

@@ -3,6 +3,7 @@
 use plumb_frame::camera::{Distortion, DistortionCoefficients, Intrinsics};
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::{Image, ImageError, ImageSize};
+use plumb_pictures::raw;
 use plumb_realsense::{Camera, DistortionModel, Opened, Pair, RealsenseError, Sensor};
 use thiserror::Error;
 
@@ -10,7 +11,6 @@ use super::camera_source::CameraSource;
 use super::clock::{DeviceClock, LiveClock};
 use super::error::{InvalidFrame, SourceError};
 use super::resolution::{self, FileIntrinsics, UnfitIntrinsics};
-use super::rgb;
 
 mod settings;
 
@@ -98,7 +98,7 @@ impl RealsenseSource {
     fn frame(&self, pair: Pair) -> Result<RgbdFrame, SourceError> {
         let mode = self.camera.opened().mode;
         let [width, height] = [mode.width, mode.height].map(usize::from);
-        let colour = Image::new(width, height, rgb::pixels(&pair.colour))
+        let colour = Image::new(width, height, raw::bgr_of_rgb(&pair.colour))
             .map_err(RealsenseSourceError::from)?;
         let depth = Image::new(width, height, pair.depth).map_err(RealsenseSourceError::from)?;
         let frame = RgbdFrame::new(pair.time, colour, depth, self.intrinsics);

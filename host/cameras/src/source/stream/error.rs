@@ -10,8 +10,8 @@ use thiserror::Error;
 use super::arrival::Stranger;
 use super::connection::SILENCE;
 use super::header::{HeaderError, Part};
-use crate::decode::DecodeError;
 use crate::source::{BoxedError, UnfitIntrinsics};
+use plumb_pictures::decode::DecodeError;
 
 /// Failure of a stream.
 #[derive(Debug, Error)]

@@ -5,12 +5,13 @@ use std::fmt;
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::{ColourImage, DepthImage, Image, ImageSize};
+use plumb_pictures::decode::{self, DecodeError};
+use plumb_pictures::raw;
 
 use super::error::StreamError;
 use super::header::{ColourEncoding, DepthEncoding, Header, Part};
 use super::receiver::RawFrame;
-use crate::decode::{self, DecodeError};
-use crate::source::{InvalidFrame, SourceError, rgb};
+use crate::source::{InvalidFrame, SourceError};
 
 /// Format of all frames of a stream, as the first one has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +89,7 @@ fn colour(
     size: ImageSize,
 ) -> Result<ColourImage, DecodeError> {
     let pixels = match encoding {
-        ColourEncoding::Rgb8 => rgb::pixels(&bytes),
+        ColourEncoding::Rgb8 => raw::bgr_of_rgb(&bytes),
         ColourEncoding::Bgr8 => bytes.as_chunks().0.to_vec(),
         ColourEncoding::Jpeg | ColourEncoding::Png => {
             return encoded(&bytes, size, decode::colour);
@@ -107,8 +108,7 @@ fn depth(
         DepthEncoding::None => Ok(Image::filled(size.width, size.height, 0)),
         DepthEncoding::Png16 => encoded(bytes, size, decode::depth),
         DepthEncoding::Z16 => {
-            let pixels = bytes.as_chunks().0.iter().map(|&it| u16::from_le_bytes(it)).collect();
-            Ok(Image::new(size.width, size.height, pixels)?)
+            Ok(Image::new(size.width, size.height, raw::depth_of_little_endian(bytes))?)
         }
     }
 }

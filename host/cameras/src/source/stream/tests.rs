@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::thread;
 
 use plumb_frame::image::{ColourImage, DepthImage, Image};
+use plumb_pictures::{jpeg, png};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::*;
 use crate::error_chain::ErrorChain;
-use crate::{jpeg, png};
 
 /// Longest wait for another thread: a test that reaches it fails.
 const LONG: Duration = Duration::from_secs(60);

@@ -6,9 +6,9 @@ use plumb_frame::image::ImageSize;
 use thiserror::Error;
 
 use crate::bounded_read::ReadError;
-use crate::decode::DecodeError;
 use crate::source::error::{InvalidFrame, SourceError};
 use crate::source::resolution::UnfitIntrinsics;
+use plumb_pictures::decode::DecodeError;
 
 /// Failure to read a TUM RGB-D folder or one of its frames.
 #[derive(Debug, Error)]

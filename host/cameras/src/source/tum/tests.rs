@@ -1,6 +1,7 @@
 //! Tests of TUM RGB-D folders.
 
 use plumb_frame::image::Image;
+use plumb_pictures::png::encode_depth;
 use tempfile::TempDir;
 
 use super::*;
@@ -16,7 +17,7 @@ fn save_colour(folder: &TempDir, name: &str, width: usize, value: u8) {
 }
 
 fn save_depth(folder: &TempDir, name: &str, width: usize, value: u16) {
-    let bytes = png::encode_depth(&Image::filled(width, 24, value)).unwrap();
+    let bytes = encode_depth(&Image::filled(width, 24, value)).unwrap();
     std::fs::write(folder.path().join(name), bytes).unwrap();
 }
 

@@ -8,9 +8,9 @@ use plumb_calibrate::board_view::SeenCorner;
 use plumb_calibrate::corners::{BoardError, find_corners};
 use plumb_calibrate::lens::LensView;
 use plumb_cameras::bounded_read;
-use plumb_cameras::decode;
 use plumb_cameras::png;
 use plumb_cameras::source::tum::MAX_BYTES;
+use plumb_pictures::decode;
 use plumb_runtime::run_log::OutputDir;
 use plumb_vision::image::ColourImage;
 

@@ -3,7 +3,7 @@
 use jpeg_encoder::{ChromaSubsamplingMethod, ColorType, Encoder, SamplingFactor};
 use plumb_frame::image::ColourImage;
 
-use crate::source::BoxedError;
+use crate::BoxedError;
 
 /// Encodes a colour image; `quality` is 1 (smallest) to 100 (best). Colour has half the resolution
 /// of brightness along both axes (4:2:0).
