@@ -20,7 +20,7 @@ use pwm_pca9685::{Channel, Pca9685};
 use static_cell::StaticCell;
 
 use crate::interrupts::Interrupts;
-use crate::{coils, restart};
+use crate::{coils, link};
 
 type Bus = I2c<'static, I2C0, Async>;
 /// The bus, shared by the two HATs in one task.
@@ -126,7 +126,7 @@ pub(crate) async fn drive_hats(resources: HatResources) {
         let done = matches!(with_timeout(TIMEOUT, hats.execute(&command)).await, Ok(Some(())));
         FAILED.store(!done, Ordering::Relaxed);
         if command.positions.is_none() && LEAVING.load(Ordering::Relaxed) {
-            restart::bootloader();
+            link::reset::restart();
         }
         if done {
             command = COMMAND.wait().await;
