@@ -177,13 +177,13 @@ pub(super) fn flash(
     named: Option<BoardPort>,
     computer: &mut impl Computer,
 ) -> Result<Flashed, FlashError> {
-    let before = computer.boards()?;
-    let destination = choose(named, &before, computer)?;
+    let destination = choose(named, computer)?;
     if let Destination::Board(board) = &destination {
         computer.report(&format!("{}: going into the bootloader", board.port));
         computer.enter_bootloader(board)?;
     }
     let drive = wait_for_drive(&destination, computer)?;
+    let others = computer.boards()?;
     computer.report(&format!("{}: writing", drive.display()));
     match computer.write(&drive, firmware) {
         Ok(Written::Confirmed) => {}
@@ -193,13 +193,12 @@ pub(super) fn flash(
         )),
         Err(source) => return Err(FlashError::Write { drive, source }),
     }
-    wait_for_board(destination, &before, computer)
+    wait_for_board(destination, &others, computer)
 }
 
 /// Chooses the board or the drive to write to.
 fn choose(
     named: Option<BoardPort>,
-    boards: &[String],
     computer: &mut impl Computer,
 ) -> Result<Destination, FlashError> {
     let Drives { mounted, device } = computer.drives().map_err(FlashError::Mounts)?;
@@ -214,7 +213,7 @@ fn choose(
         },
         (_, Some(_)) => Ok(Destination::Drive),
         (Some(board), None) => Err(LinkError::Absent { port: board.port }.into()),
-        (None, None) => match boards {
+        (None, None) => match &computer.boards()?[..] {
             [port] => Ok(Destination::Board(computer.board_at(port.clone()))),
             [] => Err(FlashError::NoBoard),
             several => Err(FlashError::SeveralBoards(several.to_vec())),
@@ -249,10 +248,11 @@ fn wait_for_drive(
     }
 }
 
-/// Waits until a board answers: at the port that it had, or at one that was not there `before`.
+/// Waits until a board answers: at the port that it had, or at one that is none of `others`, which
+/// were there while the board was in its bootloader.
 fn wait_for_board(
     destination: Destination,
-    before: &[String],
+    others: &[String],
     computer: &mut impl Computer,
 ) -> Result<Flashed, FlashError> {
     computer.report("written; waiting for the board");
@@ -260,10 +260,11 @@ fn wait_for_board(
     loop {
         // The list may fail for a moment while a port appears.
         let ports = computer.boards().unwrap_or_default();
-        let new = ports.into_iter().filter(|port| !before.contains(port));
+        let new = ports.into_iter().filter(|port| !others.contains(port));
         let mut candidates: Vec<_> = new.map(|port| computer.board_at(port)).collect();
         if let Destination::Board(board) = &destination
             && computer.has_port(&board.port)
+            && candidates.iter().all(|candidate| candidate.port != board.port)
         {
             candidates.insert(0, board.clone());
         }

@@ -26,6 +26,8 @@ const RP2350: &str = "UF2 Bootloader v1.0\nModel: Raspberry Pi RP2350\nBoard-ID:
 struct Fake {
     folder: TempDir,
     boards: Vec<String>,
+    /// Another name of [`PORT`], until the board is restarted.
+    alias: Option<&'static str>,
     now: Duration,
     /// Name of the drive that comes 2 s after a board has gone into its bootloader.
     drive: Option<&'static str>,
@@ -47,6 +49,7 @@ impl Fake {
         Self {
             folder,
             boards: boards.iter().map(|&port| port.to_owned()).collect(),
+            alias: None,
             now: Duration::ZERO,
             drive: Some("RPI-RP2"),
             drive_at: None,
@@ -101,11 +104,13 @@ impl Computer for Fake {
     }
 
     fn has_port(&mut self, port: &str) -> bool {
-        self.boards.iter().any(|board| board == port)
+        self.alias == Some(port) || self.boards.iter().any(|board| board == port)
     }
 
     fn enter_bootloader(&mut self, board: &BoardPort) -> Result<(), LinkError> {
-        self.boards.retain(|port| *port != board.port);
+        let alias = self.alias.take_if(|alias| *alias == board.port);
+        let port = alias.map_or(&*board.port, |_| PORT);
+        self.boards.retain(|other| other != port);
         self.drive_at = Some(self.now + Duration::from_secs(2));
         Ok(())
     }
@@ -172,6 +177,15 @@ fn a_board_may_come_back_at_another_port() {
     computer.returns_at = Some("/dev/ttyACM2");
     let flashed = computer.flash(Some(PORT)).unwrap();
     assert_eq!(flashed.board.port, "/dev/ttyACM2");
+}
+
+/// The name by the serial number is another one after a firmware that has none.
+#[test]
+fn a_board_may_come_back_without_the_name_that_it_had() {
+    let mut computer = Fake::new(&[PORT, "/dev/ttyACM1"]);
+    computer.alias = Some("/dev/serial/by-id/board");
+    let flashed = computer.flash(Some("/dev/serial/by-id/board")).unwrap();
+    assert_eq!(flashed.board.port, PORT);
 }
 
 #[test]
