@@ -68,7 +68,7 @@ const RETRY: Duration = Duration::from_millis(100);
 static COMMAND: Signal<CriticalSectionRawMutex, HatCommand> = Signal::new();
 /// Whether a HAT did not carry out the last command.
 static FAILED: AtomicBool = AtomicBool::new(false);
-/// Whether the chip restarts into its bootloader once the current is off.
+/// Whether the chip restarts once the current is off.
 static LEAVING: AtomicBool = AtomicBool::new(false);
 
 /// Sets the newest command, which replaces one that is still waiting. Called by the stepping
@@ -82,7 +82,7 @@ pub(crate) fn failed() -> bool {
     FAILED.load(Ordering::Relaxed)
 }
 
-/// Switches the current off, and then restarts into the bootloader, also where a HAT does not
+/// Switches the current off, and then leaves the program, also where a HAT does not
 /// answer. Called by the stepping interrupt; never waits.
 pub(crate) fn leave(command: HatCommand) {
     LEAVING.store(true, Ordering::Relaxed);
