@@ -53,6 +53,13 @@ pub(crate) fn open(flash: Peri<'static, FLASH>) -> (Option<Config>, ConfigFlash)
     (STORE.load(&mut flash), flash)
 }
 
+/// Returns the unique number of the flash chip (W25Q16JV, instruction 4Bh), which is the board's.
+/// Call it before anything else runs: the flash is not readable meanwhile.
+pub(crate) fn unique_id(flash: &mut ConfigFlash) -> Option<[u8; 8]> {
+    let mut id = [0; 8];
+    flash.blocking_unique_id(&mut id).ok().map(|()| id)
+}
+
 /// Requests a write. Called by the stepping interrupt; never waits.
 pub(crate) fn write(wanted: FlashWrite) {
     TO_WRITE.signal(wanted);

@@ -20,7 +20,7 @@ use pwm_pca9685::{Channel, Pca9685};
 use static_cell::StaticCell;
 
 use crate::interrupts::Interrupts;
-use crate::{coils, restart};
+use crate::{coils, link};
 
 type Bus = I2c<'static, I2C0, Async>;
 /// The bus, shared by the two HATs in one task.
@@ -68,7 +68,7 @@ const RETRY: Duration = Duration::from_millis(100);
 static COMMAND: Signal<CriticalSectionRawMutex, HatCommand> = Signal::new();
 /// Whether a HAT did not carry out the last command.
 static FAILED: AtomicBool = AtomicBool::new(false);
-/// Whether the chip restarts into its bootloader once the current is off.
+/// Whether the chip restarts once the current is off.
 static LEAVING: AtomicBool = AtomicBool::new(false);
 
 /// Sets the newest command, which replaces one that is still waiting. Called by the stepping
@@ -82,7 +82,7 @@ pub(crate) fn failed() -> bool {
     FAILED.load(Ordering::Relaxed)
 }
 
-/// Switches the current off, and then restarts into the bootloader, also where a HAT does not
+/// Switches the current off, and then leaves the program, also where a HAT does not
 /// answer. Called by the stepping interrupt; never waits.
 pub(crate) fn leave(command: HatCommand) {
     LEAVING.store(true, Ordering::Relaxed);
@@ -126,7 +126,7 @@ pub(crate) async fn drive_hats(resources: HatResources) {
         let done = matches!(with_timeout(TIMEOUT, hats.execute(&command)).await, Ok(Some(())));
         FAILED.store(!done, Ordering::Relaxed);
         if command.positions.is_none() && LEAVING.load(Ordering::Relaxed) {
-            restart::bootloader();
+            link::reset::restart();
         }
         if done {
             command = COMMAND.wait().await;

@@ -6,6 +6,7 @@
 
 mod arbiter;
 mod inbox;
+pub(crate) mod reset;
 mod uart;
 mod usb;
 
@@ -37,17 +38,20 @@ pub(crate) struct LinkResources {
     pub(crate) tx: Peri<'static, PIN_0>,
     pub(crate) rx: Peri<'static, PIN_1>,
     pub(crate) inbox: InboxWriter,
+    /// Unique number of the board, where it is known.
+    pub(crate) id: Option<[u8; 8]>,
 }
 
 /// Sets up the links, and starts their tasks.
 pub(crate) fn start(spawner: Spawner, resources: LinkResources) {
     static ARBITER: StaticCell<Mutex<NoopRawMutex, LinkArbiter>> = StaticCell::new();
-    let LinkResources { usb, uart, tx, rx, inbox } = resources;
+    let LinkResources { usb, uart, tx, rx, inbox, id } = resources;
     let arbiter: SharedArbiter = ARBITER.init(Mutex::new(LinkArbiter::new(inbox)));
-    let (usb_out, usb_in, control) = usb::set_up(spawner, usb);
+    let (usb_out, usb_in, control) = usb::set_up(spawner, usb, id);
     let (uart_out, uart_in) = uart::set_up(uart, tx, rx);
     spawn(spawner, usb::receive(usb_in, arbiter));
     spawn(spawner, usb::watch_control_lines(control, arbiter));
+    spawn(spawner, reset::pass_on(arbiter));
     spawn(spawner, uart::receive(uart_in, arbiter));
     spawn(spawner, transmit(usb_out, uart_out, arbiter));
 }

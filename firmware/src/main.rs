@@ -22,6 +22,7 @@ mod flash;
 mod float;
 mod generator;
 mod hats;
+mod info;
 mod interrupts;
 mod law_worker;
 mod link;
@@ -78,10 +79,17 @@ fn main() -> ! {
         channels: (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2),
     });
     let coils = Coils::new((p.PIN_8, p.PIN_9, p.PIN_10, p.PIN_11, p.PIN_12, p.PIN_13));
-    let (config, flash) = flash::open(p.FLASH);
+    let (config, mut flash) = flash::open(p.FLASH);
+    let id = flash::unique_id(&mut flash);
     let (inbox_writer, inbox) = link::inbox();
-    let link =
-        LinkResources { usb: p.USB, uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1, inbox: inbox_writer };
+    let link = LinkResources {
+        usb: p.USB,
+        uart: p.UART0,
+        tx: p.PIN_0,
+        rx: p.PIN_1,
+        inbox: inbox_writer,
+        id,
+    };
     let hats = HatResources { bus: p.I2C0, data: p.PIN_16, clock: p.PIN_17 };
     let spawner = executor::start();
     if let Ok(task) = start_tasks(TaskResources { link, hats, flash, led: p.PIN_25 }) {

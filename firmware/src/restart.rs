@@ -101,9 +101,16 @@ unsafe fn HardFault(_: &ExceptionFrame) -> ! {
     restart(HARD_FAULT)
 }
 
-/// Starts the chip's bootloader, which takes a new firmware over USB.
-pub(crate) fn bootloader() -> ! {
+/// Starts the chip's bootloader, which takes a new firmware over USB. `pins` show its activity;
+/// `disabled` has bit 0 to switch off its drive, bit 1 for picotool's interface (RP2040 datasheet,
+/// section 2.8.3.1.5).
+pub(crate) fn bootloader(pins: u32, disabled: u32) -> ! {
     make_safe();
-    rom_data::reset_to_usb_boot(0, 0);
+    rom_data::reset_to_usb_boot(pins, disabled);
+    restart(0)
+}
+
+/// Starts the program again.
+pub(crate) fn program() -> ! {
     restart(0)
 }

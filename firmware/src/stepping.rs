@@ -25,7 +25,7 @@ use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{flash, law_worker, provenance, restart, witness};
+use crate::{flash, law_worker, provenance, witness};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
@@ -221,8 +221,8 @@ impl Stepping {
         self.enable.set(tick.drivers_enabled);
     }
 
-    /// Restarts into the bootloader. HATs would keep their current there, so theirs is switched off
-    /// first.
+    /// Restarts into the bootloader, or as picotool asked. HATs would keep their current there, so
+    /// theirs is switched off first.
     #[cold]
     fn leave(&mut self) {
         match self.commutated {
@@ -231,7 +231,7 @@ impl Stepping {
                 hats::leave(last);
             }
             Commutated::Leaving => {}
-            Commutated::None | Commutated::Coils => restart::bootloader(),
+            Commutated::None | Commutated::Coils => link::reset::restart(),
         }
     }
 

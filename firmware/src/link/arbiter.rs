@@ -7,6 +7,7 @@
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Timer};
+use plumb_protocol::ToBoard;
 use plumb_protocol::frame::Accumulator;
 
 use super::inbox::InboxWriter;
@@ -42,6 +43,13 @@ impl LinkArbiter {
         self.master.map(|(port, _)| port)
     }
 
+    /// Waits until the inbox has room for a message.
+    async fn wait_for_room(&self) {
+        while !self.inbox.ready() {
+            Timer::after_millis(1).await;
+        }
+    }
+
     /// Returns whether `port`, which has just received a frame, is the master or becomes it.
     fn admits(&mut self, port: Port, is_intact: bool) -> bool {
         let now = Instant::now();
@@ -73,9 +81,7 @@ impl LinkReceiver {
     pub(super) async fn receive(&mut self, mut bytes: &[u8]) {
         let mut arbiter = self.arbiter.lock().await;
         while !bytes.is_empty() {
-            while !arbiter.inbox.ready() {
-                Timer::after_millis(1).await;
-            }
+            arbiter.wait_for_room().await;
             if let Some(frame) = self.accumulator.take(&mut bytes)
                 && arbiter.admits(self.port, frame.is_ok())
             {
@@ -89,6 +95,13 @@ impl LinkReceiver {
         self.accumulator = Accumulator::new();
         disconnect(self.arbiter, self.port).await;
     }
+}
+
+/// Puts a command of the firmware itself into the inbox, waiting for room.
+pub(super) async fn put(arbiter: SharedArbiter, command: ToBoard) {
+    let mut arbiter = arbiter.lock().await;
+    arbiter.wait_for_room().await;
+    arbiter.inbox.put_decoded(command);
 }
 
 /// Records that `port` is disconnected.

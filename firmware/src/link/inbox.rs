@@ -62,6 +62,12 @@ impl InboxWriter {
         let _ = self.messages.enqueue(message);
     }
 
+    /// Puts in a command. There is room for it where there is room for a message.
+    pub(super) fn put_decoded(&mut self, command: ToBoard) {
+        let _ = self.commands.enqueue(command);
+        let _ = self.messages.enqueue(Message::Command);
+    }
+
     #[inline(never)]
     fn put_command(&mut self, frame: Result<&[u8], FrameError>) -> Message {
         match frame.and_then(frame::read) {

@@ -10,6 +10,7 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::arbiter::{self, LinkReceiver, Port, SharedArbiter};
+use super::reset;
 use crate::executor::spawn;
 use crate::interrupts::Interrupts;
 
@@ -26,8 +27,30 @@ const VENDOR: u16 = 0x2e8a;
 /// Product id of a Pico's serial port, which Raspberry Pi lets anyone use.
 const PRODUCT: u16 = 0x000a;
 
-/// Sets up the port.
-pub(super) fn set_up(spawner: Spawner, usb: Peri<'static, USB>) -> (Out, In, ControlLines) {
+/// Release number of the device (bcdDevice): the version as decimal digits 0xMMmp, with two digits
+/// for the major version and one each for minor and patch.
+const RELEASE: u16 = {
+    let major = decimal(env!("CARGO_PKG_VERSION_MAJOR"));
+    let minor = decimal(env!("CARGO_PKG_VERSION_MINOR"));
+    let patch = decimal(env!("CARGO_PKG_VERSION_PATCH"));
+    assert!(major <= 0x99 && minor <= 9 && patch <= 9, "the version does not fit bcdDevice");
+    major << 8 | minor << 4 | patch
+};
+
+/// Returns a number as binary-coded decimal digits.
+const fn decimal(text: &str) -> u16 {
+    match u16::from_str_radix(text, 16) {
+        Ok(digits) => digits,
+        Err(_) => u16::MAX,
+    }
+}
+
+/// Sets up the port of the board with the unique number `id`.
+pub(super) fn set_up(
+    spawner: Spawner,
+    usb: Peri<'static, USB>,
+    id: Option<[u8; 8]>,
+) -> (Out, In, ControlLines) {
     static DESCRIPTOR: ConstStaticCell<[u8; 128]> = ConstStaticCell::new([0; 128]);
     static STRINGS: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; 64]);
     static CONTROL: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; 64]);
@@ -35,6 +58,8 @@ pub(super) fn set_up(spawner: Spawner, usb: Peri<'static, USB>) -> (Out, In, Con
     let mut config = Config::new(VENDOR, PRODUCT);
     config.manufacturer = Some("Plumb");
     config.product = Some("Plumb board");
+    config.serial_number = id.and_then(serial_number);
+    config.device_release = RELEASE;
     config.max_packet_size_0 = PACKET as u8;
     let mut builder = Builder::new(
         Driver::new(usb, Interrupts),
@@ -45,8 +70,20 @@ pub(super) fn set_up(spawner: Spawner, usb: Peri<'static, USB>) -> (Out, In, Con
         CONTROL.take(),
     );
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
+    reset::add(&mut builder);
     spawn(spawner, run(builder.build()));
     class.split_with_control()
+}
+
+/// Returns `id` in hexadecimal digits, as the Pico SDK writes it.
+fn serial_number(id: [u8; 8]) -> Option<&'static str> {
+    static DIGITS: ConstStaticCell<[u8; 16]> = ConstStaticCell::new([0; 16]);
+    let digits = DIGITS.take();
+    for (digit, place) in digits.iter_mut().zip(0..) {
+        let nibble = (u64::from_be_bytes(id) >> (60 - 4 * place)) as u8 & 15;
+        *digit = if nibble < 10 { b'0' + nibble } else { b'A' - 10 + nibble };
+    }
+    core::str::from_utf8(digits).ok()
 }
 
 /// Runs the USB device.

@@ -1,5 +1,6 @@
 //! `plumb board`: service of the board itself.
 
+mod flash;
 mod selftest;
 
 use std::process::ExitCode;
@@ -16,8 +17,9 @@ use serde_json::{Value, json};
 use super::print::tell;
 use super::rig_args::{BoardArgs, PortArgs, RigArg};
 use super::{Failure, print};
+pub(crate) use flash::FlashError;
 
-/// Ask the board for its state, store a configuration in it, or send it into its bootloader
+/// Ask the board for its state, store a configuration in it, or write new firmware to it
 #[derive(Parser)]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -44,6 +46,12 @@ enum What {
         "plumb board bootloader --port /dev/ttyACM0",
     ])]
     Bootloader(BoardArgs),
+    /// Write firmware to the board: bootloader, its drive RPI-RP2, and the board back on its port
+    #[command(after_help = examples![
+        "plumb board flash",
+        "plumb board flash plumb.uf2 --port /dev/ttyACM0",
+    ])]
+    Flash(flash::Args),
 }
 
 #[derive(Parser)]
@@ -64,6 +72,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             status(&mut link, args.json)?;
         }
         What::Save(args) => save(&args)?,
+        What::Flash(args) => flash::main(args)?,
         What::Selftest(args) => return selftest::main(&args),
         What::Bootloader(args) => {
             let serial = args.open()?;

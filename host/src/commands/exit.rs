@@ -28,6 +28,7 @@ use serde_json::json;
 use thiserror::Error;
 
 use super::bench;
+use super::board::FlashError;
 use super::print::{result, tell};
 
 /// Exit code of a command that did its work and did not succeed, and of a command that failed: a
@@ -152,6 +153,13 @@ fn exit_code(error: &(dyn Error + 'static)) -> u8 {
         return match error {
             ExaminationError::Link(error) => link_exit_code(error),
             ExaminationError::NotLive => BAD_INPUT,
+            _ => FAILED,
+        };
+    }
+    if let Some(error) = error.downcast_ref::<FlashError>() {
+        return match error {
+            FlashError::Link(error) => link_exit_code(error),
+            FlashError::NoBoard | FlashError::SeveralBoards(_) => BAD_INPUT,
             _ => FAILED,
         };
     }

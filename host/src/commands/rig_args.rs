@@ -1,7 +1,7 @@
 //! Arguments that commands share: the rig file, and the port of the board.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use plumb_runtime::link::{Serial, boards};
@@ -48,6 +48,24 @@ impl PortArgs {
         BoardPort { port, baud: self.baud.unwrap_or(board.baud) }
     }
 
+    /// Returns the port of the options or of the rig file; `None` where nothing names one. Likewise
+    /// its baud rate. The rig file is read where one of both is missing.
+    pub(crate) fn board(&self, rig: Option<&Path>) -> Result<Option<BoardPort>, Failure> {
+        match (self.named(), rig) {
+            (None, None) => Ok(None),
+            (Some(port), Some(_)) if self.baud.is_some() => {
+                Ok(Some(self.board_at(port.to_owned())))
+            }
+            (Some(port), None) => Ok(Some(self.board_at(port.to_owned()))),
+            (_, Some(rig)) => Ok(Some(self.applied_to(&Rig::read(rig)?.board))),
+        }
+    }
+
+    /// Returns the board at `port`, at the baud rate of the options.
+    pub(crate) fn board_at(&self, port: String) -> BoardPort {
+        BoardPort { port, baud: self.baud.unwrap_or(DEFAULT_BAUD) }
+    }
+
     /// Returns the port of the options. An empty PLUMB_PORT names none.
     fn named(&self) -> Option<&str> {
         self.port.as_deref().filter(|port| !port.is_empty())
@@ -75,18 +93,12 @@ impl BoardArgs {
     }
 
     /// Returns the port of the options, of the rig file, or of the one board on USB, in this order;
-    /// likewise its baud rate. The rig file is read where one of both is missing.
+    /// likewise its baud rate.
     pub(crate) fn board(&self) -> Result<BoardPort, Failure> {
-        let has_baud = self.port.baud.is_some();
-        let board = match (self.port.named(), &self.rig) {
-            (Some(port), None) => BoardPort { port: port.to_owned(), baud: DEFAULT_BAUD },
-            (Some(port), Some(_)) if has_baud => {
-                BoardPort { port: port.to_owned(), baud: DEFAULT_BAUD }
-            }
-            (_, Some(rig)) => Rig::read(rig)?.board,
-            (None, None) => BoardPort { port: only_board()?, baud: DEFAULT_BAUD },
-        };
-        Ok(self.port.applied_to(&board))
+        match self.port.board(self.rig.as_deref())? {
+            Some(board) => Ok(board),
+            None => Ok(self.port.board_at(only_board()?)),
+        }
     }
 }
 

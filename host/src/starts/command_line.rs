@@ -123,6 +123,8 @@ impl Folder {
         fs::write(folder.path().join("rig.toml"), rig).unwrap();
         fs::write(folder.path().join("blind.toml"), blind).unwrap();
         fs::copy(rigs.join("camera.toml"), folder.path().join("camera.toml")).unwrap();
+        let firmware = plumb_image::uf2::file(0x1000_0000, &[0; 256]);
+        fs::write(folder.path().join("plumb.uf2"), firmware).unwrap();
         Self(folder)
     }
 
@@ -150,6 +152,7 @@ impl Folder {
             "stop" | "clear" => format!("{command} --port {NO_PORT}"),
             "board save" => format!("board save {rig} --port {NO_PORT}"),
             "board status" | "board bootloader" => format!("{command} --port {NO_PORT}"),
+            "board flash" => format!("{command} {} --port {NO_PORT}", self.path("plumb.uf2")),
             "init" => format!("init {new} --yes --simulated"),
             "calibrate" => {
                 let motors = "--motors --pixel 100,100 --pixel 500,100 --pixel 300,50";

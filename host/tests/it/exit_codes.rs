@@ -61,13 +61,14 @@ fn a_command_that_fails_without_a_result_prints_its_error_as_json() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let absent = "/dev/absent";
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 8] = [
         (&["run", &rig, "--port", absent, "--json"], "no such serial port"),
         (&["run", "absent.toml", "--json"], "absent.toml"),
         (&["run", &rig, "--timeout", "-3", "--json"], "--timeout"),
         (&["run", "--json", "--unknown"], "--unknown"),
         (&["board", "status", "--port", absent, "--json"], "no such serial port"),
         (&["board", "save", &rig, "--port", absent, "--json"], "no such serial port"),
+        (&["board", "flash", "absent.uf2", "--json"], "absent.uf2: No such file"),
         // The demo always ends with a line of JSON.
         (&["demo", "--law", "sign", "--gamma", "999"], "--gamma"),
     ];
@@ -82,9 +83,13 @@ fn a_command_that_fails_without_a_result_prints_its_error_as_json() {
 #[test]
 fn an_emulated_board_has_no_bootloader() {
     let (folder, emulator) = (folder(), Emulator::start());
-    let bootloader = ["board", "bootloader", "--port", &emulator.port, "--json"];
-    let error = json_error(&bootloader, folder.path(), 1);
-    assert!(error.contains("not restarted into its bootloader"), "{error}");
+    let firmware = plumb_image::uf2::file(0x1000_0000, &[0; 256]);
+    std::fs::write(folder.path().join("plumb.uf2"), firmware).unwrap();
+    for command in [&["bootloader"] as &[&str], &["flash", "plumb.uf2"]] {
+        let port = ["--port", &emulator.port, "--json"];
+        let error = json_error(&[&["board"], command, &port].concat(), folder.path(), 1);
+        assert!(error.contains("not restarted into its bootloader"), "{error}");
+    }
 }
 
 #[test]

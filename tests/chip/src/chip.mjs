@@ -236,7 +236,7 @@ export class Chip {
     repairTimer(mcu, clock);
     repairDma(mcu, clock, this.bus);
     this.resetsHeld = installRegisters(mcu, this.chipReset, resetsHeld);
-    repairSsi(mcu, this.bus);
+    repairSsi(mcu, this.bus, this.flash.id);
     this.watchdog = new Watchdog(clock, (reason) =>
       this.requestReset(reason === REASON_FORCE ? 'forced' : 'watchdog'),
     );

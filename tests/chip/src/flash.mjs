@@ -17,8 +17,13 @@ export const PAGE = 256;
 const ERASE_CYCLES = 45_000 * CYCLES_PER_US;
 const PROGRAM_CYCLES = 400 * CYCLES_PER_US;
 
+/** Unique number of a chip that is given none. */
+const ID = Uint8Array.of(0xe6, 0x61, 0x18, 0x60, 0x4b, 0x7f, 0x5a, 0x21);
+
 export class Flash {
   constructor() {
+    /** The unique number that every chip has (instruction 4Bh). */
+    this.id = ID;
     this.bytes = new Uint8Array(FLASH_BYTES).fill(0xff);
     /**
      * Steps done since the start: { kind: 'erase' | 'program', offset, length, at }, with the

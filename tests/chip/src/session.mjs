@@ -21,7 +21,7 @@ export class Session {
 
   /** Clears the records that were reported. */
   clear() {
-    this.told = { usb: [], uart: [], edges: [], resets: [], states: [], i2c: [] };
+    this.told = { usb: [], control: [], uart: [], edges: [], resets: [], states: [], i2c: [] };
     this.rises.fill(0);
   }
 
@@ -106,6 +106,10 @@ const COMMANDS = {
   gpio: ({ chip }, [pin, level]) => chip.drive(pin, level),
   unplug: ({ chip }) => chip.usb.unplug(),
   plug: ({ chip }) => chip.usb.plug(),
+  control: (session, [type, request, value, index, length]) =>
+    session.chip.usb.request(type, request, value, index, length, (bytes) =>
+      session.told.control.push([session.chip.cycles, Buffer.from(bytes).toString('hex')]),
+    ),
   dtr: ({ chip }, open) => chip.usb.setDtr(open),
   hang: ({ chip }) => chip.hang(),
   call: ({ chip }, [address, ...words]) => chip.call(address, words),

@@ -3,7 +3,7 @@
 //! ```text
 //! protocol <- core <- { firmware, emulator }
 //! frame <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb;   protocol <- runtime
-//! cameras <- calibrate <- plumb;   frame <- vision <- { bench, plumb, tests }
+//! cameras <- calibrate <- plumb;   image <- plumb;   frame <- vision <- { bench, plumb, tests }
 //! { emulator, frame, cameras, path, runtime } <- sim <- { bench, plumb, tests }
 //! ```
 //!
@@ -140,6 +140,7 @@ const CRATES: &[Rule] = &[
             "plumb-calibrate",
             "plumb-cameras",
             "plumb-foxglove",
+            "plumb-image",
             "plumb-page",
             "plumb-path",
             "plumb-pictures",

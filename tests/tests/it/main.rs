@@ -5,6 +5,7 @@ mod check_agrees;
 mod chip_agrees;
 mod chip_devices;
 mod chip_hats;
+mod chip_identity;
 mod chip_law_worker;
 mod chip_safety;
 mod chip_selftest;

@@ -7,6 +7,7 @@ use plumb_protocol::RELEASE;
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
 
+use super::port_users::PortUsers;
 use crate::advice::after_fault;
 
 /// Frames that were damaged on the wire in the last two seconds.
@@ -46,10 +47,12 @@ pub enum LinkError {
         port: String,
     },
     /// Another program uses the port.
-    #[error("{port}: another program uses this serial port; close it first")]
+    #[error("{port}: another program uses this serial port{users}")]
     Busy {
         /// Its path.
         port: String,
+        /// The programs.
+        users: PortUsers,
     },
     /// This user may not open the port.
     #[error(

@@ -134,8 +134,9 @@ impl<T: Transport> Link<T> {
         state.ok()
     }
 
-    /// Requests the cause from a board that has restarted; `None` where it reports none.
-    fn ask_start_cause(&mut self) -> Option<StartCause> {
+    /// Greets the board again, and returns the cause of its last start; `None` where it reports
+    /// none.
+    pub fn ask_start_cause(&mut self) -> Option<StartCause> {
         self.start_cause = None;
         self.hello(CAUSE_TIMEOUT).ok()?;
         self.listen_for(|link| link.start_cause.is_some()).ok()?;

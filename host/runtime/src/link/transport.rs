@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use serialport::{ClearBuffer, SerialPort, SerialPortInfo, SerialPortType, TTYPort};
 
 use super::LinkError;
+use super::port_users::PortUsers;
 
 /// Byte stream to the board and back.
 pub trait Transport {
@@ -87,7 +88,7 @@ fn open_error(name: &str, source: serialport::Error) -> LinkError {
         serialport::ErrorKind::Io(ErrorKind::NotFound) => LinkError::Absent { port },
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => LinkError::Permission { port },
         // The kind of a port that another program has locked (EBUSY, flock).
-        serialport::ErrorKind::NoDevice => LinkError::Busy { port },
+        serialport::ErrorKind::NoDevice => LinkError::Busy { users: PortUsers::of(name), port },
         _ => LinkError::Open { port, source },
     }
 }

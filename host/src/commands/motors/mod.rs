@@ -58,7 +58,7 @@ pub(crate) struct ClearArgs {
 pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
     let BoardPort { port, baud } = args.board.board()?;
     let serial = Serial::open(&port, baud).map_err(|error| match error {
-        LinkError::Busy { port } => bad_input(format!(
+        LinkError::Busy { port, .. } => bad_input(format!(
             "{port}: another program drives this board and holds its port: `plumb stop` has sent \
              nothing, and the motors may still turn. Press Ctrl-C where that program runs, or Stop \
              on its page; the emergency button stops the motors at once, and the ball falls"

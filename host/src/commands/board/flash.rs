@@ -1,0 +1,77 @@
+//! `plumb board flash`: new firmware for the board, by the drive of its bootloader.
+//!
+//! ```text
+//! UF2 file -> checked -> bootloader -> drive found -> written -> board back -> greeted
+//! ```
+
+mod computer;
+mod drive;
+mod steps;
+#[cfg(test)]
+mod tests;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use plumb_image::uf2;
+use serde_json::json;
+
+use super::super::print::{result, tell};
+use super::super::rig_args::{PortArgs, RIG_VARIABLE};
+use super::super::{Failure, bad_input};
+use computer::ThisComputer;
+pub(crate) use steps::FlashError;
+
+#[derive(Parser)]
+pub(super) struct Args {
+    /// Firmware, a UF2 file [default: target/firmware/plumb.uf2, which `make firmware` builds]
+    #[arg(value_name = "FILE.uf2")]
+    file: Option<PathBuf>,
+    /// Rig file, for the port and the baud rate of its board [default: the one Plumb board on USB,
+    /// or the one Pico in its bootloader]
+    #[arg(long, value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    rig: Option<PathBuf>,
+    #[command(flatten)]
+    port: PortArgs,
+    /// End with a line of JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn main(args: Args) -> Result<(), Failure> {
+    let file = args.file.map_or_else(built_firmware, Ok)?;
+    let firmware = read(&file)?;
+    let named = args.port.board(args.rig.as_deref())?;
+    let mut computer = ThisComputer::new(args.port);
+    let flashed = steps::flash(&firmware, named, &mut computer)?;
+    let (port, start) = (&flashed.board.port, flashed.start);
+    let cause = start.map_or_else(|| "not reported".to_owned(), |cause| cause.to_string());
+    tell!("{port}: the board is back; cause of its start: {cause}");
+    if args.json {
+        let start = start.map(|cause| cause.to_string());
+        result(json!({ "port": port, "flashed": file, "start": start }))?;
+    }
+    Ok(())
+}
+
+/// Returns the firmware of a command line that names none.
+fn built_firmware() -> Result<PathBuf, Failure> {
+    let built = Path::new("target/firmware/plumb.uf2");
+    if built.exists() {
+        return Ok(built.to_owned());
+    }
+    Err(bad_input(format!(
+        "{}: there is no firmware here; build it with `make firmware`, or name a UF2 file",
+        built.display()
+    )))
+}
+
+/// Reads a UF2 file, and checks that a Pico accepts it.
+fn read(file: &Path) -> Result<Vec<u8>, Failure> {
+    let name = file.display();
+    let firmware = fs::read(file).map_err(|error| bad_input(format!("{name}: {error}")))?;
+    let size = uf2::check(&firmware).map_err(|error| bad_input(format!("{name}: {error}")))?;
+    tell!("{name}: firmware of {size} bytes");
+    Ok(firmware)
+}
