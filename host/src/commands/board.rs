@@ -93,22 +93,30 @@ fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<(), Failure
     let diagnostics = link.diagnostics()?;
     let port = link.port();
     tell!("{port}: {provenance}; started by {}", diagnostics.start);
-    if provenance.release != RELEASE {
-        tell!("{port}: this program is Plumb {RELEASE}: flash the firmware of this release");
-    }
+    compare_release(&port, &provenance);
     state(&port, &telemetry);
     counts(&port, &diagnostics);
     if is_json {
         let mut line = line(&port, &telemetry);
-        line["firmware"] = firmware(&provenance);
+        line["firmware"] = firmware_line(&provenance);
         line["counts"] = chip_counts(&diagnostics);
         print::result(line)?;
     }
     Ok(())
 }
 
+/// Says so where the board runs another release than this program.
+fn compare_release(port: &str, provenance: &Provenance) {
+    if provenance.release != RELEASE {
+        tell!(
+            "{port}: this program is Plumb {RELEASE}: flash the firmware of this release (plumb \
+             board flash)"
+        );
+    }
+}
+
 /// Returns the board's program and chip in JSON.
-fn firmware(provenance: &Provenance) -> Value {
+fn firmware_line(provenance: &Provenance) -> Value {
     json!({
         "release": provenance.release.to_string(),
         "commit": provenance.commit.map(|commit| commit.to_string()),

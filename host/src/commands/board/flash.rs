@@ -10,10 +10,10 @@ mod steps;
 #[cfg(test)]
 mod tests;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
+use plumb_cameras::bounded_read;
 use plumb_image::uf2;
 use serde_json::json;
 
@@ -22,6 +22,12 @@ use super::super::rig_args::{PortArgs, RIG_VARIABLE};
 use super::super::{Failure, bad_input};
 use computer::ThisComputer;
 pub(crate) use steps::FlashError;
+use steps::Greeting;
+
+use super::{compare_release, firmware_line};
+
+/// Most bytes of a UF2 file: two for each byte of a Pico's flash.
+const MAX_BYTES: u64 = 4 << 20;
 
 #[derive(Parser)]
 pub(super) struct Args {
@@ -45,12 +51,14 @@ pub(super) fn main(args: Args) -> Result<(), Failure> {
     let named = args.port.board(args.rig.as_deref())?;
     let mut computer = ThisComputer::new(args.port);
     let flashed = steps::flash(&firmware, named, &mut computer)?;
-    let (port, start) = (&flashed.board.port, flashed.start);
+    let (port, Greeting { provenance, start }) = (&flashed.board.port, flashed.greeting);
     let cause = start.map_or_else(|| "not reported".to_owned(), |cause| cause.to_string());
-    tell!("{port}: the board is back; cause of its start: {cause}");
+    tell!("{port}: the board is back: {provenance}; cause of its start: {cause}");
+    compare_release(port, &provenance);
     if args.json {
-        let start = start.map(|cause| cause.to_string());
-        result(json!({ "port": port, "flashed": file, "start": start }))?;
+        let (start, firmware) = (start.map(|cause| cause.to_string()), firmware_line(&provenance));
+        let line = json!({ "port": port, "flashed": file, "start": start, "firmware": firmware });
+        result(line)?;
     }
     Ok(())
 }
@@ -70,7 +78,7 @@ fn built_firmware() -> Result<PathBuf, Failure> {
 /// Reads a UF2 file, and checks that a Pico accepts it.
 fn read(file: &Path) -> Result<Vec<u8>, Failure> {
     let name = file.display();
-    let firmware = fs::read(file).map_err(|error| bad_input(format!("{name}: {error}")))?;
+    let firmware = bounded_read::read(file, MAX_BYTES)?;
     let size = uf2::check(&firmware).map_err(|error| bad_input(format!("{name}: {error}")))?;
     tell!("{name}: firmware of {size} bytes");
     Ok(firmware)

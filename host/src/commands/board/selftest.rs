@@ -9,7 +9,7 @@ use plumb_runtime::link::Link;
 use plumb_runtime::selftest::{self, Check, Outcome};
 use serde_json::json;
 
-use super::{chip_counts, firmware};
+use super::{chip_counts, firmware_line};
 use crate::commands::exit::FAILED;
 use crate::commands::old_file::{ask, write};
 use crate::commands::print::tell;
@@ -39,7 +39,7 @@ pub(super) fn main(args: &Args) -> Result<ExitCode, Failure> {
     let failed = checks.iter().filter(|check| check.outcome == Outcome::Failed).count();
     let report = json!({
         "plumb": RELEASE.to_string(),
-        "firmware": firmware(&provenance),
+        "firmware": firmware_line(&provenance),
         "checks": checks,
         "failed": failed,
         "counts": chip_counts(&link.diagnostics()?),

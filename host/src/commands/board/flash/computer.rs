@@ -5,14 +5,13 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use plumb_protocol::message::StartCause;
 use plumb_runtime::link::{Link, LinkError, Serial, boards};
 use plumb_runtime::rig::BoardPort;
 
 use super::super::super::print::tell;
 use super::super::super::rig_args::PortArgs;
 use super::drive::{self, DriveSearch, Drives, Written};
-use super::steps::Computer;
+use super::steps::{Computer, Greeting};
 
 /// Ports, drives and clock of this computer.
 pub(super) struct ThisComputer {
@@ -60,9 +59,9 @@ impl Computer for ThisComputer {
         })
     }
 
-    fn greet(&mut self, board: &BoardPort) -> Result<Option<StartCause>, LinkError> {
+    fn greet(&mut self, board: &BoardPort) -> Result<Greeting, LinkError> {
         let mut link = Link::connect(Serial::open(&board.port, board.baud)?)?;
-        Ok(link.ask_start_cause())
+        Ok(Greeting { provenance: link.provenance()?, start: link.ask_start_cause() })
     }
 
     fn now(&self) -> Duration {

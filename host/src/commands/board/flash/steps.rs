@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use plumb_protocol::Provenance;
 use plumb_protocol::message::StartCause;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::BoardPort;
@@ -34,8 +35,8 @@ pub(super) trait Computer {
     fn drives(&mut self) -> io::Result<Drives>;
     /// Writes the firmware to the drive at `folder`.
     fn write(&mut self, folder: &Path, firmware: &[u8]) -> io::Result<Written>;
-    /// Greets a board, and returns the cause of its start.
-    fn greet(&mut self, board: &BoardPort) -> Result<Option<StartCause>, LinkError>;
+    /// Greets a board, and returns what it tells of its program.
+    fn greet(&mut self, board: &BoardPort) -> Result<Greeting, LinkError>;
     /// Returns the time since any moment.
     fn now(&self) -> Duration;
     /// Lets time pass.
@@ -154,6 +155,15 @@ fn advice(error: &io::Error) -> &'static str {
 pub(super) struct Flashed {
     /// Its port.
     pub(super) board: BoardPort,
+    /// What it tells.
+    pub(super) greeting: Greeting,
+}
+
+/// What a board tells after its start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Greeting {
+    /// Its program and chip.
+    pub(super) provenance: Provenance,
     /// Cause of its start, if it reports one.
     pub(super) start: Option<StartCause>,
 }
@@ -270,7 +280,7 @@ fn wait_for_board(
         }
         for board in candidates {
             match computer.greet(&board) {
-                Ok(start) => return Ok(Flashed { board, start }),
+                Ok(greeting) => return Ok(Flashed { board, greeting }),
                 // It runs another release, and says so itself.
                 Err(error @ LinkError::Version { .. }) => return Err(error.into()),
                 Err(error) => source = Some(error),

@@ -9,14 +9,17 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use plumb_image::uf2;
+use plumb_protocol::Provenance;
 use plumb_protocol::message::StartCause;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::BoardPort;
 use tempfile::TempDir;
 
 use super::drive::{self, DriveSearch, Drives, Written};
-use super::steps::{Computer, FlashError, Flashed, flash};
+use super::steps::{Computer, FlashError, Flashed, Greeting, flash};
 
+const GREETING: Greeting =
+    Greeting { provenance: Provenance::EMULATED, start: Some(StartCause::Requested) };
 const PORT: &str = "/dev/ttyACM0";
 /// Texts that boot ROMs show on their drives.
 const RP2040: &str = "UF2 Bootloader v3.0\nModel: Raspberry Pi RP2\nBoard-ID: RPI-RP2\n";
@@ -132,11 +135,11 @@ impl Computer for Fake {
         drive::write(folder, firmware, |_| ())
     }
 
-    fn greet(&mut self, _: &BoardPort) -> Result<Option<StartCause>, LinkError> {
+    fn greet(&mut self, _: &BoardPort) -> Result<Greeting, LinkError> {
         if self.other_version {
-            return Err(LinkError::Version { board: 99, schema: "00".to_owned() });
+            return Err(LinkError::Version { port: PORT.to_owned(), runs: "another".to_owned() });
         }
-        Ok(Some(StartCause::Requested))
+        Ok(GREETING)
     }
 
     fn now(&self) -> Duration {
@@ -165,7 +168,7 @@ fn refused(flashed: Result<Flashed, FlashError>, drive: Option<&Path>) -> String
 fn the_board_on_usb_gets_the_firmware_and_comes_back() {
     let mut computer = Fake::new(&[PORT]);
     let flashed = computer.flash(None).unwrap();
-    assert_eq!((&*flashed.board.port, flashed.start), (PORT, Some(StartCause::Requested)));
+    assert_eq!((&*flashed.board.port, flashed.greeting), (PORT, GREETING));
     let drive = computer.folder.path().join("RPI-RP2");
     assert_eq!(fs::read(drive.join("plumb.uf2")).unwrap(), firmware());
     assert_eq!(computer.reports.len(), 3, "{:?}", computer.reports);
