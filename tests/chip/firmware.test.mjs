@@ -176,3 +176,23 @@ test('an input that is open in two ticks trips, also where its monitor has faile
   emergency(chip, 0);
   assert.ok(!isTripped(chip));
 });
+
+test('code in flash takes the same time translated and by single instructions', () => {
+  const run = (prepare) => {
+    const chip = new Chip({ image: ELF });
+    prepare(chip);
+    chip.runFor(60 * MS);
+    chip.usb.send(HELLO);
+    chip.runFor(20 * MS);
+    return [String(chip.hash), chip.core.instructions, chip.bus.cache.misses, chip.sleepCycles];
+  };
+  const translated = run(() => {});
+  assert.ok(translated[2] > 1000, `${translated[2]} misses`);
+  assert.deepEqual(run((chip) => (chip.bus.pieceAt = () => null)), translated);
+});
+
+test('the second boot stage sets up the transfer of a line of the cache', () => {
+  const { chip } = started();
+  // 28 clocks of the flash at half of clk_sys (rp2040-boot2: boot2_w25q080).
+  assert.equal(chip.bus.cache.missCycles, 56);
+});

@@ -108,6 +108,7 @@ const COMMANDS = {
   plug: ({ chip }) => chip.usb.plug(),
   dtr: ({ chip }, open) => chip.usb.setDtr(open),
   hang: ({ chip }) => chip.hang(),
+  stall: ({ chip }, cycles) => void (chip.bus.stall += cycles),
   call: ({ chip }, [address, ...words]) => chip.call(address, words),
   reset: ({ chip }, cause) => chip.reset(cause),
   downloaded: ({ chip }, way) => chip.finishDownload(way),
