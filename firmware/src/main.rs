@@ -15,6 +15,8 @@
 #![deny(missing_docs)]
 
 mod coils;
+#[allow(dead_code, reason = "the message Diagnostics reads the counters")]
+mod diagnostics;
 mod divide;
 mod enable;
 mod executor;
@@ -27,6 +29,7 @@ mod law_worker;
 mod link;
 mod pins;
 mod restart;
+mod stack;
 mod stepping;
 mod watchdog;
 
@@ -63,6 +66,8 @@ async fn start_tasks(resources: TaskResources) {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let cause = restart::cause();
+    stack::install_guard();
+    stack::fill();
     let p: Peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     interrupts::copy_vectors();
     interrupts::set_priorities();

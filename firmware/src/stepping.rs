@@ -23,7 +23,7 @@ use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{flash, law_worker, restart};
+use crate::{diagnostics, flash, law_worker, restart};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
@@ -356,6 +356,9 @@ impl Stepping {
             return;
         }
         let late = self.is_late();
+        if late {
+            diagnostics::count_late_tick(self.running && self.board.rates() != [0; 3]);
+        }
         if self.running {
             self.generator.finish();
         }
