@@ -1,4 +1,4 @@
-//! Counters for the diagnosis of a board: late ticks, restarts of USB, and where the processor was
+//! Counters for the diagnosis of a board: late ticks, resets of USB, and where the processor was
 //! at its last fault. What is left of the stack is in [`crate::stack`].
 
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
@@ -41,9 +41,14 @@ pub(crate) fn late_at_rest() -> u32 {
     LATE_AT_REST.load(Ordering::Relaxed)
 }
 
-/// Returns how often the supervisor of USB has restarted its controller.
+/// Returns how often the supervisor of USB has reset its controller.
 pub(crate) fn usb_resets() -> u16 {
     USB_RESETS.load(Ordering::Relaxed)
+}
+
+/// Counts a reset of the USB controller. Called by its supervisor alone.
+pub(crate) fn count_usb_reset() {
+    USB_RESETS.store(usb_resets().saturating_add(1), Ordering::Relaxed);
 }
 
 /// Keeps the registers of the fault that ended the last run.

@@ -70,6 +70,12 @@ impl TickWatchdog {
         }
     }
 
+    /// Returns whether this is a tick with a check.
+    #[inline(always)]
+    pub(crate) fn has_checked(&self) -> bool {
+        self.ticks.is_multiple_of(CHECK_TICKS)
+    }
+
     /// Feeds the watchdog, if tasks and thread mode have been alive lately.
     #[inline(never)]
     fn check(&mut self) {

@@ -196,3 +196,28 @@ test('the second boot stage sets up the transfer of a line of the cache', () => 
   // 28 clocks of the flash at half of clk_sys (rp2040-boot2: boot2_w25q080).
   assert.equal(chip.bus.cache.missCycles, 56);
 });
+
+test('no data is offered to the host in the last 200 µs of a frame (erratum E15)', () => {
+  const { chip, usb } = started();
+  let [frame, latest, offers] = [chip.cycles, 0, 0];
+  const { port } = chip;
+  const begin = port.frame.bind(port);
+  port.frame = () => {
+    frame = chip.cycles;
+    begin();
+  };
+  const offer = port.onOffer;
+  port.onOffer = (endpoint, out) => {
+    if (endpoint !== 0 && !out) {
+      offers++;
+      latest = Math.max(latest, chip.cycles - frame);
+    }
+    offer(endpoint, out);
+  };
+  for (let round = 0; round < 400; round++) {
+    chip.usb.send(HELLO);
+    chip.runFor(2 * MS + 7500);
+  }
+  assert.ok(offers >= 400 && usb.length > 400 * 20, `${offers} offers`);
+  assert.ok(latest < 800 * 125, `${latest / 125} µs after the beginning of a frame`);
+});

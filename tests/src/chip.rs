@@ -3,6 +3,7 @@
 
 pub mod reach;
 mod session;
+mod symbols;
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -12,7 +13,8 @@ use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::FromBoard;
 use serde_json::{Value, json};
 
-pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, fast_config, point};
+pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, REVERSING_BALL_UM, fast_config, point};
+pub use symbols::symbol_address;
 
 /// Processor cycles per microsecond.
 pub const CYCLES_PER_US: u64 = 125;

@@ -28,6 +28,7 @@ export { Pca9685 } from './i2c-targets.mjs';
 
 const FLASH = 0x10000000;
 const SRAM = 0x20000000;
+const RESETS_USBCTRL = 1 << 24;
 /** Address of the jump that `hang` writes: near the end of memory. */
 const HANGING = 0x20041f00;
 const WATCHDOG = 0x40058;
@@ -236,7 +237,9 @@ export class Chip {
     repairPpb(mcu, this.core, (cause) => this.requestReset(cause));
     repairTimer(mcu, clock);
     repairDma(mcu, clock, this.bus);
-    this.resetsHeld = installRegisters(mcu, this.chipReset, resetsHeld);
+    this.resetsHeld = installRegisters(mcu, this.chipReset, resetsHeld, (bits) => {
+      if (bits & RESETS_USBCTRL) this.port.reset();
+    });
     repairCache(mcu, this.bus.cache);
     repairSsi(mcu, this.bus, this.hasCache);
     this.watchdog = new Watchdog(clock, (reason) =>

@@ -106,6 +106,7 @@ const COMMANDS = {
   gpio: ({ chip }, [pin, level]) => chip.drive(pin, level),
   unplug: ({ chip }) => chip.usb.unplug(),
   plug: ({ chip }) => chip.usb.plug(),
+  hang_usb: ({ chip }, how) => void (chip.port.hung = how),
   dtr: ({ chip }, open) => chip.usb.setDtr(open),
   hang: ({ chip }) => chip.hang(),
   stall: ({ chip }, cycles) => void (chip.bus.stall += cycles),
