@@ -6,8 +6,10 @@ use cortex_m::peripheral::SCB;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::{bind_interrupts, i2c, peripherals, pio, uart, usb};
 
+use crate::link::usb::frames::FrameHandler;
+
 bind_interrupts!(pub(crate) struct Interrupts {
-    USBCTRL_IRQ => usb::InterruptHandler<peripherals::USB>;
+    USBCTRL_IRQ => FrameHandler, usb::InterruptHandler<peripherals::USB>;
     UART0_IRQ => uart::BufferedInterruptHandler<peripherals::UART0>;
     PIO0_IRQ_0 => pio::InterruptHandler<peripherals::PIO0>;
     I2C0_IRQ => i2c::InterruptHandler<peripherals::I2C0>;

@@ -8,7 +8,7 @@ mod arbiter;
 mod inbox;
 pub(crate) mod reset;
 mod uart;
-mod usb;
+pub(crate) mod usb;
 
 use embassy_executor::Spawner;
 use embassy_rp::Peri;
@@ -50,7 +50,7 @@ pub(crate) fn start(spawner: Spawner, resources: LinkResources) {
     let (usb_out, usb_in, control) = usb::set_up(spawner, usb, id);
     let (uart_out, uart_in) = uart::set_up(uart, tx, rx);
     spawn(spawner, usb::receive(usb_in, arbiter));
-    spawn(spawner, usb::watch_control_lines(control, arbiter));
+    spawn(spawner, usb::watch(control, arbiter));
     spawn(spawner, reset::pass_on(arbiter));
     spawn(spawner, uart::receive(uart_in, arbiter));
     spawn(spawner, transmit(usb_out, uart_out, arbiter));

@@ -15,6 +15,8 @@
 #![deny(missing_docs)]
 
 mod coils;
+#[allow(dead_code, reason = "the message Diagnostics reads the counters")]
+mod diagnostics;
 mod divide;
 mod enable;
 mod executor;
@@ -29,6 +31,7 @@ mod link;
 mod pins;
 mod provenance;
 mod restart;
+mod stack;
 mod stepping;
 mod watchdog;
 mod witness;
@@ -66,6 +69,8 @@ async fn start_tasks(resources: TaskResources) {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let cause = restart::cause();
+    stack::install_guard();
+    stack::fill();
     let p: Peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     interrupts::copy_vectors();
     interrupts::set_priorities();

@@ -3,16 +3,17 @@
 //! What the chip leaves of each cause, in the order in which [`cause`] tells them apart. REASON is
 //! the watchdog's register, CHIP_RESET that of the chip-level resets. "=" is unchanged.
 //!
-//! | start after | REASON | CHIP_RESET | scratch 0, 1 | scratch 4 | memory | peripherals |
-//! |---|---|---|---|---|---|---|
-//! | a debugger's reset of the processor | = | = | = | = | = | = |
-//! | panic | force | = | [`PANIC`], place | [`ARMED`] | = | reset |
-//! | fault of the processor | force | = | [`HARD_FAULT`], = | [`ARMED`] | = | reset |
-//! | expiry of the watchdog | timer | = | 0, = | [`ARMED`] | = | reset |
-//! | UF2 or PICOBOOT, button or command | timer | = | = or 0, 0 | 0 | download | reset |
-//! | rescue by a debugger | 0 | PSM_RESTART | 0 | 0 | = | reset |
-//! | RUN pin | 0 | RUN | 0 | 0 | not promised | reset |
-//! | power on, brown-out | 0 | POR | 0 | 0 | lost | reset |
+//! | start after | REASON | CHIP_RESET | scratch 0, 1 | 2, 3 | scratch 4 | memory | peripherals |
+//! |---|---|---|---|---|---|---|---|
+//! | a debugger's reset of the processor | = | = | = | = | = | = | = |
+//! | panic | force | = | [`PANIC`], place | = | [`ARMED`] | = | reset |
+//! | fault of the processor | force | = | [`HARD_FAULT`], = | PC, LR | [`ARMED`] | = | reset |
+//! | stack overflow | force | = | [`HARD_FAULT`], = | 0, 0 | [`ARMED`] | = | reset |
+//! | expiry of the watchdog | timer | = | 0, = | = | [`ARMED`] | = | reset |
+//! | UF2 or PICOBOOT, button or command | timer | = | = or 0, 0 | = | 0 | download | reset |
+//! | rescue by a debugger | 0 | PSM_RESTART | 0 | 0 | 0 | = | reset |
+//! | RUN pin | 0 | RUN | 0 | 0 | 0 | not promised | reset |
+//! | power on, brown-out | 0 | POR | 0 | 0 | 0 | lost | reset |
 //!
 //! - Every start from flash overwrites the last 256 bytes of memory with the second boot stage
 //!   (pico-bootrom-rp2040, `bootrom_main.c`: `BOOT2_BASE`); nothing of this program is there.
@@ -28,15 +29,23 @@
 //! - A debugger's reset of the processor keeps all registers (section 2.4.2.9). It is known by
 //!   PIO0, which every other reset holds in reset until this program releases it.
 //!
-//! Only silicon can tell what is left of memory after the RUN pin, and what a rescue leaves.
+//! - A stack overflow is an access below RAM, which the guard refuses ([`crate::stack`]). The
+//!   processor cannot save its registers there either; it still enters the handler of the fault,
+//!   which gives itself the whole stack anew. A processor that locks up instead is restarted by the
+//!   watchdog, and the cause is then the watchdog's.
+//!
+//! Only silicon can tell what is left of memory after the RUN pin, what a rescue leaves, and
+//! whether a stack overflow locks the processor up.
 
+use core::arch::global_asm;
 use core::panic::PanicInfo;
 
-use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_rp::{pac, rom_data};
+use plumb_protocol::diagnostics::ProcessorFault;
 use plumb_protocol::message::StartCause;
 use plumb_protocol::panic_place;
 
+use crate::diagnostics;
 use crate::enable;
 
 /// Scratch register 4 while this program runs: the number of the SDK's `watchdog_enable`.
@@ -60,7 +69,11 @@ pub(crate) fn cause() -> StartCause {
     match kept {
         _ if processor_alone => StartCause::Requested,
         PANIC if armed => StartCause::Panic(pac::WATCHDOG.scratch1().read()),
-        HARD_FAULT if armed => StartCause::HardFault,
+        HARD_FAULT if armed => {
+            let [pc, lr] = [pac::WATCHDOG.scratch2(), pac::WATCHDOG.scratch3()].map(|r| r.read());
+            diagnostics::set_last_fault(ProcessorFault { pc, lr });
+            StartCause::HardFault
+        }
         _ if reason.timer() && armed => StartCause::Watchdog,
         _ if reason.timer() || reason.force() => StartCause::Requested,
         _ if chip_reset.had_psm_restart() => StartCause::Requested,
@@ -95,9 +108,41 @@ fn panic(info: &PanicInfo) -> ! {
     restart(PANIC)
 }
 
-// SAFETY: the handler uses no content of the stack and no variables.
-#[exception]
-unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+// The handler of a fault, named as in the table of the vectors. It needs no stack: it reads PC and
+// LR from the frame that the processor has pushed, if all of it lies within the stack, and lets
+// `on_hard_fault` begin with an empty one.
+global_asm!(
+    ".section .HardFaultTrampoline, \"ax\"",
+    ".global HardFault",
+    ".type HardFault, %function",
+    ".thumb_func",
+    "HardFault:",
+    "movs r0, #0",
+    "movs r1, #0",
+    "mov r2, sp",
+    "ldr r3, =_stack_end",
+    "cmp r2, r3",
+    "blo 1f",
+    "ldr r3, =_stack_start",
+    "subs r3, #32",
+    "cmp r2, r3",
+    "bhi 1f",
+    "ldr r0, [r2, #24]",
+    "ldr r1, [r2, #20]",
+    "1:",
+    "ldr r3, =_stack_start",
+    "mov sp, r3",
+    "bl {on_hard_fault}",
+    ".pool",
+    ".size HardFault, . - HardFault",
+    ".text",
+    on_hard_fault = sym on_hard_fault,
+);
+
+/// Keeps the registers of a fault, and restarts the chip.
+extern "C" fn on_hard_fault(pc: u32, lr: u32) -> ! {
+    pac::WATCHDOG.scratch2().write_value(pc);
+    pac::WATCHDOG.scratch3().write_value(lr);
     restart(HARD_FAULT)
 }
 

@@ -6,6 +6,7 @@
 //! (while the flash is written), all later ticks are late by as much.
 
 use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use critical_section::Mutex;
 use embassy_rp::gpio::Level;
@@ -13,7 +14,6 @@ use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
 use plumb_protocol::config::{Config, Drivers};
-use plumb_protocol::diagnostics::ChipCounts;
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
 use static_cell::StaticCell;
@@ -25,13 +25,14 @@ use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{flash, law_worker, provenance, witness};
+use crate::{diagnostics, flash, law_worker, provenance, witness};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
 /// position that reverses three motors and a moving average; 7384 where that is in front of the end
-/// of their travel, and such a tick is late.
-const AHEAD_US: u32 = 49;
+/// of their travel, and such a tick is late. Besides, interrupts are off for up to 462 clocks
+/// (3.7 µs), in code that waits for the flash.
+const AHEAD_US: u32 = 54;
 
 /// Time before its beginning from which on a tick is late, µs: giving the state machines their
 /// words takes 4.5 µs.
@@ -55,6 +56,14 @@ enum Commutated {
 
 /// The state, until the interrupt takes it over.
 static STEPPING: Mutex<RefCell<Option<&'static mut Stepping>>> = Mutex::new(RefCell::new(None));
+
+/// Whether a motor turns; at most 3.2 ms old.
+static MOVING: AtomicBool = AtomicBool::new(false);
+
+/// Returns whether a motor turns.
+pub(crate) fn moving() -> bool {
+    MOVING.load(Ordering::Relaxed)
+}
 
 /// Resources of the stepping interrupt.
 pub(crate) struct SteppingResources {
@@ -196,6 +205,9 @@ impl Stepping {
             link::send(self.outbox.bytes());
             self.outbox.clear();
         }
+        if self.watchdog.has_checked() {
+            MOVING.store(self.board.rates() != [0; 3], Ordering::Relaxed);
+        }
         self.now.0 += u64::from(TICK_US);
         self.beginning = self.beginning.wrapping_add(TICK_US);
     }
@@ -216,7 +228,7 @@ impl Stepping {
             self.board.on_measured(self.now, Some(witness::measure()), &mut self.outbox);
         }
         if tick.diagnose {
-            self.board.on_diagnosed(ChipCounts::default(), &mut self.outbox);
+            self.board.on_diagnosed(diagnostics::counts(), &mut self.outbox);
         }
         self.enable.set(tick.drivers_enabled);
     }
@@ -368,6 +380,9 @@ impl Stepping {
             return;
         }
         let late = self.is_late();
+        if late {
+            diagnostics::count_late_tick(self.running && self.board.rates() != [0; 3]);
+        }
         if self.running {
             self.generator.finish();
         }

@@ -9,6 +9,8 @@ use embassy_rp::peripherals::{PIN_25, WATCHDOG};
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Timer};
 
+use crate::stack;
+
 /// Time without feeding after which the chip restarts.
 const TIMEOUT: Duration = Duration::from_millis(100);
 /// The same while the flash is written and nothing else runs: erasing a sector takes up to 0.4 s
@@ -68,6 +70,12 @@ impl TickWatchdog {
         }
     }
 
+    /// Returns whether this is a tick with a check.
+    #[inline(always)]
+    pub(crate) fn has_checked(&self) -> bool {
+        self.ticks.is_multiple_of(CHECK_TICKS)
+    }
+
     /// Feeds the watchdog, if tasks and thread mode have been alive lately.
     #[inline(never)]
     fn check(&mut self) {
@@ -89,13 +97,15 @@ impl TickWatchdog {
     }
 }
 
-/// Gives the tasks' sign of life, and blinks the LED: it is on for half of every second.
+/// Gives the tasks' sign of life, looks for a deeper stack, and blinks the LED: it is on for half
+/// of every second.
 #[embassy_executor::task]
 pub(crate) async fn heartbeat(led: Peri<'static, PIN_25>) {
     let mut led = Output::new(led, Level::High);
     loop {
         for _ in 0..HEARTBEATS_PER_TOGGLE {
             TASKS_ALIVE.store(true, Ordering::Relaxed);
+            stack::scan();
             Timer::after(HEARTBEAT).await;
         }
         led.toggle();

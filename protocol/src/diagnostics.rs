@@ -40,14 +40,14 @@ pub struct ChipCounts {
 /// Registers at a fault of the processor.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProcessorFault {
-    /// Address of the instruction.
+    /// Address of the instruction; 0 where the stack had overflowed, and no register could be saved.
     pub pc: u32,
-    /// Address to which its function would have returned.
+    /// The link register: an address in the function that had called last.
     pub lr: u32,
 }
 
 impl fmt::Display for ProcessorFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "at {:#010x}, called from {:#010x}", self.pc, self.lr)
+        write!(f, "at {:#010x}, last called from {:#010x}", self.pc, self.lr)
     }
 }

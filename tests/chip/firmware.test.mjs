@@ -176,3 +176,48 @@ test('an input that is open in two ticks trips, also where its monitor has faile
   emergency(chip, 0);
   assert.ok(!isTripped(chip));
 });
+
+test('code in flash takes the same time translated and by single instructions', () => {
+  const run = (prepare) => {
+    const chip = new Chip({ image: ELF });
+    prepare(chip);
+    chip.runFor(60 * MS);
+    chip.usb.send(HELLO);
+    chip.runFor(20 * MS);
+    return [String(chip.hash), chip.core.instructions, chip.bus.cache.misses, chip.sleepCycles];
+  };
+  const translated = run(() => {});
+  assert.ok(translated[2] > 1000, `${translated[2]} misses`);
+  assert.deepEqual(run((chip) => (chip.bus.pieceAt = () => null)), translated);
+});
+
+test('the second boot stage sets up the transfer of a line of the cache', () => {
+  const { chip } = started();
+  // 28 clocks of the flash at half of clk_sys (rp2040-boot2: boot2_w25q080).
+  assert.equal(chip.bus.cache.missCycles, 56);
+});
+
+test('no data is offered to the host in the last 200 µs of a frame (erratum E15)', () => {
+  const { chip, usb } = started();
+  let [frame, latest, offers] = [chip.cycles, 0, 0];
+  const { port } = chip;
+  const begin = port.frame.bind(port);
+  port.frame = () => {
+    frame = chip.cycles;
+    begin();
+  };
+  const offer = port.onOffer;
+  port.onOffer = (endpoint, out) => {
+    if (endpoint !== 0 && !out) {
+      offers++;
+      latest = Math.max(latest, chip.cycles - frame);
+    }
+    offer(endpoint, out);
+  };
+  for (let round = 0; round < 400; round++) {
+    chip.usb.send(HELLO);
+    chip.runFor(2 * MS + 7500);
+  }
+  assert.ok(offers >= 400 && usb.length > 400 * 20, `${offers} offers`);
+  assert.ok(latest < 800 * 125, `${latest / 125} µs after the beginning of a frame`);
+});

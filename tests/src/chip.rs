@@ -4,6 +4,7 @@
 mod port;
 pub mod reach;
 mod session;
+mod symbols;
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -14,7 +15,8 @@ use plumb_protocol::message::FromBoard;
 use serde_json::{Value, json};
 
 pub use port::ChipPort;
-pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, fast_config, point};
+pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, REVERSING_BALL_UM, fast_config, point};
+pub use symbols::symbol_address;
 
 /// Processor cycles per microsecond.
 pub const CYCLES_PER_US: u64 = 125;

@@ -1,9 +1,14 @@
 //! USB-CDC: a serial port to any computer, without a driver.
 
+pub(crate) mod frames;
+mod supervisor;
+
 use embassy_executor::Spawner;
+use embassy_futures::select::{Either, select};
 use embassy_rp::Peri;
 use embassy_rp::peripherals::USB;
 use embassy_rp::usb::Driver;
+use embassy_time::Timer;
 use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State};
 use embassy_usb::driver::EndpointError;
 use embassy_usb::{Builder, Config, UsbDevice};
@@ -13,6 +18,7 @@ use super::arbiter::{self, LinkReceiver, Port, SharedArbiter};
 use super::reset;
 use crate::executor::spawn;
 use crate::interrupts::Interrupts;
+use supervisor::{PERIOD, Supervisor};
 
 type Usb = Driver<'static, USB>;
 pub(super) type Out = Sender<'static, Usb>;
@@ -72,6 +78,7 @@ pub(super) fn set_up(
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
     reset::add(&mut builder);
     spawn(spawner, run(builder.build()));
+    frames::enable();
     class.split_with_control()
 }
 
@@ -106,12 +113,17 @@ pub(super) async fn receive(mut port: In, arbiter: SharedArbiter) {
     }
 }
 
-/// Disconnects the link when the host's program closes the port.
+/// Disconnects the link when the host's program closes the port, and when the controller hangs and
+/// is reset.
 #[embassy_executor::task]
-pub(super) async fn watch_control_lines(port: ControlLines, arbiter: SharedArbiter) {
+pub(super) async fn watch(port: ControlLines, arbiter: SharedArbiter) {
+    let mut supervisor = Supervisor::default();
     loop {
-        port.control_changed().await;
-        if !port.dtr() {
+        let is_lost = match select(port.control_changed(), Timer::after(PERIOD)).await {
+            Either::First(()) => !port.dtr(),
+            Either::Second(()) => supervisor.hangs(port.dtr()) && supervisor.reset().await,
+        };
+        if is_lost {
             arbiter::disconnect(arbiter, Port::Usb).await;
         }
     }
@@ -120,6 +132,11 @@ pub(super) async fn watch_control_lines(port: ControlLines, arbiter: SharedArbit
 /// Writes a packet of up to 64 bytes. A packet of 64 bytes announces another one; where it is the
 /// `last`, an empty packet follows.
 pub(super) async fn write(port: &mut Out, packet: &[u8], last: bool) -> Result<(), EndpointError> {
+    frames::until_offer().await;
     port.write_packet(packet).await?;
-    if last && packet.len() == PACKET { port.write_packet(&[]).await } else { Ok(()) }
+    if last && packet.len() == PACKET {
+        frames::until_offer().await;
+        port.write_packet(&[]).await?;
+    }
+    Ok(())
 }

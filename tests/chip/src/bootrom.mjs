@@ -31,6 +31,10 @@ const leaveXip = (chip) => {
   chip.bus.flashReadable = false;
   return CALL_CYCLES;
 };
+const flushCache = (chip) => {
+  chip.bus.cache.flush();
+  return CALL_CYCLES;
+};
 const enterXip = (chip) => {
   chip.bus.flashReadable = true;
   return CALL_CYCLES;
@@ -72,7 +76,7 @@ const FUNCTIONS = {
   EX: leaveXip, // flash_exit_xip
   RE: (chip, [offset, length]) => write(chip, offset, length), // flash_range_erase
   RP: (chip, [offset, data, length]) => write(chip, offset, length, data), // flash_range_program
-  FC: () => CALL_CYCLES, // flash_flush_cache
+  FC: flushCache, // flash_flush_cache
   CX: enterXip, // flash_enter_cmd_xip
   UB: resetToUsbBoot,
   MC: copy, // memcpy

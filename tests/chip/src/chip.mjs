@@ -10,6 +10,7 @@ import { EventHash } from './events.mjs';
 import { Flash } from './flash.mjs';
 import { loadImage } from './image.mjs';
 import { Engine } from './pio/engine.mjs';
+import { repairCache } from './repairs/cache.mjs';
 import { repairDma } from './repairs/dma.mjs';
 import { Pins } from './repairs/gpio.mjs';
 import { I2cBus, repairI2c } from './repairs/i2c.mjs';
@@ -26,8 +27,8 @@ export { CYCLE_NS, CYCLES_PER_US } from './clock.mjs';
 export { Pca9685 } from './i2c-targets.mjs';
 
 const FLASH = 0x10000000;
-const VECTORS = FLASH + 0x100;
 const SRAM = 0x20000000;
+const RESETS_USBCTRL = 1 << 24;
 /** Address of the jump that `hang` writes: near the end of memory. */
 const HANGING = 0x20041f00;
 const WATCHDOG = 0x40058;
@@ -54,11 +55,12 @@ const digest = (bytes) =>
 
 export class Chip {
   /**
-   * @param {{ image?: string | Uint8Array, flash?: Uint8Array }} options `image`: an .elf or .uf2
-   * file, or flash contents from
-   * 0x10000000 on; `flash`: contents saved with `saveFlash`, under the image
+   * @param {{ image?: string | Uint8Array, flash?: Uint8Array, cache?: boolean }} options
+   * `image`: an .elf or .uf2 file, or flash contents from 0x10000000 on; `flash`: contents saved
+   * with `saveFlash`, under the image; `cache`: false for a flash that takes no time
    */
-  constructor({ image, flash } = {}) {
+  constructor({ image, flash, cache = true } = {}) {
+    this.hasCache = cache;
     this.flash = new Flash();
     if (flash) this.flash.bytes.set(flash);
     if (image !== undefined) loadImage(image, this.flash.bytes);
@@ -235,8 +237,11 @@ export class Chip {
     repairPpb(mcu, this.core, (cause) => this.requestReset(cause));
     repairTimer(mcu, clock);
     repairDma(mcu, clock, this.bus);
-    this.resetsHeld = installRegisters(mcu, this.chipReset, resetsHeld);
-    repairSsi(mcu, this.bus, this.flash.id);
+    this.resetsHeld = installRegisters(mcu, this.chipReset, resetsHeld, (bits) => {
+      if (bits & RESETS_USBCTRL) this.port.reset();
+    });
+    repairCache(mcu, this.bus.cache);
+    repairSsi(mcu, this.bus, this.hasCache, this.flash.id);
     this.watchdog = new Watchdog(clock, (reason) =>
       this.requestReset(reason === REASON_FORCE ? 'forced' : 'watchdog'),
     );
@@ -266,8 +271,8 @@ export class Chip {
   }
 
   /**
-   * Starts the image as the boot ROM does, after the second stage. Stays in the ROM on request, or
-   * if the image is invalid.
+   * Starts the image's second stage as the boot ROM does, from memory. Stays in the ROM on request,
+   * or if the image is invalid.
    */
   start(staysInRom) {
     this.inBootloader = staysInRom || !bootTwoIsValid(this.flash.bytes);
@@ -276,7 +281,7 @@ export class Chip {
       this.core.waiting = true;
     } else {
       this.mcu.sram.set(this.flash.bytes.subarray(0, BOOT_TWO_BYTES), BOOT_TWO_PLACE);
-      this.core.start(VECTORS);
+      this.core.start(SRAM + BOOT_TWO_PLACE);
     }
   }
 
@@ -321,12 +326,10 @@ export class Chip {
 
   /** Returns bytes of memory or flash, also those that the processor cannot read at the moment. */
   peek(address, length) {
-    const { bus } = this;
-    const readable = bus.flashReadable;
-    bus.flashReadable = true;
-    const bytes = Uint8Array.from({ length }, (_, i) => bus.read8(address + i));
-    bus.flashReadable = readable;
-    return bytes;
+    const { bus, mcu } = this;
+    if (address >= FLASH && address < FLASH + mcu.flash.length)
+      return mcu.flash.slice(address - FLASH, address - FLASH + length);
+    return Uint8Array.from({ length }, (_, i) => bus.read8(address + i));
   }
 
   peek32(address) {

@@ -110,8 +110,10 @@ const COMMANDS = {
     session.chip.usb.request(type, request, value, index, length, (bytes) =>
       session.told.control.push([session.chip.cycles, Buffer.from(bytes).toString('hex')]),
     ),
+  hang_usb: ({ chip }, how) => void (chip.port.hung = how),
   dtr: ({ chip }, open) => chip.usb.setDtr(open),
   hang: ({ chip }) => chip.hang(),
+  stall: ({ chip }, cycles) => void (chip.bus.stall += cycles),
   call: ({ chip }, [address, ...words]) => chip.call(address, words),
   reset: ({ chip }, cause) => chip.reset(cause),
   downloaded: ({ chip }, way) => chip.finishDownload(way),

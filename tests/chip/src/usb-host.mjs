@@ -5,6 +5,7 @@ import { CYCLES_PER_US } from './clock.mjs';
 const ATTACH_US = 1_000;
 const RESET_US = 10_000;
 const SUSPEND_US = 3_000;
+const FRAME_US = 1_000;
 /**
  * Bits of a transaction besides its data: token, sync, identifiers, checksums, handshake,
  * turn-around.
@@ -70,6 +71,7 @@ export class UsbHost {
     this.outAlarm = clock.createAlarm(() => this.deliver());
     this.inAlarm = clock.createAlarm(() => this.fetch());
     this.controlAlarm = clock.createAlarm(() => this.control());
+    this.frameAlarm = clock.createAlarm(() => this.frame());
     port.onOffer = (endpoint) => this.offered(endpoint);
     port.onPullup = (up) => this.connection(up && this.plugged);
     port.onResetSeen = () => this.enumerate();
@@ -87,12 +89,22 @@ export class UsbHost {
     }
     this.state = 'attached';
     this.tell('attached');
-    this.later(ATTACH_US + RESET_US, () => this.port.busReset());
+    this.later(ATTACH_US + RESET_US, () => {
+      this.port.busReset();
+      this.frame();
+    });
+  }
+
+  /** Begins a frame, and has the next one begin a millisecond later. */
+  frame() {
+    this.port.frame();
+    this.frameAlarm.schedule(FRAME_US * 1000);
   }
 
   lose() {
     if (this.state !== 'absent') this.tell('lost');
-    for (const alarm of [this.bus, this.outAlarm, this.inAlarm, this.controlAlarm]) alarm?.cancel();
+    const { bus, outAlarm, inAlarm, controlAlarm, frameAlarm } = this;
+    for (const alarm of [bus, outAlarm, inAlarm, controlAlarm, frameAlarm]) alarm?.cancel();
     this.forget();
   }
 

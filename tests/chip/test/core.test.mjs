@@ -4,7 +4,17 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { RP2040 } from 'rp2040js';
 import { FUNCTIONS, KINDS } from '../src/core/instructions.mjs';
-import { MS, NVIC_ISER, Program, random, sleepingChip, STACK, TIMER, US } from './support.mjs';
+import {
+  BOOT_TWO_CYCLES,
+  MS,
+  NVIC_ISER,
+  Program,
+  random,
+  sleepingChip,
+  STACK,
+  TIMER,
+  US,
+} from './support.mjs';
 
 const HARD_FAULT = 3;
 const NZCV = 0xf0000000;
@@ -134,7 +144,8 @@ test('PUSH, POP, loads, stores and branches take the cycles of the reference man
     .raw(0xbf30); // wfi: 2
   const chip = program.chip();
   chip.runFor(MS);
-  assert.equal(chip.cycles - chip.sleepCycles, 2 + 3 + 4 + 1 + 3 + 2 + 2);
+  const busy = chip.cycles - chip.sleepCycles - BOOT_TWO_CYCLES;
+  assert.equal(busy, 2 + 3 + 4 + 1 + 3 + 2 + 2);
 });
 
 const faults = [
@@ -142,7 +153,7 @@ const faults = [
   ['a breakpoint', (p) => p.raw(0xbe00), 'breakpoint'],
   ['an unaligned word', (p) => p.load(1, RAM + 2).ldr(0, 1), 'bus fault'],
   ['a read where nothing is', (p) => p.load(1, 0x30000000).ldr(0, 1), 'bus fault'],
-  ['a write below the RAM', (p) => p.load(1, 0x1ffffffc).str(0, 1), 'bus fault'],
+  ['a read above the RAM', (p) => p.load(1, 0x20042000).ldr(0, 1), 'bus fault'],
   ['a jump to ARM code', (p) => p.load(1, RAM).raw(0x4708), 'branch to ARM code'],
 ];
 for (const [name, provoke, kind] of faults) {
@@ -155,11 +166,43 @@ for (const [name, provoke, kind] of faults) {
   });
 }
 
-test('a stack overflow below the RAM faults, and the handler runs', () => {
-  const program = new Program().load(0, 0x20000000).raw(0x4685, 0xb500); // mov sp, r0; push {lr}
-  const chip = program.sleep().handler(HARD_FAULT).set(RAM, 1).sleep().chip();
+const MPU_CTRL = 0xe000ed94;
+const MPU_RBAR = 0xe000ed9c;
+const MPU_RASR = 0xe000eda0;
+
+/** Refuses the 64 MB below the RAM, in region 2. */
+const guarded = () =>
+  new Program()
+    .set(MPU_RBAR, 0x1c000012)
+    .set(MPU_RASR, (1 << 28) | (25 << 1) | 1)
+    .set(MPU_CTRL, 5);
+/** mov sp, r0; push {lr}: writes the word below the RAM. */
+const overflow = (program) => program.load(0, 0x20000000).raw(0x4685, 0xb500);
+
+test('a stack overflow below the RAM is no fault without a guard', () => {
+  const chip = overflow(new Program()).set(RAM, 7).sleep().handler(HARD_FAULT).sleep().chip();
   chip.runFor(MS);
+  assert.equal(chip.core.fault, null);
+  assert.equal(chip.peek32(RAM), 7);
+});
+
+test('a stack overflow into a region without access faults, and the handler runs', () => {
+  const program = overflow(guarded()).sleep().handler(HARD_FAULT).set(RAM, 1);
+  const chip = program.sleep().chip();
+  chip.runFor(MS);
+  assert.equal(chip.core.fault.kind, 'bus fault');
   assert.equal(chip.peek32(RAM), 1);
+});
+
+test('memory protection refuses its regions alone, and no handler of a fault', () => {
+  const program = guarded().load(1, 0x1bfffffc).ldr(0, 1).load(1, 0x1c000000).ldr(0, 1).sleep();
+  const chip = program.handler(HARD_FAULT).ldr(0, 1).set(RAM, 1).sleep().chip();
+  chip.runFor(MS);
+  assert.equal(chip.core.r[1], RAM);
+  assert.equal(chip.core.lockedUp, false);
+  assert.equal(chip.peek32(RAM), 1);
+  assert.equal(chip.bus.read32(MPU_RBAR), 0x1c000002, 'base and number of the region');
+  assert.equal(chip.bus.read32(0xe000ed90), 0x800, 'eight regions');
 });
 
 test('a fault within the HardFault handler locks the processor up', () => {

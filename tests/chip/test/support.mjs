@@ -9,6 +9,13 @@ export const MS = 1e6;
 const CODE = 0x200;
 const FLASH = 0x10000000;
 export const STACK = 0x20042000;
+/**
+ * A second boot stage that only goes on to the image, with its table of vectors: `ldr r0, image;
+ * ldr r1, VTOR; str r0, [r1]; ldm r0!, {r0, r1}; msr msp, r0; bx r1`, and the two addresses.
+ */
+const BOOT_TWO = [
+  0x4803, 0x4904, 0x6008, 0xc803, 0xf380, 0x8808, 0x4708, 0xbf00, 0x0100, 0x1000, 0xed08, 0xe000,
+];
 
 /**
  * A program for the processor: each method appends an instruction. Registers are numbers below 8,
@@ -86,6 +93,7 @@ export class Program {
           : 0xd000 | (condition << 8) | (distance & 0xff);
     }
     const image = Buffer.alloc(CODE + 2 * halves.length);
+    BOOT_TWO.forEach((half, i) => image.writeUInt16LE(half, 2 * i));
     halves.forEach((half, i) => image.writeUInt16LE(half, CODE + 2 * i));
     image.writeUInt32LE(checksum(image.subarray(0, 252)), 252);
     image.writeUInt32LE(STACK, 0x100);
@@ -121,6 +129,9 @@ export const DPRAM = 0x50100000;
 export const SSI = 0x18000000;
 export const SIO = 0xd0000000;
 export const NVIC_ISER = 0xe000e100;
+
+/** Cycles of the images' second boot stage. */
+export const BOOT_TWO_CYCLES = 2 + 2 + 2 + 3 + 3 + 2;
 
 /** PIO instructions; `options` are `side` (with `sideBits`) and `delay`. */
 export const pio = {

@@ -1,5 +1,7 @@
 //! The protocol, the pins and the pulses of a chip.
 
+use std::path::Path;
+
 use plumb_protocol::Config;
 use plumb_protocol::config::{
     Drivers, Following, Growth, Interval, JogLimits, Law, Motor, Progress, StepDir, Workspace,
@@ -11,9 +13,11 @@ use plumb_protocol::message::{
 use plumb_protocol::units::{
     Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16,
 };
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-use super::{CYCLES_PER_US, Chip, EMERGENCY, ENABLE};
+use super::{CYCLES_PER_US, Chip, EMERGENCY, ENABLE, symbol_address};
 
 /// Pulses on a driver's STEP and DIR inputs since the last query. Times are in cycles, and `None`
 /// if there was no such interval.
@@ -128,6 +132,33 @@ impl Chip {
         }
     }
 
+    /// Turns the motors for some seconds, to and fro, with 32 positions and 10 questions a second at
+    /// random times (seeded), and the board's answers and telemetry.
+    ///
+    /// # Panics
+    /// If the motors do not turn, with another configuration than [`fast_config`].
+    pub fn turn_beside_traffic(&mut self, seconds: u64) {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let end = self.cycle + seconds * 1_000_000 * CYCLES_PER_US;
+        self.seek(BALL_UM, FAR_TARGET_UM);
+        self.pulses();
+        for i in 0.. {
+            if self.cycle >= end {
+                break;
+            }
+            let ball = if i % 60 < 30 { BALL_UM } else { REVERSING_BALL_UM };
+            let frame = self.position_frame(ball);
+            let us = random.random_range(0..20_000);
+            self.send(&frame, us);
+            if i % 3 == 0 {
+                self.request(Command::Status);
+            }
+            self.run_us(30_000 - us);
+        }
+        let counts = self.pulses().map(|pulses| pulses.count);
+        assert!(counts.iter().all(|&count| count > 500 * seconds), "{counts:?} pulses");
+    }
+
     /// Returns the pulses of each motor since the last call.
     ///
     /// # Panics
@@ -166,6 +197,18 @@ impl Chip {
     pub fn power_cycle(&mut self) {
         self.execute(json!({ "reset": "power" }));
         self.wait_for_usb();
+    }
+
+    /// Returns the firmware's counter with this name, a variable of `firmware/src/diagnostics.rs` or
+    /// `stack.rs` of at most 32 bits.
+    ///
+    /// # Panics
+    /// If the image has no such variable.
+    pub fn counter(&mut self, image: &Path, name: &str) -> u32 {
+        let address = symbol_address(image, &["plumb_firmware", name]);
+        let reply = self.execute(json!({ "peek": [address, 4] }));
+        let hex = reply["peek"].as_str().expect("bytes");
+        u32::from_str_radix(hex, 16).expect("hexadecimal").swap_bytes()
     }
 
     /// Hangs the processor in an endless loop with interrupts off.
@@ -228,6 +271,9 @@ pub fn fast_config(rate: f64, driver: StepDir) -> Config {
 
 /// A target that needs the maximum rate of every motor from [`BALL_UM`], with [`fast_config`]; µm.
 pub const FAR_TARGET_UM: [i32; 3] = [2_000_000, 100_000, 1_700_000];
+
+/// A position beyond [`FAR_TARGET_UM`], µm: the motors must reverse.
+pub const REVERSING_BALL_UM: [i32; 3] = [2_000_000, 0, 2_000_000];
 
 /// A position of the ball for [`fast_config`], µm.
 pub const BALL_UM: [i32; 3] = [500_000, 300_000, 0];

@@ -17,7 +17,12 @@ use plumb_tests::chip::{
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::json;
+use serde_json::{Value, json};
+
+/// Size of the stack, bytes: `STACK_SIZE` in firmware/memory.x.
+const STACK: usize = 32 * 1024;
+/// Where the tests put code: near the end of memory, where nothing of the program is.
+const CODE: u32 = 0x2004_1f00;
 
 const EMERGENCY_STOP: State = State::Fault(Fault::EmergencyStop);
 
@@ -158,15 +163,14 @@ fn the_watchdog_stops_moving_motors() {
     chip.assert_stopped_by_watchdog();
 }
 
-/// Measures the maximum stack use from power-on with a fill pattern: with the emergency loop open
-/// and closed, with each law, and with a Store.
+/// Measures the maximum stack use from power-on, by the pattern that the firmware fills it with:
+/// with the emergency loop open and closed, with each law, and with a Store. The firmware finds the
+/// same.
 #[test]
 fn a_third_of_the_stack_stays_free() {
-    const STACK: usize = 32 * 1024;
     let Some(image) = firmware_image() else { return };
     let mut chip = Chip::start(&image);
     chip.execute(json!({ "reset": "power" }));
-    chip.execute(json!({ "poke": [0x2000_0000, "a5".repeat(STACK - 256)] }));
     chip.set_emergency(true);
     chip.wait_for_usb();
     chip.set_emergency(false);
@@ -196,6 +200,10 @@ fn a_third_of_the_stack_stays_free() {
         stack.trim_matches('"').as_bytes().chunks(2).take_while(|digits| digits == b"a5").count();
     println!("{} of {STACK} bytes of stack were used", STACK - free);
     assert!(free > STACK / 3, "{free} bytes free");
+    // The firmware looks at all of the stack in 1.3 s, and may be in the middle.
+    chip.run_us(2_600_000);
+    let found = chip.counter(&image, "FREE_STACK") as usize;
+    assert_eq!(found, free / 4 * 4, "by the firmware");
 }
 
 /// Returns the address of the function that panics for an index out of bounds, and a place in the
@@ -272,6 +280,7 @@ fn every_start_reports_its_cause() {
         let nowhere = 0x3000_0000;
         chip.execute(json!({ "call": [nowhere] }));
         assert_eq!(started(&mut chip), (StartCause::HardFault, failed));
+        assert_eq!(chip.counter(&path, "FAULT_PC"), nowhere);
         chip.execute(json!({ "reset": "bootsel" }));
         chip.execute(json!({ "downloaded": "uf2" }));
         chip.run_us(400_000);
@@ -279,4 +288,72 @@ fn every_start_reports_its_cause() {
         chip.hang();
         assert_eq!(started(&mut chip), (StartCause::Watchdog, failed), "after a download");
     }
+}
+
+/// Runs the chip until its processor sleeps, so that no handler is active.
+fn wait_for_sleep(chip: &mut Chip) {
+    let slept = |chip: &mut Chip| {
+        let reply = chip.execute(json!({ "load": true, "run_cycles": 100 }));
+        reply["load"]["sleepCycles"].as_u64().expect("cycles")
+    };
+    let mut before = slept(chip);
+    for _ in 0..1000 {
+        let after = slept(chip);
+        if after == before + 100 {
+            return;
+        }
+        before = after;
+    }
+    panic!("the processor does not sleep");
+}
+
+/// Runs `code` (Thumb, up to an endless loop) in thread mode, with `stack` as the stack pointer.
+fn run_code(chip: &mut Chip, code: &[u16], stack: u32) -> Value {
+    // mov sp, r0
+    let halves = [0x4685].iter().chain(code);
+    let hex: String = halves.map(|half: &u16| format!("{:04x}", half.swap_bytes())).collect();
+    chip.execute(json!({ "poke": [CODE, hex], "call": [CODE, stack], "run_us": 300 }))
+}
+
+/// Lets the stack overflow by a push of the program, and by the frame of an interrupt. The chip
+/// itself refuses neither access below its memory; the firmware's guard does.
+#[test]
+fn a_stack_overflow_restarts_the_board_at_once() {
+    let Some(path) = firmware_image() else { return };
+    // cpsid i; push {r0-r7, lr}; b .
+    let push: &[u16] = &[0xb672, 0xb5ff, 0xe7fe];
+    // b .
+    let interrupt: &[u16] = &[0xe7fe];
+    for (name, code) in [("push", push), ("interrupt", interrupt)] {
+        let mut chip = Chip::start(&path).configured(fast_config(1000.0, StepDir::TMC2209));
+        chip.drive_pin(ENABLE, Some(1));
+        wait_for_sleep(&mut chip);
+        let fits = run_code(&mut chip, code, 0x2000_4000);
+        assert!(fits["resets"].is_null(), "{name}: with a stack, nothing happens: {fits}");
+        let reply = run_code(&mut chip, code, 0x2000_0000 + 16);
+        assert_eq!(reply["resets"][0][1], "forced", "{name}: {reply}");
+        assert_eq!(chip.pin_level(ENABLE), 1);
+        let failed = State::Fault(Fault::Watchdog);
+        assert_eq!(started(&mut chip), (StartCause::HardFault, failed), "{name}");
+        let registers = ["FAULT_PC", "FAULT_LR"].map(|name| chip.counter(&path, name));
+        assert_eq!(registers, [0, 0], "{name}: there was no memory for the registers");
+    }
+}
+
+/// A fault with a stack leaves the address of its instruction, and that of the last call.
+#[test]
+fn a_fault_leaves_its_registers() {
+    let Some(path) = firmware_image() else { return };
+    let mut chip = Chip::start(&path);
+    wait_for_sleep(&mut chip);
+    // bl to the next instruction; udf #0
+    let reply = run_code(&mut chip, &[0xf000, 0xf800, 0xde00], 0x2000_4000);
+    assert_eq!(reply["resets"][0][1], "forced", "{reply}");
+    assert_eq!(started(&mut chip).0, StartCause::HardFault);
+    let registers = ["FAULT_PC", "FAULT_LR"].map(|name| chip.counter(&path, name));
+    assert_eq!(registers, [CODE + 6, CODE + 6 + 1]);
+    chip.execute(json!({ "reset": "power" }));
+    assert_eq!(started(&mut chip).0, StartCause::PowerOn);
+    let registers = ["FAULT_PC", "FAULT_LR"].map(|name| chip.counter(&path, name));
+    assert_eq!(registers, [0, 0], "no fault ended the last run");
 }

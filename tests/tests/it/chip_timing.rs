@@ -9,7 +9,9 @@ use plumb_protocol::config::{Coils, Drivers, Law, Sign, StepDir};
 use plumb_protocol::message::{Command, Jog};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, SignGain, Steps16};
 use plumb_tests::chip::reach::reached_in_flash;
-use plumb_tests::chip::{BALL_UM, Chip, FAR_TARGET_UM, fast_config, firmware_image, point};
+use plumb_tests::chip::{
+    BALL_UM, Chip, FAR_TARGET_UM, REVERSING_BALL_UM, fast_config, firmware_image, point,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
@@ -18,8 +20,6 @@ use serde_json::{Value, json};
 const STEPPING: u8 = 17;
 /// Duration of a tick, cycles.
 const TICK: u64 = 25_000;
-/// A position beyond [`FAR_TARGET_UM`], µm: the motors must reverse.
-const REVERSING_BALL_UM: [i32; 3] = [2_000_000, 0, 2_000_000];
 
 /// Returns step and direction at 1 M steps/s without and with a moving average, the latter also
 /// with law `sign`; and coils.
@@ -90,15 +90,55 @@ fn no_tick_is_late_for_any_input() {
             chip.run_us(us);
         }
         let reply = chip.execute(json!({ "calls": true }));
-        // A critical section delays the interrupt by some cycles.
+        // A critical section delays the interrupt by some cycles, more where it waits for flash:
+        // by less than `AHEAD_US` (firmware/src/stepping.rs) has to spare.
         assert!(
-            phase_spread(&reply) < 400,
+            phase_spread(&reply) < 600,
             "{:?}: phase spread {} cycles",
             config.drivers,
             phase_spread(&reply)
         );
+        assert_eq!(chip.counter(&image, "LATE_TICKS"), 0, "{:?}", config.drivers);
         assert!(chip.pulses().iter().all(|pulses| pulses.count > 10), "it has moved");
     }
+}
+
+/// Stores the configuration at rest, then delays the processor while motors turn: the firmware
+/// counts each kind of late tick for itself.
+#[test]
+fn late_ticks_are_counted_while_motors_turn_and_at_rest() {
+    let Some(image) = firmware_image() else { return };
+    let mut chip = Chip::start(&image).configured(fast_config(312.5, StepDir::TMC2209));
+    let counts =
+        |chip: &mut Chip| ["LATE_TICKS", "LATE_AT_REST"].map(|name| chip.counter(&image, name));
+    let [moving, started] = counts(&mut chip);
+    assert_eq!(moving, 0);
+    let frame = chip.frame(Command::Store);
+    chip.send(&frame, 100_000);
+    let [moving, stored] = counts(&mut chip);
+    assert_eq!(moving, 0);
+    assert!((1..4).contains(&(stored - started)), "{} late ticks", stored - started);
+    chip.seek(BALL_UM, FAR_TARGET_UM);
+    chip.run_us(20_000);
+    assert_eq!(counts(&mut chip), [0, stored]);
+    for late in 1..=3 {
+        // One tick and a half, so that one tick is late wherever the delay begins.
+        chip.execute(json!({ "stall": TICK * 3 / 2 }));
+        chip.run_us(5_000);
+        assert_eq!(counts(&mut chip), [late, stored]);
+    }
+}
+
+/// Turns the motors for 20 s with positions, questions and telemetry on USB. `make bench-chip
+/// ARGS="--seconds 600"` does it for ten minutes.
+#[test]
+fn no_tick_is_late_beside_the_traffic_on_usb() {
+    let Some(image) = firmware_image() else { return };
+    let mut chip = Chip::start(&image).configured(fast_config(312.5, StepDir::TMC2209));
+    let before = chip.counter(&image, "LATE_AT_REST");
+    chip.turn_beside_traffic(20);
+    assert_eq!(chip.counter(&image, "LATE_TICKS"), 0);
+    assert_eq!(chip.counter(&image, "LATE_AT_REST"), before);
 }
 
 /// Close to the end of the travel, each tick of a jog computes the stopping distance.

@@ -325,7 +325,6 @@ impl Board {
     }
 
     /// Turns one motor. One that stands outside its travel may only come back, and slowly.
-    #[cold]
     fn jog(&mut self, now: Micros, jog: Jog) -> Result<(), Refusal> {
         let params = self.setup.require()?;
         let motor = usize::from(jog.motor);

@@ -1,9 +1,16 @@
 // The processor's view of memory.
 //
 // Defects of rp2040js 1.4.1: an access to an unmapped address returns 0xffffffff, and an unaligned
-// access is executed. On the chip both are a HardFault (datasheet 2.1, ARMv6-M A3.2.1), which
-// detects a stack overflow. This file also reads memory without a call into rp2040js, for speed.
+// access is executed. On the chip both are a HardFault (datasheet 2.1, ARMv6-M A3.2.1). Reserved
+// addresses on the flash's own port, up to SRAM, are an exception: nothing promises a fault there,
+// so they read as 0 here and keep nothing. This file also reads memory without a call into
+// rp2040js, for speed.
+//
+// Accesses to flash go through its cache (cache.mjs), and those that the memory protection refuses
+// are a HardFault (mpu.mjs).
 
+import { Cache } from './cache.mjs';
+import { Mpu } from './mpu.mjs';
 import { translate } from './translate.mjs';
 
 /** Thrown by an access that is a bus fault on the chip; the core converts it to a HardFault. */
@@ -16,6 +23,9 @@ const DPRAM = 0x50100000;
 const SIO = 0xd0000000;
 const PPB = 0xe0000000;
 const PPB_END = 0xe0100000;
+
+/** Returns whether an address is on the flash's port, beyond the flash. */
+const isReserved = (address) => address >= XIP_END && address < SRAM;
 
 /** Halfwords at the beginning of flash that may be translated: 1 MB. */
 const FLASH_PIECES = 512 * 1024;
@@ -47,6 +57,17 @@ export class Bus {
      * 2.8.3.1.3).
      */
     this.flashReadable = true;
+    this.cache = new Cache();
+    /** Cycles that accesses to flash have waited since the processor last counted them. */
+    this.stall = 0;
+    this.mpu = new Mpu();
+  }
+
+  /** Returns the cycles that accesses to flash have waited since the last call. */
+  takeStall() {
+    const { stall } = this;
+    this.stall = 0;
+    return stall;
   }
 
   /**
@@ -65,7 +86,10 @@ export class Bus {
     return (address - XIP) >>> 0 < 2 * FLASH_PIECES || (address - SRAM) >>> 0 < this.sramSize;
   }
 
-  /** Returns the translation of code that runs often, or null (translate.mjs). */
+  /**
+   * Returns the translation of code that runs often, or null (translate.mjs). Code in flash is
+   * executed by single instructions until all of its lines are in the cache.
+   */
   pieceAt(address) {
     let index = (address - XIP) >>> 1;
     if (index >= FLASH_PIECES) {
@@ -74,11 +98,16 @@ export class Bus {
     } else if (!this.flashReadable) {
       return null;
     }
-    const piece = this.pieces[index];
-    if (piece !== undefined) return piece;
-    if (this.visits[index]++ < OFTEN) return null;
-    this.pieces[index] = translate(this, address);
-    return this.pieces[index];
+    let piece = this.pieces[index];
+    if (piece === undefined) {
+      if (this.visits[index]++ < OFTEN) return null;
+      piece = translate(this, address);
+      this.pieces[index] = piece;
+    }
+    if (piece === null || piece.lines === null || piece.seen === this.cache.changes) return piece;
+    for (const line of piece.lines) if (!this.cache.has(line)) return null;
+    piece.seen = this.cache.changes;
+    return piece;
   }
 
   markCode(address) {
@@ -98,15 +127,25 @@ export class Bus {
     this.code.fill(0);
   }
 
+  /** Returns whether an access is one to flash, and lets it wait for its line. */
   inFlash(address) {
     if (address < XIP || address >= XIP_END) return false;
     if (!this.flashReadable) throw FAULT;
+    this.stall += this.cache.access(address);
     return true;
   }
 
+  /** Returns a halfword of code, for the translation: no time passes. */
+  codeAt(address) {
+    if ((address - SRAM) >>> 0 < this.sramSize) return this.sram16[(address - SRAM) >> 1];
+    return this.flash16[(address & this.flashMask) >> 1];
+  }
+
   fetch(address) {
-    if ((address - XIP) >>> 0 < 0x4000000 && this.flashReadable)
+    if ((address - XIP) >>> 0 < 0x4000000 && this.flashReadable) {
+      this.stall += this.cache.access(address);
       return this.flash16[(address & this.flashMask) >> 1];
+    }
     if ((address - SRAM) >>> 0 < this.sramSize) return this.sram16[(address - SRAM) >> 1];
     if (address < this.romSize) return this.rom16[address >> 1];
     throw FAULT;
@@ -184,19 +223,27 @@ export class Bus {
     }
   }
 
+  /** Refuses an access that the memory protection forbids. */
+  check(address) {
+    if (this.mpu.refused.length > 0 && this.mpu.refuses(address, this.mcu.core.IPSR)) throw FAULT;
+  }
+
   readDevice(address) {
     address >>>= 0;
     const { mcu } = this;
+    this.check(address);
     if ((address - DPRAM) >>> 0 < 4096) return mcu.usbDPRAMView.getUint32(address - DPRAM, true);
     if (address >= SIO && address < PPB) return mcu.sio.readUint32(address - SIO);
     if (address >= PPB && address < PPB_END) return mcu.ppb.readUint32(address & 0xfff);
     const peripheral = mcu.findPeripheral(address);
-    if (!peripheral) throw FAULT;
-    return peripheral.readUint32(address & 0xfff);
+    if (peripheral) return peripheral.readUint32(address & 0xfff);
+    if (isReserved(address)) return 0;
+    throw FAULT;
   }
 
   writeDevice(address, value) {
     const { mcu } = this;
+    this.check(address);
     if ((address - DPRAM) >>> 0 < 4096) {
       mcu.usbDPRAMView.setUint32(address - DPRAM, value, true);
       mcu.usbCtrl.DPRAMUpdated(address - DPRAM, value);
@@ -209,7 +256,7 @@ export class Bus {
       if (peripheral) peripheral.writeUint32Atomic(address & 0xfff, value, (address >>> 12) & 3);
       // A write to cached flash has no effect and is no fault; CTRL.ERR_BADWRITE (datasheet 2.6.3)
       // applies to the other aliases.
-      else if ((address - XIP) >>> 0 >= 0x1000000) throw FAULT;
+      else if ((address - XIP) >>> 0 >= 0x1000000 && !isReserved(address)) throw FAULT;
     }
   }
 }

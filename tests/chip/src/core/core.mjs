@@ -88,11 +88,11 @@ export class Core {
     this.cycles = 0;
   }
 
-  /** Starts at a vector table, as the second boot stage does. */
-  start(vectors) {
-    this.VTOR = vectors;
-    this.r[13] = this.bus.read32(vectors) & ~3;
-    this.pc = this.bus.read32(vectors + 4) & ~1;
+  /** Starts at an address, with a stack below it, as the boot ROM starts the second stage. */
+  start(address) {
+    this.r[13] = address;
+    this.r[14] = 0;
+    this.pc = address;
   }
 
   /** Runs until the clock's horizon, or until the processor sleeps. */
@@ -118,6 +118,7 @@ export class Core {
         cycles = piece.run(this, bus, clock, r, FUNCTIONS);
       else cycles = this.step(bus);
       clock.now += cycles;
+      if (bus.stall !== 0) clock.now += bus.takeStall();
     }
   }
 
@@ -126,6 +127,7 @@ export class Core {
     const { pc } = this;
     this.at = pc;
     const instruction = bus.fetch(pc);
+    if (bus.stall !== 0) this.clock.now += bus.takeStall();
     this.pc = pc + 2;
     this.instructions++;
     return FUNCTIONS[KINDS[instruction]](this, instruction);

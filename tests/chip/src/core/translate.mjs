@@ -6,6 +6,7 @@
 // directly; any other access is made at its own cycle and ends the piece, because its effect may be
 // an event. A store into translated code is such an access: the bus then discards its translations
 // of SRAM.
+import { linesOf } from './cache.mjs';
 import { KINDS } from './instructions.mjs';
 
 const SRAM = 0x20000000;
@@ -206,7 +207,8 @@ function translateOne(op, at, bus) {
 function literal(op, at, bus) {
   const from = ((at + 4) & ~3) + 4 * (op & 255);
   if (from >>> 24 !== at >>> 24) return null;
-  return { ...plain(`r[${(op >> 8) & 7}] = ${bus.read32(from)};`), cycles: 2, literal: from };
+  const value = bus.codeAt(from) | (bus.codeAt(from + 2) << 16);
+  return { ...plain(`r[${(op >> 8) & 7}] = ${value};`), cycles: 2, literal: from };
 }
 
 /** The end of a piece: a branch, a call or a return, by the instruction's own function. */
@@ -233,7 +235,7 @@ function findDeadFlags(parts) {
 function collect(bus, start) {
   const parts = [];
   for (let at = start; parts.length < LONGEST && bus.isCode(at + 2); at += 2) {
-    const op = bus.fetch(at);
+    const op = bus.codeAt(at);
     if (ends(op)) {
       parts.push({ at, op, last: true, cycles: 0, reads: true });
       break;
@@ -246,10 +248,11 @@ function collect(bus, start) {
 }
 
 /**
- * Translates the piece of code at an address. Returns { run(core, bus, clock, r, F), reach }, or
- * null if the piece is too short.
+ * Translates the piece of code at an address. Returns { run(core, bus, clock, r, F), reach, lines,
+ * seen }, or null if the piece is too short.
  * `run` returns the cycles to add to the clock; `reach` is the cycle, from the start, at which the
- * last instruction starts.
+ * last instruction starts. `lines` are those of the cache that the piece is in, null in SRAM; they
+ * were all there when the cache had changed `seen` times.
  */
 export function translate(bus, start) {
   const parts = collect(bus, start);
@@ -280,8 +283,17 @@ export function translate(bus, start) {
     const end = `core.at = ${at}; core.pc = ${at + 2}; core.instructions += ${parts.length};`;
     lines.push(`${end} return ${spent};`);
   }
-  return { run: compile(lines.join('\n')), reach };
+  const run = compile(lines.join('\n'));
+  return { run, reach, lines: start < SRAM ? linesOf(addressesOf(parts)) : null, seen: -1 };
 }
+
+/** Returns the addresses of a piece's halfwords and literals. */
+const addressesOf = (parts) =>
+  parts.flatMap(({ at, op, literal }) => [
+    at,
+    ...(op >> 11 === 30 ? [at + 2] : []),
+    ...(literal === undefined ? [] : [literal]),
+  ]);
 
 /**
  * Functions by their text: the same code in another chip, or after a reset, is not compiled again.

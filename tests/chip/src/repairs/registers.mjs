@@ -41,9 +41,10 @@ const HAD = { power: 1 << 8, run: 1 << 16 };
  * change it
  * @param {Record<number, number>} held values of RESETS, which a reset of the processor alone
  * keeps; otherwise all peripherals are in reset
+ * @param {(bits: number) => void} onReset called with the peripherals that are put into reset
  * @returns the values of RESETS
  */
-export function installRegisters(mcu, cause, held = { 0x00: RESETS_ALL }) {
+export function installRegisters(mcu, cause, held = { 0x00: RESETS_ALL }, onReset = () => {}) {
   // XIP_CTRL (2.6.3): cache on; FLUSH reads as done; STAT: FIFO empty, flush ready; no stream is
   // running.
   mcu.peripherals[XIP_CTRL] = new Registers({ 0x00: 3 }, { 0x04: 0, 0x08: 3, 0x18: 0, 0x1c: 0 });
@@ -61,6 +62,13 @@ export function installRegisters(mcu, cause, held = { 0x00: RESETS_ALL }) {
   mcu.peripherals[IO_QSPI] = new Registers();
   const resets = new Registers(held);
   resets.fixed[0x08] = () => RESETS_ALL & ~resets.values[0x00];
+  const write = resets.writeUint32Atomic.bind(resets);
+  resets.writeUint32Atomic = (offset, value, alias) => {
+    const before = resets.values[0x00];
+    write(offset, value, alias);
+    const bits = resets.values[0x00] & ~before;
+    if (offset === 0x00 && bits !== 0) onReset(bits);
+  };
   mcu.peripherals[RESETS] = resets;
   return resets.values;
 }

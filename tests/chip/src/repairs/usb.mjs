@@ -3,7 +3,7 @@
 // Defects of rp2040js 1.4.1: a receive buffer loses its AVAILABLE bit at once, so that a driver
 // that polls this bit reads a packet that has not arrived; a transmit buffer is reported as sent
 // before a host has requested it, so that the loss of the host is never detected; suspend is
-// missing. On the chip the controller owns the buffer until the host's packet was transferred
+// missing, and so are frames and the state of the line. On the chip the controller owns the buffer until the host's packet was transferred
 // (RP2040 datasheet
 // 4.1.2.7, 4.1.3.2 buffer control).
 
@@ -11,6 +11,13 @@ const BUFFER_CONTROL = 0x80;
 const BUFFER_CONTROL_END = 0x100;
 const SIE_CTRL = 0x4c;
 const SIE_STATUS = 0x50;
+const SOF_RD = 0x48;
+const DEV_SOF = 1 << 17;
+const FRAMES = 0x800;
+/** SIE_STATUS.LINE_STATE: J while nothing is on the line, and K in turn with it otherwise. */
+const LINE_STATE = 3 << 2;
+const LINE_J = 1 << 2;
+const LINE_K = 2 << 2;
 const PULLUP = 1 << 16;
 const SETUP_REC = 1 << 17;
 const BUS_RESET = 1 << 19;
@@ -37,6 +44,12 @@ export class UsbPort {
     this.onResetSeen = () => {};
     this.pullup = false;
     this.suspendFlag = false;
+    /**
+     * A controller that hangs (erratum E15): 'in' for one that transfers no data to the host, 'deaf'
+     * for one that hears nothing at all.
+     */
+    this.hung = null;
+    this.looks = 0;
     this.repair();
   }
 
@@ -56,6 +69,12 @@ export class UsbPort {
         this.onPullup(this.pullup);
       }
     };
+    const read = controller.readUint32.bind(controller);
+    controller.readUint32 = (offset) => {
+      if (offset === SIE_STATUS) return ((read(offset) & ~LINE_STATE) | this.lineState()) >>> 0;
+      if (offset === SOF_RD) this.setReason(DEV_SOF, false);
+      return read(offset);
+    };
     const update = controller.sieStatusUpdated.bind(controller);
     controller.sieStatusUpdated = () => {
       update();
@@ -64,6 +83,40 @@ export class UsbPort {
       controller.checkInterrupts();
     };
     controller.onResetReceived = () => this.onResetSeen();
+  }
+
+  setReason(bit, isSet) {
+    const { controller } = this;
+    controller.intRaw = isSet ? controller.intRaw | bit : controller.intRaw & ~bit;
+    controller.checkInterrupts();
+  }
+
+  /** Begins a frame. */
+  frame() {
+    if (this.hung === 'deaf') return;
+    this.controller.sofFrameNumber = (this.controller.sofFrameNumber + 1) % FRAMES;
+    this.setReason(DEV_SOF, true);
+  }
+
+  /** The line as it looks: packets for a controller that does not hear them are always there. */
+  lineState() {
+    if (!this.pullup) return 0;
+    this.looks++;
+    return this.hung === 'deaf' && this.looks & 1 ? LINE_K : LINE_J;
+  }
+
+  /** Called when the controller is put into reset: its registers go, its memory stays. */
+  reset() {
+    const { controller } = this;
+    this.hung = null;
+    this.suspendFlag = false;
+    for (const name of ['addrEndp', 'mainCtrl', 'sieCtrl', 'sieStatus', 'buffStatus', 'usbPwr'])
+      controller[name] = 0;
+    Object.assign(controller, { intRaw: 0, intEnable: 0, intForce: 0, intEpCtrl: 0 });
+    controller.checkInterrupts();
+    if (!this.pullup) return;
+    this.pullup = false;
+    this.onPullup(false);
   }
 
   control(endpoint, out) {
@@ -77,6 +130,7 @@ export class UsbPort {
   }
 
   isOffered(endpoint, out) {
+    if (this.hung === 'deaf' || (this.hung === 'in' && endpoint !== 0 && !out)) return false;
     return (this.control(endpoint, out) & AVAILABLE) !== 0;
   }
 
@@ -115,11 +169,13 @@ export class UsbPort {
   }
 
   setup(packet) {
+    if (this.hung === 'deaf') return;
     this.mcu.usbDPRAM.set(packet, 0);
     this.status(SETUP_REC, 0);
   }
 
   busReset() {
+    if (this.hung === 'deaf') return;
     this.suspendFlag = false;
     this.status(BUS_RESET, SUSPENDED);
   }

@@ -1,9 +1,10 @@
 //! Measurements of the real firmware on the emulated chip. They come from the chip's cycles and
 //! pins, so that two runs of an image give the same numbers.
 //!
-//! Usage: `bench-chip FIRMWARE.elf [--json | --profile [LAW]]`. Prints a table; with `--json` also
-//! the numbers as JSON, on the last line. `--profile` prints the processor's time by function
-//! instead, for law `interval` or LAW.
+//! Usage: `bench-chip FIRMWARE.elf [--json] [--seconds N] | --profile [LAW]`. Prints a table; with
+//! `--json` also the numbers as JSON, on the last line. `--seconds` is the chip's time for the ticks
+//! beside traffic, 20 by default. `--profile` prints the processor's time by function instead, for
+//! law `interval` or LAW.
 
 #![allow(
     clippy::expect_used,
@@ -26,7 +27,7 @@ use table::Row;
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [image, options @ ..] = arguments.as_slice() else {
-        panic!("usage: bench-chip FIRMWARE.elf [--json | --profile [LAW]]");
+        panic!("usage: bench-chip FIRMWARE.elf [--json] [--seconds N] | --profile [LAW]");
     };
     let image = Path::new(image);
     match options.iter().map(String::as_str).collect::<Vec<_>>()[..] {
@@ -35,13 +36,19 @@ fn main() {
             profile::print(image, BenchLaw::parse(law).expect("interval, adaptive or taut"));
         }
         _ => {
-            let rows = table::table(image);
+            let rows = table::table(image, seconds(options));
             print_table(&rows);
             if options.iter().any(|option| option == "--json") {
                 print_json(&rows);
             }
         }
     }
+}
+
+/// Returns the chip's time for the ticks beside traffic, s.
+fn seconds(options: &[String]) -> u64 {
+    let given = options.iter().skip_while(|option| *option != "--seconds").nth(1);
+    given.map_or(20, |seconds| seconds.parse().expect("a number of seconds"))
 }
 
 fn print_table(rows: &[Row]) {

@@ -6,7 +6,9 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Estimated, Law, StepDir};
 use plumb_protocol::message::{Command, Jog};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
-use plumb_tests::chip::{BALL_UM, CYCLES_PER_US, Chip, FAR_TARGET_UM, fast_config};
+use plumb_tests::chip::{
+    BALL_UM, CYCLES_PER_US, Chip, FAR_TARGET_UM, REVERSING_BALL_UM, fast_config,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
@@ -20,8 +22,6 @@ const TICK: u64 = 25_000;
 pub(crate) const STEPPING: u8 = 17;
 /// A target that needs the same rate of all three motors from [`BALL_UM`], µm.
 pub(crate) const EQUAL_RATES_TARGET_UM: [i32; 3] = [500_000, 300_000, 1_900_000];
-/// A position beyond [`FAR_TARGET_UM`], µm: the motors must reverse.
-const REVERSING_BALL_UM: [i32; 3] = [2_000_000, 0, 2_000_000];
 
 fn start(image: &Path, rate: f64) -> Chip {
     start_with(image, rate, BenchLaw::Interval)
@@ -262,6 +262,13 @@ pub(crate) fn lateness(ticks: &[(u64, u64)]) -> f64 {
 pub(crate) fn calls(calls: &Value) -> Vec<(u64, u64)> {
     let pairs = calls.as_array().expect("calls").iter();
     pairs.filter_map(|call| Some((call[0].as_u64()?, call[1].as_u64()?))).collect()
+}
+
+/// Counts the late ticks while motors turn beside traffic on USB, by the firmware's own counter.
+pub(crate) fn late_ticks(image: &Path, seconds: u64) -> f64 {
+    let mut chip = start(image, 312.5);
+    chip.turn_beside_traffic(seconds);
+    f64::from(chip.counter(image, "LATE_TICKS"))
 }
 
 /// Measures the time from the opening of the emergency input to the start of the last pulse on any

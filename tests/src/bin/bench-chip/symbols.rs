@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use object::{Object, ObjectSymbol, SymbolKind};
+use plumb_tests::chip::symbol_address;
 
 /// Returns the address of the law's update: in the tick for inline laws, in the law worker for
 /// deferred laws.
@@ -12,14 +13,7 @@ pub(crate) fn law_update(image: &Path, deferred: bool) -> u64 {
         true => &["plumb_core", "law_worker", "LawWorker", "respond"],
         false => &["plumb_core..law..selection..InlineLaw", "Law", "update"],
     };
-    let elf = std::fs::read(image).expect("an image that can be read");
-    let file = object::File::parse(&*elf).expect("an ELF file");
-    let found = file.symbols().find(|symbol| {
-        let name = symbol.name().unwrap_or_default();
-        // The names of the linker's jumps to it have a prefix.
-        name.starts_with("_ZN") && parts.iter().all(|part| name.contains(part))
-    });
-    found.expect("the law's function, with a name and not inlined").address()
+    symbol_address(image, parts)
 }
 
 /// Returns size and name of each function of an image, by address.

@@ -29,9 +29,11 @@ fn row(
     Row { key, quantity, value, unit, reference: reference.to_owned() }
 }
 
-/// Measures everything.
-pub(crate) fn table(image: &Path) -> Vec<Row> {
-    [rates(image), loads(image), motion(image), laws(image), paths(image), stops(image)]
+/// Measures everything; the ticks beside traffic for `seconds` of the chip's time.
+pub(crate) fn table(image: &Path, seconds: u64) -> Vec<Row> {
+    let late = measure::late_ticks(image, seconds);
+    let late = row("late_traffic", "late ticks beside traffic on USB", late, "", "0");
+    [rates(image), loads(image), motion(image), laws(image), paths(image), vec![late], stops(image)]
         .into_iter()
         .flatten()
         .collect()

@@ -1,0 +1,100 @@
+//! The frames of USB: when the last one began, and when a transfer to the host may be offered.
+//!
+//! Erratum E15 of the RP2040: the controller hangs where a bus error damages the host's
+//! acknowledgement of data. A host that fetches data late in a frame, up to the beginning of the
+//! next one, can cause that. As TinyUSB does (rp2040_usb.c: `e15_is_critical_frame_period`), data
+//! is not offered during the last part of a frame. What is left of the erratum is the
+//! [supervisor's](super::supervisor).
+
+use core::future::poll_fn;
+use core::sync::atomic::{AtomicU32, Ordering};
+use core::task::Poll;
+
+use embassy_rp::interrupt::typelevel::{Handler, USBCTRL_IRQ};
+use embassy_rp::pac;
+use embassy_sync::waitqueue::AtomicWaker;
+use embassy_time::{Duration, with_timeout};
+
+/// Endpoint of the data to the host: embassy-usb gives the class its endpoints in turn, and the
+/// first is that of the notifications. A test in the emulated chip fails where it is another one.
+pub(super) const DATA_IN: usize = 2;
+
+/// Duration of a frame, µs.
+const FRAME_US: u32 = 1000;
+/// Time after the beginning of a frame from which on no data is offered, µs. TinyUSB keeps the last
+/// 200 µs free; 150 more are for what interrupts the task between its look and the offer.
+const LATEST_OFFER_US: u32 = FRAME_US - 350;
+/// Time without a frame after which none come any more, µs.
+const FRAME_TIMEOUT_US: u32 = 5 * FRAME_US;
+
+/// Beginning of the last frame on the timer, µs; wraps.
+static LAST_FRAME: AtomicU32 = AtomicU32::new(0);
+/// Transfers of data to the host that have ended; wraps.
+static ENDED: AtomicU32 = AtomicU32::new(0);
+/// The task that waits to offer data; woken by every interrupt of USB.
+static OFFER: AtomicWaker = AtomicWaker::new();
+
+/// Handler of the interrupt of USB, before that of the HAL.
+pub(crate) struct FrameHandler;
+
+impl Handler<USBCTRL_IRQ> for FrameHandler {
+    unsafe fn on_interrupt() {
+        let usb = pac::USB;
+        let reasons = usb.ints().read();
+        if reasons.dev_sof() {
+            // Reading the frame's number ends the interrupt.
+            usb.sof_rd().read();
+            LAST_FRAME.store(timer(), Ordering::Relaxed);
+        }
+        if reasons.buff_status() && usb.buff_status().read().ep_in(DATA_IN) {
+            ENDED.store(ended().wrapping_add(1), Ordering::Relaxed);
+        }
+        OFFER.wake();
+    }
+}
+
+/// Lets every frame interrupt.
+pub(super) fn enable() {
+    critical_section::with(|_| pac::USB.inte().modify(|w| w.set_dev_sof(true)));
+}
+
+/// Waits until data may be offered to the host: the last transfer has ended, and the frame is not
+/// near its end. Where no next frame comes, nothing is to be feared of its beginning.
+pub(super) async fn until_offer() {
+    until(|| !is_offered()).await;
+    let is_early = || !(LATEST_OFFER_US..FRAME_US).contains(&since_frame());
+    let _ = with_timeout(Duration::from_micros(FRAME_US.into()), until(is_early)).await;
+}
+
+/// Waits for an interrupt of USB that finds a condition true.
+async fn until(is_true: impl Fn() -> bool) {
+    poll_fn(|context| {
+        OFFER.register(context.waker());
+        if is_true() { Poll::Ready(()) } else { Poll::Pending }
+    })
+    .await;
+}
+
+/// Returns whether data is offered that the host has not taken.
+pub(super) fn is_offered() -> bool {
+    pac::USB_DPRAM.ep_in_buffer_control(DATA_IN).read().available(0)
+}
+
+/// Returns how many transfers of data to the host have ended; wraps.
+pub(super) fn ended() -> u32 {
+    ENDED.load(Ordering::Relaxed)
+}
+
+/// Returns whether the host sends frames.
+pub(super) fn come() -> bool {
+    since_frame() < FRAME_TIMEOUT_US
+}
+
+/// Returns the time since the beginning of the last frame, µs.
+fn since_frame() -> u32 {
+    timer().wrapping_sub(LAST_FRAME.load(Ordering::Relaxed))
+}
+
+fn timer() -> u32 {
+    pac::TIMER.timerawl().read()
+}
