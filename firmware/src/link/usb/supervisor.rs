@@ -81,8 +81,8 @@ fn is_line_in_use() -> bool {
     seen & (1 << J) != 0 && seen & (1 << K) != 0
 }
 
-/// Sets the controller up as the HAL's `Driver::new` and `Driver::start` do; the endpoints' settings
-/// are in memory that no reset changes.
+/// Sets the controller up as the HAL's `Driver::new` and `Driver::start` do; the endpoints'
+/// settings are in memory that no reset changes.
 fn attach() {
     let usb = pac::USB;
     usb.usb_muxing().write(|w| {
