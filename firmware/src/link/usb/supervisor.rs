@@ -14,7 +14,7 @@ use super::frames::{self, DATA_IN};
 use crate::{diagnostics, stepping};
 
 /// Time between two looks.
-pub(super) const PERIOD: Duration = Duration::from_millis(10);
+pub(super) const PERIOD: Duration = Duration::from_millis(20);
 /// Time without the end of a transfer after which the controller hangs.
 const LIMIT: Duration = Duration::from_millis(100);
 /// Time without a pull-up on the bus, for the host to find the board gone.
