@@ -1,7 +1,7 @@
-//! What the chip has counted, for the diagnosis of a board: late ticks, resets of USB, and where the
-//! processor was at its last fault. What is left of the stack is in [`crate::stack`].
+//! What the chip has counted, for the diagnosis of a board: late ticks, resets of USB, and where
+//! the processor was at its last fault. What is left of the stack is in [`crate::stack`].
 
-use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use plumb_protocol::diagnostics::{ChipCounts, ProcessorFault};
 
@@ -12,7 +12,7 @@ static LATE_TICKS: AtomicU32 = AtomicU32::new(0);
 #[used]
 static LATE_AT_REST: AtomicU32 = AtomicU32::new(0);
 #[used]
-static USB_RESETS: AtomicU16 = AtomicU16::new(0);
+static USB_RESETS: AtomicU32 = AtomicU32::new(0);
 #[used]
 static FAULT_PC: AtomicU32 = AtomicU32::new(0);
 #[used]
@@ -26,12 +26,12 @@ pub(crate) fn count_late_tick(moving: bool) {
 
 /// Returns how often the supervisor of USB has reset its controller.
 fn usb_resets() -> u16 {
-    USB_RESETS.load(Ordering::Relaxed)
+    USB_RESETS.load(Ordering::Relaxed) as u16
 }
 
 /// Counts a reset of the USB controller. Called by its supervisor alone.
 pub(crate) fn count_usb_reset() {
-    USB_RESETS.store(usb_resets().saturating_add(1), Ordering::Relaxed);
+    USB_RESETS.store(usb_resets().saturating_add(1).into(), Ordering::Relaxed);
 }
 
 /// Keeps the registers of the fault that ended the last run.

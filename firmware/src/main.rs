@@ -15,7 +15,6 @@
 #![deny(missing_docs)]
 
 mod coils;
-#[allow(dead_code, reason = "the message Diagnostics reads the counters")]
 mod diagnostics;
 mod divide;
 mod enable;

@@ -40,7 +40,8 @@ pub struct ChipCounts {
 /// Registers at a fault of the processor.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProcessorFault {
-    /// Address of the instruction; 0 where the stack had overflowed, and no register could be saved.
+    /// Address of the instruction; 0 where the stack had overflowed, and no register could be
+    /// saved.
     pub pc: u32,
     /// The link register: an address in the function that had called last.
     pub lr: u32,

@@ -132,8 +132,8 @@ impl Chip {
         }
     }
 
-    /// Turns the motors for some seconds, to and fro, with 32 positions and 10 questions a second at
-    /// random times (seeded), and the board's answers and telemetry.
+    /// Turns the motors for some seconds, to and fro, with 31 positions and 10 questions a second
+    /// at random times (seeded), and the board's answers and telemetry.
     ///
     /// # Panics
     /// If the motors do not turn, with another configuration than [`fast_config`].
@@ -199,8 +199,8 @@ impl Chip {
         self.wait_for_usb();
     }
 
-    /// Returns the firmware's counter with this name, a variable of `firmware/src/diagnostics.rs` or
-    /// `stack.rs` of at most 32 bits.
+    /// Returns the firmware's counter with this name, a variable of 32 bits in
+    /// `firmware/src/diagnostics.rs` or `stack.rs`.
     ///
     /// # Panics
     /// If the image has no such variable.

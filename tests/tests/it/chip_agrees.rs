@@ -150,18 +150,16 @@ impl Pair {
     }
 
     /// Checks that both have sent the same bytes, up to the shorter output, and that the telemetry
-    /// agrees with the edges.
+    /// agrees with the edges. What they tell of their programs differs.
     fn assert_agree(&mut self, what: &str) {
         // The emulated board catches up with the chip's last message.
         self.request(Command::Status);
-        let common = self.board_bytes.len().min(self.chip.usb_bytes.len());
-        assert!(
-            common > 100
-                && self.chip.usb_bytes.len() - common < 300
-                && self.board_bytes.len() - common < 300
-        );
-        if let Some(at) = (0..common).find(|&i| self.board_bytes[i] != self.chip.usb_bytes[i]) {
-            let (ours, theirs) = (messages(&self.board_bytes), messages(&self.chip.usb_bytes));
+        let [ours, theirs] =
+            [&self.board_bytes, &self.chip.usb_bytes].map(|bytes| without_provenance(bytes));
+        let common = ours.len().min(theirs.len());
+        assert!(common > 100 && theirs.len() - common < 300 && ours.len() - common < 300);
+        if let Some(at) = (0..common).find(|&i| ours[i] != theirs[i]) {
+            let (ours, theirs) = (messages(&ours), messages(&theirs));
             let first = ours.iter().zip(&theirs).find(|(a, b)| a != b);
             panic!(
                 "{what}: byte {at} of {common} differs; emulated board and chip send {first:#?}"
@@ -173,6 +171,12 @@ impl Pair {
             "steps counted from the edges"
         );
     }
+}
+
+/// Returns the bytes without the frames that tell of a board's program.
+fn without_provenance(bytes: &[u8]) -> Vec<u8> {
+    let is_kept = |frame: &&[u8]| !matches!(messages(frame)[..], [FromBoard::Provenance(_)]);
+    bytes.split_inclusive(|&byte| byte == 0).filter(is_kept).flatten().copied().collect()
 }
 
 fn messages(bytes: &[u8]) -> Vec<FromBoard> {

@@ -14,7 +14,7 @@ use super::frames::{self, DATA_IN};
 use crate::{diagnostics, stepping};
 
 /// Time between two looks.
-pub(super) const PERIOD: Duration = Duration::from_millis(10);
+pub(super) const PERIOD: Duration = Duration::from_millis(20);
 /// Time without the end of a transfer after which the controller hangs.
 const LIMIT: Duration = Duration::from_millis(100);
 /// Time without a pull-up on the bus, for the host to find the board gone.
@@ -81,8 +81,8 @@ fn is_line_in_use() -> bool {
     seen & (1 << J) != 0 && seen & (1 << K) != 0
 }
 
-/// Sets the controller up as the HAL's `Driver::new` and `Driver::start` do; the endpoints' settings
-/// are in memory that no reset changes.
+/// Sets the controller up as the HAL's `Driver::new` and `Driver::start` do; the endpoints'
+/// settings are in memory that no reset changes.
 fn attach() {
     let usb = pac::USB;
     usb.usb_muxing().write(|w| {

@@ -2,10 +2,10 @@
 //
 // Defects of rp2040js 1.4.1: a receive buffer loses its AVAILABLE bit at once, so that a driver
 // that polls this bit reads a packet that has not arrived; a transmit buffer is reported as sent
-// before a host has requested it, so that the loss of the host is never detected; suspend is
-// missing, and so are frames and the state of the line. On the chip the controller owns the buffer until the host's packet was transferred
-// (RP2040 datasheet
-// 4.1.2.7, 4.1.3.2 buffer control).
+// before a host has requested it, so that the loss of the host is never detected; suspend, frames,
+// the state of the line and the reset of the controller are missing. On the chip the controller
+// owns the buffer until the host's packet was transferred (RP2040 datasheet 4.1.2.7, 4.1.3.2 buffer
+// control).
 
 const BUFFER_CONTROL = 0x80;
 const BUFFER_CONTROL_END = 0x100;
@@ -45,8 +45,8 @@ export class UsbPort {
     this.pullup = false;
     this.suspendFlag = false;
     /**
-     * A controller that hangs (erratum E15): 'in' for one that transfers no data to the host, 'deaf'
-     * for one that hears nothing at all.
+     * A controller that hangs (erratum E15): 'in' for one that transfers no data to the host,
+     * 'deaf' for one that hears nothing at all.
      */
     this.hung = null;
     this.looks = 0;

@@ -2,9 +2,9 @@
 //! pins, so that two runs of an image give the same numbers.
 //!
 //! Usage: `bench-chip FIRMWARE.elf [--json] [--seconds N] | --profile [LAW]`. Prints a table; with
-//! `--json` also the numbers as JSON, on the last line. `--seconds` is the chip's time for the ticks
-//! beside traffic, 20 by default. `--profile` prints the processor's time by function instead, for
-//! law `interval` or LAW.
+//! `--json` also the numbers as JSON, on the last line. `--seconds` is the chip's time for the
+//! ticks beside traffic, 20 by default. `--profile` prints the processor's time by function
+//! instead, for law `interval` or LAW.
 
 #![allow(
     clippy::expect_used,

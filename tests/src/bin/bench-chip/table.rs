@@ -71,7 +71,7 @@ fn motion(image: &Path) -> Vec<Row> {
             "position's last byte to new rate, worst of 200",
             worst,
             "µs",
-            "< 300",
+            "< 325",
         ),
     ]
 }
@@ -120,7 +120,7 @@ fn paths(image: &Path) -> Vec<Row> {
         row("path_response_taut", response, taut.response, &due(DeferredLawKind::Taut)),
         Row {
             unit: "µs",
-            ..row("path_latency", "along a path: position to new rate", latency, "< 300")
+            ..row("path_latency", "along a path: position to new rate", latency, "< 325")
         },
     ]
 }
