@@ -7,7 +7,7 @@
 //! - [`drivers`]: the registry of camera [`driver`]s. [`open_camera`](drivers::open_camera) opens
 //!   the camera that [`settings`] choose.
 //! - [`discovery`]: the cameras that are plugged in, and what is missing to use them.
-//! - [`decode`]: decoding of PNG, JPEG, PGM and PPM images. [`jpeg`], [`png`]: encoding.
+//! - [`png`]: PNG files. The crate `plumb-pictures` decodes and encodes pictures.
 //! - [`record`]: recording of frames as a TUM RGB-D folder.
 //! - [`camera_file`]: intrinsics and pose of a camera, and the ball. [`toml_file`] and
 //!   [`bounded_read`] read it and other files that a user names.
