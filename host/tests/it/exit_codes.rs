@@ -68,7 +68,7 @@ fn a_command_that_fails_without_a_result_prints_its_error_as_json() {
         (&["run", "--json", "--unknown"], "--unknown"),
         (&["board", "status", "--port", absent, "--json"], "no such serial port"),
         (&["board", "save", &rig, "--port", absent, "--json"], "no such serial port"),
-        (&["board", "flash", "absent.uf2", "--json"], "absent.uf2: No such file"),
+        (&["board", "flash", "absent.uf2", "--json"], "absent.uf2: cannot be read: No such file"),
         // The demo always ends with a line of JSON.
         (&["demo", "--law", "sign", "--gamma", "999"], "--gamma"),
     ];
