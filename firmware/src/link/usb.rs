@@ -78,7 +78,7 @@ pub(super) fn set_up(
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
     reset::add(&mut builder);
     spawn(spawner, run(builder.build()));
-    frames::enable();
+    frames::look_at_next();
     class.split_with_control()
 }
 

@@ -36,6 +36,7 @@ impl Supervisor {
     /// Looks at the controller, once in a [`PERIOD`]. Returns whether it hangs. `is_open`: a
     /// program has opened the port, so that the host takes data.
     pub(super) fn hangs(&mut self, is_open: bool) -> bool {
+        frames::look_at_next();
         let is_configured = pac::USB_DPRAM.ep_in_control(DATA_IN - 1).read().enable();
         if !(is_open && is_configured && frames::is_offered()) {
             self.pending = None;
@@ -101,7 +102,7 @@ fn attach() {
         w.set_dev_suspend(true);
         w.set_setup_req(true);
     });
-    frames::enable();
+    frames::look_at_next();
     usb.int_ep_ctrl().write(|w| w.set_int_ep_active(0xfffe));
     usb.sie_ctrl().write(|w| {
         w.set_ep0_int_1buf(true);
