@@ -1,6 +1,7 @@
 //! Plans: what a seed stands for.
 
 use nalgebra::Point3;
+use plumb_core::TICK_US;
 use plumb_emulator::plant::Task;
 use plumb_path::trajectory::{Limits, Run, Trajectory, Waypoints};
 use plumb_protocol::units::{Micros, Point};
@@ -17,6 +18,8 @@ const ONSET_US: std::ops::Range<u64> = 200_000..5_000_000;
 const SHORT_ONSET_US: std::ops::Range<u64> = 200_000..1_500_000;
 /// Longest fault that passes in a short run, µs.
 const SHORT_FAULT_US: u64 = 800_000;
+/// Time for which the contact of the emergency input bounces, µs.
+const BOUNCE_US: u64 = 5_000;
 /// Share of the runs with two faults.
 const TWO_FAULTS: f64 = 0.2;
 /// Number of times that a storm kills the host.
@@ -58,6 +61,24 @@ impl Fault {
     /// Returns whether the fault acts at `now`.
     pub fn acts(&self, now: Micros) -> bool {
         self.from <= now && now < self.to
+    }
+
+    /// Returns whether the fault holds the emergency input open in the tick at `now`. The contact
+    /// bounces when it opens and when it closes: each tick of [`BOUNCE_US`] is open or closed at
+    /// random. Bounces shorter than a tick are those of `make bounce`.
+    pub fn opens_emergency(&self, now: Micros) -> bool {
+        let bounces = |since: Micros| now.0.wrapping_sub(since.0) < BOUNCE_US;
+        if self.kind != Kind::Emergency || now < self.from {
+            return false;
+        }
+        let tick = now.0 / u64::from(TICK_US);
+        let is_first = tick == self.from.0.div_ceil(u64::from(TICK_US));
+        if !is_first && (bounces(self.from) || bounces(self.to)) {
+            let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+            random.set_stream(tick);
+            return random.random();
+        }
+        self.acts(now)
     }
 
     /// Returns whether the fault ends by itself.

@@ -98,7 +98,7 @@ pub enum Kind {
     Crash,
     /// The motor drivers do not answer.
     DriverBus,
-    /// The emergency input opens.
+    /// The emergency input opens; its contact bounces when it opens and when it closes.
     Emergency,
 }
 

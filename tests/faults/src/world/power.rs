@@ -30,8 +30,11 @@ impl Power {
 
     /// Returns the inputs of the board at `now`.
     pub(super) fn inputs(&self, now: Micros) -> Inputs {
-        let acts = |kind| self.faults.iter().any(|fault| fault.kind == kind && fault.acts(now));
-        Inputs { is_emergency: acts(Kind::Emergency), is_driver_silent: acts(Kind::DriverBus) }
+        let is_silent = |fault: &Fault| fault.kind == Kind::DriverBus && fault.acts(now);
+        Inputs {
+            is_emergency: self.faults.iter().any(|fault| fault.opens_emergency(now)),
+            is_driver_silent: self.faults.iter().any(is_silent),
+        }
     }
 
     /// Restarts the board if that is due, and opens or closes the emergency input. Returns the

@@ -71,8 +71,7 @@ impl ChipMachine {
                 }
             }
         }
-        let acts = |fault: &Fault| fault.kind == Kind::Emergency && fault.acts(now);
-        let is_open = self.faults.iter().any(acts);
+        let is_open = self.faults.iter().any(|fault| fault.opens_emergency(now));
         if is_open != self.is_open {
             self.chip.set_emergency(is_open);
             self.is_open = is_open;
