@@ -81,7 +81,9 @@ fn unplugging_the_camera_ends_a_run_with_a_complete_folder() {
     let mut command =
         fixture.command(&["run", "rig.toml", "--record", "recording", "--out", "run"]);
     let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    until_rows(&mut run, fixture.path(), 10);
+    // A busy machine takes few pictures before the motors have turned so far that the same picture
+    // is an error.
+    until_rows(&mut run, fixture.path(), 4);
     fixture.camera.write(&Control { plugged: false, ..Fixture::control() }).unwrap();
     let output = run.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
@@ -92,7 +94,7 @@ fn unplugging_the_camera_ends_a_run_with_a_complete_folder() {
     for recording in ["recording", "recording/recording.oni"] {
         let replayed = fixture.plumb(&["replay", recording]);
         assert!(replayed.status.success(), "{recording}: {}", stderr(&replayed));
-        assert!(rows(&stdout(&replayed)).len() >= 9, "{recording}");
+        assert!(rows(&stdout(&replayed)).len() >= 3, "{recording}");
     }
 }
 
