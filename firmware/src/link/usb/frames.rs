@@ -66,7 +66,11 @@ impl Handler<USBCTRL_IRQ> for FrameHandler {
 
 /// Lets the next frame interrupt, and all until then that a task waits for.
 pub(super) fn look_at_next() {
-    critical_section::with(|_| pac::USB.inte().modify(|w| w.set_dev_sof(true)));
+    critical_section::with(|_| {
+        // The flag of an earlier frame would interrupt at once.
+        pac::USB.sof_rd().read();
+        pac::USB.inte().modify(|w| w.set_dev_sof(true));
+    });
 }
 
 /// Waits until data may be offered to the host: the last transfer has ended, and the frame is not
