@@ -12,6 +12,7 @@ use embassy_time::Timer;
 use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State};
 use embassy_usb::driver::EndpointError;
 use embassy_usb::{Builder, Config, UsbDevice};
+use plumb_protocol::RELEASE;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::arbiter::{self, LinkReceiver, Port, SharedArbiter};
@@ -35,21 +36,12 @@ const PRODUCT: u16 = 0x000a;
 
 /// Release number of the device (bcdDevice): the version as decimal digits 0xMMmp, with two digits
 /// for the major version and one each for minor and patch.
-const RELEASE: u16 = {
-    let major = decimal(env!("CARGO_PKG_VERSION_MAJOR"));
-    let minor = decimal(env!("CARGO_PKG_VERSION_MINOR"));
-    let patch = decimal(env!("CARGO_PKG_VERSION_PATCH"));
-    assert!(major <= 0x99 && minor <= 9 && patch <= 9, "the version does not fit bcdDevice");
-    major << 8 | minor << 4 | patch
+const DEVICE_RELEASE: u16 = {
+    let [major, minor, patch] = RELEASE.0;
+    assert!(major <= 99 && minor <= 9 && patch <= 9, "the version does not fit bcdDevice");
+    let major = ((major / 10) << 4) + major % 10;
+    (major as u16) << 8 | (minor as u16) << 4 | patch as u16
 };
-
-/// Returns a number as binary-coded decimal digits.
-const fn decimal(text: &str) -> u16 {
-    match u16::from_str_radix(text, 16) {
-        Ok(digits) => digits,
-        Err(_) => u16::MAX,
-    }
-}
 
 /// Sets up the port of the board with the unique number `id`.
 pub(super) fn set_up(
@@ -65,7 +57,7 @@ pub(super) fn set_up(
     config.manufacturer = Some("Plumb");
     config.product = Some("Plumb board");
     config.serial_number = id.and_then(serial_number);
-    config.device_release = RELEASE;
+    config.device_release = DEVICE_RELEASE;
     config.max_packet_size_0 = PACKET as u8;
     let mut builder = Builder::new(
         Driver::new(usb, Interrupts),

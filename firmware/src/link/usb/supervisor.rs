@@ -74,8 +74,8 @@ impl Supervisor {
     }
 }
 
-/// Returns whether packets are on the line, also such as the controller does not hear. A cable that
-/// is unplugged, a host that sleeps and one that wakes up leave the line as it is.
+/// Returns whether packets are on the line, also those that the controller does not hear. Without
+/// packets the line keeps one state: with no cable, with a host that sleeps, and while it wakes up.
 fn is_line_in_use() -> bool {
     let states = (0..LINE_LOOKS).map(|_| pac::USB.sie_status().read().line_state());
     let seen = states.fold(0, |seen, state| seen | 1 << state);

@@ -213,7 +213,7 @@ pub enum LinkError {
     Version {
         /// Its path.
         port: String,
-        /// The board's program, as far as it is known.
+        /// The board's program, or its protocol's version if it does not tell its program.
         runs: String,
     },
     /// The board refused a request.
