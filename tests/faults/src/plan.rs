@@ -64,7 +64,7 @@ impl Fault {
     }
 
     /// Returns whether the fault holds the emergency input open in the tick at `now`. The contact
-    /// bounces when it opens and when it closes: each tick of [`BOUNCE_US`] is open or closed at
+    /// bounces when it opens and when it closes: each tick of `BOUNCE_US` is open or closed at
     /// random. Bounces shorter than a tick are those of `make bounce`.
     pub fn opens_emergency(&self, now: Micros) -> bool {
         let bounces = |since: Micros| now.0.wrapping_sub(since.0) < BOUNCE_US;
