@@ -1,7 +1,7 @@
 //! Open camera or recording.
 
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use crate::error::OpenniError;
@@ -10,6 +10,7 @@ use crate::mailbox::{Mailbox, Overflow};
 use crate::message::Event;
 use crate::picture::Pair;
 use crate::settings::{Opened, Settings, Target, Timeouts};
+use crate::threads;
 use crate::worker::Worker;
 
 /// Pairs that may wait to be taken: of a camera the newest only.
@@ -18,8 +19,6 @@ const LIVE_ROOM: usize = 1;
 const RECORDING_ROOM: usize = 4;
 /// Time that the worker may exceed its own timeout before it counts as blocked.
 const WORKER_GRACE: Duration = Duration::from_secs(1);
-/// Poll interval while the worker ends.
-const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
 /// Camera or recording that delivers colour and depth in pairs.
 ///
@@ -30,7 +29,8 @@ pub struct Camera {
     opened: Opened,
     timeouts: Timeouts,
     mailbox: Arc<Mailbox<Event>>,
-    thread: Option<JoinHandle<()>>,
+    /// Receives the end of the worker; `None` once that was waited for.
+    worker: Option<Receiver<()>>,
     /// Start of the clock that stamps live pictures.
     start: Instant,
     ended: Option<Result<(), OpenniError>>,
@@ -59,9 +59,7 @@ impl Camera {
             opened: Arc::clone(&first),
             mailbox: Arc::clone(&mailbox),
         };
-        let thread = thread::Builder::new().name("openni".to_owned());
-        let thread = thread
-            .spawn(move || worker.run())
+        let worker = threads::run(move || worker.run())
             .map_err(|error| OpenniError::Open { uri: target.name(), error: error.to_string() })?;
         let Some(opened) = first.receive(timeouts.open) else {
             mailbox.close();
@@ -69,7 +67,7 @@ impl Camera {
             let (uri, what) = (target.name(), "opening it");
             return Err(OpenniError::Unresponsive { uri, what, seconds });
         };
-        Ok(Self { opened: opened?, timeouts, mailbox, thread: Some(thread), start, ended: None })
+        Ok(Self { opened: opened?, timeouts, mailbox, worker: Some(worker), start, ended: None })
     }
 
     /// Returns the description of the camera.
@@ -124,15 +122,11 @@ impl Camera {
 
     fn end(&mut self) -> Result<(), OpenniError> {
         self.mailbox.close();
-        let Some(thread) = self.thread.take() else { return Ok(()) };
-        let deadline = Instant::now() + self.timeouts.close;
-        while !thread.is_finished() {
-            if Instant::now() > deadline {
-                let (uri, what) = (self.opened.uri.clone(), "closing it");
-                let seconds = self.timeouts.close.as_secs_f64();
-                return Err(OpenniError::Unresponsive { uri, what, seconds });
-            }
-            thread::sleep(POLL_INTERVAL);
+        let Some(worker) = self.worker.take() else { return Ok(()) };
+        if worker.recv_timeout(self.timeouts.close) == Err(RecvTimeoutError::Timeout) {
+            let (uri, what) = (self.opened.uri.clone(), "closing it");
+            let seconds = self.timeouts.close.as_secs_f64();
+            return Err(OpenniError::Unresponsive { uri, what, seconds });
         }
         Ok(())
     }

@@ -37,6 +37,7 @@ mod settings;
 mod stream;
 pub mod sys;
 mod text;
+mod threads;
 mod worker;
 
 pub use camera::Camera;

@@ -10,6 +10,7 @@ use crate::events::Events;
 use crate::search::{LIBRARY_VARIABLE, NAMES};
 use crate::sys::{API_VERSION, OniStatus, STATUS_OK, STATUS_TIME_OUT};
 use crate::text::{owned, text};
+use crate::threads;
 
 /// Loaded library. Clones share it. It stays loaded until the program ends, because its drivers
 /// have threads of their own and some crash when they are unloaded.
@@ -67,7 +68,10 @@ impl OpenNi {
         if let Some((_, openni)) = loaded.iter().find(|(from, _)| from == path) {
             return Ok(openni.clone());
         }
-        let openni = Self::initialise(Api::load(path)?)?;
+        let openni = on_thread(path, {
+            let path = path.to_owned();
+            move || Self::initialise(Api::load(&path)?)
+        })?;
         loaded.push((path.to_owned(), openni.clone()));
         Ok(openni)
     }
@@ -137,6 +141,12 @@ impl OpenNi {
     /// # Errors
     /// Where the library fails.
     pub fn devices(&self) -> Result<Vec<DeviceInfo>, OpenniError> {
+        let openni = self.clone();
+        on_thread(self.path(), move || openni.list())
+    }
+
+    /// Lists the cameras, on a thread of the library.
+    fn list(&self) -> Result<Vec<DeviceInfo>, OpenniError> {
         let (mut list, mut count) = (std::ptr::null_mut(), 0);
         // SAFETY: both variables live through the call.
         let status = unsafe { (self.inner.api.device_list)(&raw mut list, &raw mut count) };
@@ -162,6 +172,16 @@ impl OpenNi {
         unsafe { (self.inner.api.release_device_list)(list) };
         Ok(devices)
     }
+}
+
+/// Returns the result of `job`, which calls the library at `path` on one of its threads.
+fn on_thread<T: Send + 'static>(
+    path: &Path,
+    job: impl FnOnce() -> Result<T, OpenniError> + Send + 'static,
+) -> Result<T, OpenniError> {
+    let failed = |error: String| OpenniError::Initialize { path: path.to_owned(), error };
+    let result = threads::run(job).map_err(|error| failed(error.to_string()))?;
+    result.recv().map_err(|_| failed("its thread has panicked".to_owned()))?
 }
 
 impl fmt::Debug for OpenNi {

@@ -5,3 +5,4 @@
 mod fixture;
 mod live;
 mod recordings;
+mod threads;
