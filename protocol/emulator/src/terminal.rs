@@ -2,12 +2,12 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 
-use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use nix::fcntl::OFlag;
+use nix::pty::{grantpt, posix_openpt, ptsname_r, unlockpt};
+use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
 /// Board's end of a pseudo-terminal. A host opens the other end by its [`path`](Self::path) like
 /// any serial port. Dropping the terminal looks like an unplugged board to a host.
@@ -24,19 +24,17 @@ impl Terminal {
     /// # Errors
     /// Errors of the operating system: no pseudo-terminal is left, or none is mounted.
     pub fn open() -> io::Result<Self> {
-        let board_end: OwnedFd =
-            openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC | OFlag::O_NONBLOCK;
+        let board_end = posix_openpt(flags)?;
         grantpt(&board_end)?;
         unlockpt(&board_end)?;
-        let path = ptsname(&board_end, Vec::new())?;
-        let path = PathBuf::from(path.to_string_lossy().into_owned());
+        let path = PathBuf::from(ptsname_r(&board_end)?);
         let host_end = open_terminal(&path)?;
-        let mut mode = tcgetattr(host_end.as_fd())?;
-        mode.make_raw();
-        tcsetattr(host_end.as_fd(), OptionalActions::Now, &mode)?;
-        let flags = fcntl_getfl(&board_end)?;
-        fcntl_setfl(&board_end, flags | OFlags::NONBLOCK)?;
-        Ok(Self { board_end: File::from(board_end), path, _host_end: host_end })
+        let mut mode = tcgetattr(&host_end)?;
+        cfmakeraw(&mut mode);
+        tcsetattr(&host_end, SetArg::TCSANOW, &mode)?;
+        let board_end = File::from(OwnedFd::from(board_end));
+        Ok(Self { board_end, path, _host_end: host_end })
     }
 
     /// Returns the path that a host opens.
@@ -72,6 +70,5 @@ impl Terminal {
 /// Opens the host's end at `path`.
 fn open_terminal(path: &Path) -> io::Result<File> {
     use std::os::unix::fs::OpenOptionsExt;
-    let flags = OFlags::NOCTTY.bits() as i32;
-    OpenOptions::new().read(true).write(true).custom_flags(flags).open(path)
+    OpenOptions::new().read(true).write(true).custom_flags(OFlag::O_NOCTTY.bits()).open(path)
 }

@@ -1,21 +1,22 @@
 //! Terminal that reports each key at once.
 
-use std::io;
-use std::os::fd::BorrowedFd;
+use std::io::{self, IsTerminal, Stdin, stdin};
 
-use rustix::stdio::stdin;
-use rustix::termios::{
-    LocalModes, OptionalActions, SpecialCodeIndex, Termios, isatty, tcgetattr, tcsetattr,
+use nix::errno::Errno;
+use nix::sys::termios::{
+    LocalFlags, SetArg, SpecialCharacterIndices, Termios, tcgetattr, tcsetattr,
 };
+use nix::unistd;
 
 /// Returns whether standard input is a terminal.
 pub(super) fn is_terminal() -> bool {
-    isatty(stdin())
+    stdin().is_terminal()
 }
 
 /// Mode of standard input in which a key arrives without Enter and is not shown. Dropping it
 /// restores the mode before.
 pub(super) struct KeyMode {
+    input: Stdin,
     before: Termios,
 }
 
@@ -25,14 +26,15 @@ impl KeyMode {
     /// # Errors
     /// Where standard input is no terminal.
     pub(super) fn begin() -> io::Result<Self> {
-        let before = tcgetattr(input())?;
+        let input = stdin();
+        let before = tcgetattr(&input)?;
         let mut mode = before.clone();
-        mode.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
+        mode.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
         // A read returns at once, also without a key.
-        mode.special_codes[SpecialCodeIndex::VMIN] = 0;
-        mode.special_codes[SpecialCodeIndex::VTIME] = 0;
-        tcsetattr(input(), OptionalActions::Now, &mode)?;
-        Ok(Self { before })
+        mode.control_chars[SpecialCharacterIndices::VMIN as usize] = 0;
+        mode.control_chars[SpecialCharacterIndices::VTIME as usize] = 0;
+        tcsetattr(&input, SetArg::TCSANOW, &mode)?;
+        Ok(Self { input, before })
     }
 
     /// Returns the bytes of the keys since the last call.
@@ -41,8 +43,9 @@ impl KeyMode {
     /// Where the terminal is gone.
     pub(super) fn read(&self) -> io::Result<Vec<u8>> {
         let mut buffer = [0; 256];
-        let count = match rustix::io::read(input(), &mut buffer) {
-            Err(error) if error == rustix::io::Errno::INTR => 0,
+        // Not through the buffer of `Stdin`.
+        let count = match unistd::read(&self.input, &mut buffer) {
+            Err(Errno::EINTR) => 0,
             read => read?,
         };
         Ok(buffer[..count].to_vec())
@@ -52,11 +55,6 @@ impl KeyMode {
 impl Drop for KeyMode {
     fn drop(&mut self) {
         // A terminal that is gone needs no mode.
-        let _gone = tcsetattr(input(), OptionalActions::Now, &self.before);
+        let _gone = tcsetattr(&self.input, SetArg::TCSANOW, &self.before);
     }
-}
-
-/// Returns standard input, without the buffer of `std::io::stdin`.
-fn input() -> BorrowedFd<'static> {
-    stdin()
 }
