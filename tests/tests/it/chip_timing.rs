@@ -62,6 +62,11 @@ fn the_vectors_are_in_memory() {
     assert!((0x2000_0000..0x2004_2000).contains(&vectors), "{vectors:#x}");
 }
 
+/// Clocks by which the interrupt may come late: `AHEAD_US` (57 µs, firmware/src/stepping.rs)
+/// without the longest planning, and without the 4.5 µs in which the state machines get their
+/// words.
+const SPARE: u64 = 57 * 125 - 5852 - 562;
+
 /// A tick that is planned too late is executed late, and so are all that follow: the phase of the
 /// stepping interrupt changes.
 #[test]
@@ -90,10 +95,9 @@ fn no_tick_is_late_for_any_input() {
             chip.run_us(us);
         }
         let reply = chip.execute(json!({ "calls": true }));
-        // A critical section delays the interrupt by some cycles, more where it waits for flash:
-        // by less than `AHEAD_US` (firmware/src/stepping.rs) has to spare.
+        // A critical section delays the interrupt by some cycles, more where it waits for flash.
         assert!(
-            phase_spread(&reply) < 600,
+            phase_spread(&reply) < SPARE,
             "{:?}: phase spread {} cycles",
             config.drivers,
             phase_spread(&reply)
