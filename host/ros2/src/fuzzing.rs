@@ -31,7 +31,7 @@ pub fn camera(bytes: &[u8]) -> bool {
     let file = read::<CompressedImage>(bytes);
     let file = file.is_some_and(|file| Colour::Compressed(file).decode(TOPIC).is_ok());
     let described = read::<CameraInfo>(bytes).is_some_and(|info| {
-        let size = lens::stated_size(&info);
+        let Some(size) = lens::picture_size(&info) else { return false };
         // A picture of this size was decoded before.
         let is_possible = size.width.max(size.height) <= picture::MAX_SIDE as usize;
         let settings = Ros2CameraSettings::default();

@@ -24,11 +24,14 @@ pub struct Network {
 }
 
 impl Network {
-    /// Reads the variables of ROS 2: `ROS_DOMAIN_ID`, and `ROS_AUTOMATIC_DISCOVERY_RANGE` or
-    /// `ROS_LOCALHOST_ONLY`, as `variable` returns them. What is not set has its default.
+    /// Reads the variables of ROS 2, as `variable` returns them: `ROS_DOMAIN_ID`, and
+    /// `ROS_LOCALHOST_ONLY`, without which `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_STATIC_PEERS`
+    /// count. What is not set has its default.
     ///
     /// # Errors
-    /// [`Ros2Error::DomainVariable`] where `ROS_DOMAIN_ID` is no domain.
+    /// [`Ros2Error::DomainVariable`] where `ROS_DOMAIN_ID` is no domain,
+    /// [`Ros2Error::RangeVariable`] where the range is off or unknown, [`Ros2Error::StaticPeers`]
+    /// where there are static peers: this node finds others by multicast only.
     pub fn from_variables(variable: impl Fn(&str) -> Option<String>) -> Result<Self, Ros2Error> {
         let domain = match variable("ROS_DOMAIN_ID").filter(|text| !text.is_empty()) {
             Some(text) => match text.parse() {
@@ -37,8 +40,18 @@ impl Network {
             },
             None => 0,
         };
-        let is_local = variable("ROS_AUTOMATIC_DISCOVERY_RANGE").as_deref() == Some("LOCALHOST")
-            || variable("ROS_LOCALHOST_ONLY").as_deref() == Some("1");
+        let is_local = variable("ROS_LOCALHOST_ONLY").as_deref() == Some("1") || {
+            let range = variable("ROS_AUTOMATIC_DISCOVERY_RANGE").unwrap_or_default();
+            let is_local = match range.as_str() {
+                "" | "SUBNET" | "SYSTEM_DEFAULT" => false,
+                "LOCALHOST" => true,
+                _ => return Err(Ros2Error::RangeVariable(range)),
+            };
+            match variable("ROS_STATIC_PEERS").filter(|peers| !peers.is_empty()) {
+                Some(peers) => return Err(Ros2Error::StaticPeers(peers)),
+                None => is_local,
+            }
+        };
         Ok(Self { domain, interface: is_local.then_some(IpAddr::V4(Ipv4Addr::LOCALHOST)) })
     }
 
@@ -112,6 +125,25 @@ mod tests {
             assert_eq!(network(&[(name, value)]).unwrap().interface, local);
         }
         assert_eq!(network(&[("ROS_LOCALHOST_ONLY", "0")]).unwrap().interface, None);
+        for range in ["", "SUBNET", "SYSTEM_DEFAULT"] {
+            let network = network(&[("ROS_AUTOMATIC_DISCOVERY_RANGE", range)]).unwrap();
+            assert_eq!(network.interface, None);
+        }
+        // It replaces the others, as in ROS 2.
+        let both = [("ROS_LOCALHOST_ONLY", "1"), ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")];
+        assert_eq!(network(&both).unwrap().interface, local);
+    }
+
+    #[test]
+    fn a_range_that_is_off_or_unknown_and_static_peers_are_refused() {
+        for (name, value) in [
+            ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"),
+            ("ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost"),
+            ("ROS_STATIC_PEERS", "192.0.2.1;left.example"),
+        ] {
+            let error = network(&[(name, value)]).unwrap_err().to_string();
+            assert!(error.contains(&format!("{name} is `{value}`")), "{error}");
+        }
     }
 
     #[test]

@@ -80,6 +80,51 @@ pub enum Ros2CameraError {
         /// Size that is needed.
         expected: ImageSize,
     },
+    /// Colour and depth are in different coordinate frames.
+    #[error(
+        "{topic}: the depth is in the frame `{depth}`, and colour in `{colour}`: it is not aligned \
+         to colour. Set `depth` in [camera.ros2] of the rig file to a topic with aligned depth{}",
+        suggestion(.aligned)
+    )]
+    NotAligned {
+        /// Name of the depth topic.
+        topic: String,
+        /// Frame of the depth pictures.
+        depth: String,
+        /// Frame of the colour pictures.
+        colour: String,
+        /// Topics of the domain that have the name of one with aligned depth.
+        aligned: Vec<String>,
+    },
+    /// A picture is grey.
+    #[error(
+        "{topic}: the pictures are grey (`{found}`), and the ball is found by its colour: have the \
+         camera's node publish colour"
+    )]
+    Grey {
+        /// Name of the topic.
+        topic: String,
+        /// Encoding of the picture.
+        found: String,
+    },
+    /// The camera's description has a window that is not on the sensor.
+    #[error(
+        "{topic}: `{name} = {offset}` with {length} pixels is beyond the {whole} of the sensor. \
+         Its driver gives the window's size as that of the sensor: set `intrinsics = \"file\"` in \
+         [camera.ros2] of the rig file, and run `plumb calibrate --lens`"
+    )]
+    Window {
+        /// Name of the topic.
+        topic: String,
+        /// Field of the description.
+        name: &'static str,
+        /// First column or row of the window.
+        offset: u32,
+        /// Columns or rows of the window.
+        length: u32,
+        /// Columns or rows of the sensor.
+        whole: u32,
+    },
     /// A picture cannot be decoded.
     #[error("{topic}: a picture cannot be decoded")]
     Decode {
@@ -158,6 +203,18 @@ pub enum Ros2CameraError {
         /// The coefficient.
         value: f64,
     },
+    /// The clock of the stamps does not run as this computer's.
+    #[error(
+        "{topic}: the stamps run at {rate:.2} times the rate of this computer's clock. A bag must \
+         be played at its own rate (`ros2 bag play` without `--rate`), a simulator must run in \
+         real time, and a camera's node must stamp its pictures"
+    )]
+    ClockRate {
+        /// Name of the topic.
+        topic: String,
+        /// Seconds of the stamps in a second of this computer; 0 where they stand still.
+        rate: f64,
+    },
     /// The time of a picture is unknown.
     #[error("the time of a picture is unknown")]
     Time(#[from] SenderClockError),
@@ -170,4 +227,14 @@ pub enum Ros2CameraError {
     /// The operating system gives no means to wait for messages.
     #[error("cannot wait for messages")]
     Wait(#[source] std::io::Error),
+}
+
+/// Returns the end of a sentence that names topics with aligned depth.
+fn suggestion(aligned: &[String]) -> String {
+    match aligned {
+        [] => " (realsense-ros publishes it with `align_depth.enable:=true`, other drivers with \
+               `depth_registration:=true`)"
+            .to_owned(),
+        topics => format!(", such as {}", topics.join(" or ")),
+    }
 }

@@ -12,6 +12,10 @@ use super::reception::{Received, Reception};
 use crate::message::sensor::{CameraInfo, Image};
 use crate::network::Network;
 
+/// Parts of the names of topics with aligned depth: those of realsense-ros, and of image_pipeline
+/// and the drivers that follow it.
+const ALIGNED: [&str; 2] = ["aligned_depth_to_color", "depth_registered"];
+
 /// Decoded pictures of one moment.
 #[derive(Debug)]
 pub(crate) struct Pictures {
@@ -91,11 +95,37 @@ impl Intake {
             return Ok(Some(Pictures { stamp, arrival, colour, depth: None }));
         };
         let Some((colour, depth)) = self.pairs.take_newest() else { return Ok(None) };
+        self.check_frames(&colour.picture, &depth.picture, depth_name)?;
         let Stamped { stamp, arrival, picture } = colour;
         let colour = picture.decode(name)?;
         let depth = picture::depth(&depth.picture, depth_name)?;
         check_size(depth_name, depth.size(), colour.size())?;
         Ok(Some(Pictures { stamp, arrival, colour, depth: Some(depth) }))
+    }
+
+    /// Checks that colour and depth are in one coordinate frame, as depth is that is aligned to
+    /// colour. A picture without a frame passes.
+    ///
+    /// # Errors
+    /// [`Ros2CameraError::NotAligned`].
+    fn check_frames(
+        &self,
+        colour: &Colour,
+        depth: &Image,
+        topic: &str,
+    ) -> Result<(), Ros2CameraError> {
+        let [colour, depth] =
+            [colour.frame(), &depth.header.frame_id].map(|it| it.trim_matches('/'));
+        if colour.is_empty() || depth.is_empty() || colour == depth {
+            return Ok(());
+        }
+        let is_aligned = |topic: &String| ALIGNED.iter().any(|part| topic.contains(part));
+        Err(Ros2CameraError::NotAligned {
+            topic: topic.to_owned(),
+            depth: depth.to_owned(),
+            colour: colour.to_owned(),
+            aligned: self.reception.image_topics().into_iter().filter(is_aligned).collect(),
+        })
     }
 
     /// Returns, for a person, what may be missing where no pictures come.

@@ -13,6 +13,9 @@ use crate::message::sensor::CameraInfo;
 /// out, as in OpenCV.
 const PLUMB_BOB: &str = "plumb_bob";
 
+/// Name of the distortion model that has three more coefficients, k4, k5, k6.
+const RATIONAL: &str = "rational_polynomial";
+
 /// Names, within their namespace, of the topics of rectified pictures that image_proc publishes.
 const RECTIFIED: [&str; 2] = ["image_rect", "image_rect_color"];
 
@@ -30,8 +33,9 @@ pub(crate) fn intrinsics(
     settings: &Ros2CameraSettings,
 ) -> Result<Intrinsics, Ros2CameraError> {
     let topic = settings.info.as_str();
-    check_size(topic, stated_size(info), size)?;
-    let [fx, cx, fy, cy] = matrix(info, settings.rectified);
+    let window = Window::of(info, topic)?;
+    check_size(topic, window.size, size)?;
+    let [fx, cx, fy, cy] = window.matrix(matrix(info, settings.rectified));
     let is_calibrated = [fx, fy].iter().all(|focal| focal.is_finite() && *focal > 0.0);
     if !is_calibrated {
         return Err(Ros2CameraError::NotCalibrated { topic: topic.to_owned(), fx, fy });
@@ -48,15 +52,64 @@ pub(crate) fn intrinsics(
     Ok(intrinsics)
 }
 
-/// Checks whether two descriptions have the same size, lens and projection.
+/// Window of the sensor that the pictures show, and its binning (REP 104). The matrices of a
+/// description are those of the whole sensor.
+struct Window {
+    /// First column and row.
+    offset: [u32; 2],
+    /// Columns and rows of the sensor in one of the picture.
+    binning: [u32; 2],
+    /// Size of the pictures.
+    size: ImageSize,
+}
+
+impl Window {
+    /// Returns the window that `info`, which came on `topic`, describes: the whole sensor where its
+    /// width and height are 0.
+    ///
+    /// # Errors
+    /// [`Ros2CameraError::Window`] where it is not on the sensor.
+    fn of(info: &CameraInfo, topic: &str) -> Result<Self, Ros2CameraError> {
+        let roi = &info.roi;
+        let of_axis = |name, offset: u32, length: u32, whole: u32, binning: u32| {
+            let shown = if length == 0 { whole } else { length };
+            if u64::from(offset) + u64::from(shown) > u64::from(whole) {
+                let topic = topic.to_owned();
+                return Err(Ros2CameraError::Window { topic, name, offset, length: shown, whole });
+            }
+            let binning = binning.max(1);
+            Ok((binning, (shown / binning) as usize))
+        };
+        let (bx, width) =
+            of_axis("roi.x_offset", roi.x_offset, roi.width, info.width, info.binning_x)?;
+        let (by, height) =
+            of_axis("roi.y_offset", roi.y_offset, roi.height, info.height, info.binning_y)?;
+        let (offset, binning) = ([roi.x_offset, roi.y_offset], [bx, by]);
+        Ok(Self { offset, binning, size: ImageSize { width, height } })
+    }
+
+    /// Returns fx, cx, fy and cy of the pictures from those of the whole sensor, pixels.
+    fn matrix(&self, [fx, cx, fy, cy]: [f64; 4]) -> [f64; 4] {
+        let ([x, y], [bx, by]) = (self.offset.map(f64::from), self.binning.map(f64::from));
+        [fx / bx, (cx - x) / bx, fy / by, (cy - y) / by]
+    }
+}
+
+/// Returns the size of the pictures that `info` describes; `None` where its window is not on the
+/// sensor.
+pub(crate) fn picture_size(info: &CameraInfo) -> Option<ImageSize> {
+    Window::of(info, "").ok().map(|window| window.size)
+}
+
+/// Checks whether two descriptions have the same size, window, lens and projection.
 pub(crate) fn is_same(a: &CameraInfo, b: &CameraInfo) -> bool {
     // By their bits: a number that is none is the same as itself.
     let numbers = |info: &CameraInfo| {
         let numbers = info.d.iter().chain(&info.k).chain(&info.p);
         numbers.map(|number| number.to_bits()).collect::<Vec<_>>()
     };
-    let is_same_size = stated_size(a) == stated_size(b);
-    is_same_size && a.distortion_model == b.distortion_model && numbers(a) == numbers(b)
+    let sizes = |it: &CameraInfo| (it.width, it.height, it.binning_x, it.binning_y, it.roi.clone());
+    sizes(a) == sizes(b) && a.distortion_model == b.distortion_model && numbers(a) == numbers(b)
 }
 
 /// Returns fx, cx, fy and cy of the pictures as the lens shows them (`k`), or of `rectified` ones
@@ -82,22 +135,23 @@ fn is_rectified(topic: &str) -> bool {
     raw.rsplit('/').next().is_some_and(|name| RECTIFIED.contains(&name))
 }
 
-/// Returns the size of the pictures that `info` describes.
-pub(crate) fn stated_size(info: &CameraInfo) -> ImageSize {
-    ImageSize { width: info.width as usize, height: info.height as usize }
-}
-
-/// Returns the distortion of a lens that has one.
+/// Returns the distortion of a lens that has one. Zeros after the fifth coefficient are left out: a
+/// model with more coefficients is then `plumb_bob`.
 fn distortion(info: &CameraInfo, topic: &str) -> Result<Option<Distortion>, Ros2CameraError> {
     let topic = || topic.to_owned();
-    if info.distortion_model != PLUMB_BOB {
+    let used =
+        info.d.iter().rposition(|coefficient| *coefficient != 0.0).map_or(0, |last| last + 1);
+    let coefficients = &info.d[..info.d.len().min(used.max(5))];
+    let is_plumb_bob = info.distortion_model == PLUMB_BOB
+        || info.distortion_model == RATIONAL && coefficients.len() <= 5;
+    if !is_plumb_bob {
         let model = info.distortion_model.clone();
         return Err(Ros2CameraError::DistortionModel { topic: topic(), model });
     }
-    if let Some(&value) = info.d.iter().find(|coefficient| !coefficient.is_finite()) {
+    if let Some(&value) = coefficients.iter().find(|coefficient| !coefficient.is_finite()) {
         return Err(Ros2CameraError::DistortionNumber { topic: topic(), value });
     }
-    let coefficients = match *info.d.as_slice() {
+    let coefficients = match *coefficients {
         [k1, k2, p1, p2] => [k1, k2, p1, p2, 0.0],
         [k1, k2, p1, p2, k3] => [k1, k2, p1, p2, k3],
         _ => {
@@ -198,6 +252,31 @@ mod tests {
     }
 
     #[test]
+    fn a_window_of_the_sensor_shifts_and_scales_the_matrix() {
+        let mut part = info(PLUMB_BOB, &[]);
+        part.roi = RegionOfInterest {
+            x_offset: 40,
+            y_offset: 30,
+            height: 400,
+            width: 500,
+            do_rectify: false,
+        };
+        let of = |info: &CameraInfo, width, height| {
+            intrinsics(info, ImageSize { width, height }, 1000.0, &settings())
+        };
+        let found = of(&part, 500, 400).unwrap();
+        assert_eq!([found.fx, found.cx, found.fy, found.cy], [605.0, 282.0, 606.0, 211.0]);
+        (part.binning_x, part.binning_y) = (2, 4);
+        let found = of(&part, 250, 100).unwrap();
+        assert_eq!([found.fx, found.cx, found.fy, found.cy], [302.5, 141.0, 151.5, 52.75]);
+        // A driver that gives the window's size as that of the sensor.
+        (part.binning_x, part.binning_y) = (0, 1);
+        (part.width, part.height) = (500, 400);
+        let error = of(&part, 500, 400).unwrap_err().to_string();
+        assert!(error.contains("/info") && error.contains("roi.x_offset = 40"), "{error}");
+    }
+
+    #[test]
     fn descriptions_are_the_same_whatever_their_time() {
         let first = info(PLUMB_BOB, &[0.05, -0.1, 0.001, -0.002]);
         let mut later = first.clone();
@@ -205,8 +284,14 @@ mod tests {
         assert!(is_same(&first, &later));
         later.p[0] = f64::NAN;
         assert!(is_same(&later, &later.clone()));
-        let changes: [fn(&mut CameraInfo); 4] =
-            [|it| it.width = 1280, |it| it.d[0] = 0.06, |it| it.k[0] = 606.0, |it| it.p[0] = 1.0];
+        let changes: [fn(&mut CameraInfo); 6] = [
+            |it| it.width = 1280,
+            |it| it.d[0] = 0.06,
+            |it| it.k[0] = 606.0,
+            |it| it.p[0] = 1.0,
+            |it| it.binning_y = 2,
+            |it| it.roi.x_offset = 1,
+        ];
         for change in changes {
             let mut other = first.clone();
             change(&mut other);
@@ -220,6 +305,12 @@ mod tests {
         let bent = raw(&info(PLUMB_BOB, &four)).unwrap();
         let coefficients = bent.distortion.map(|it| it.coefficients().to_array());
         assert_eq!(coefficients, Some([0.05, -0.1, 0.001, -0.002, 0.0]));
+        for (model, zeros) in [(PLUMB_BOB, 3), (RATIONAL, 3), (RATIONAL, 9), (PLUMB_BOB, 0)] {
+            let d = [&four[..], &[0.03], &vec![0.0; zeros]].concat();
+            let bent = raw(&info(model, &d)).unwrap();
+            let coefficients = bent.distortion.map(|it| it.coefficients().to_array());
+            assert_eq!(coefficients, Some([0.05, -0.1, 0.001, -0.002, 0.03]), "{model}");
+        }
         for count in [1, 3, 6, 8] {
             let text = refusal(&info(PLUMB_BOB, &vec![0.01; count]));
             assert!(text.contains(&format!("{count} coefficients")), "{text}");

@@ -9,6 +9,12 @@ use crate::message::sensor::{CompressedImage, Image};
 /// Units of depth in a metre: the encoding `16UC1` has millimetres (REP 118).
 pub(crate) const DEPTH_SCALE: f64 = 1000.0;
 
+/// Encodings of colour pictures.
+const COLOURS: &str = "`rgb8`, `bgr8`, `rgba8`, `bgra8`, `yuv422` or `yuv422_yuy2`";
+
+/// Encodings of depth pictures.
+const DEPTHS: &str = "`16UC1` (millimetres) or `32FC1` (metres)";
+
 /// Most columns or rows of a picture.
 pub(crate) const MAX_SIDE: u32 = 8192;
 
@@ -22,6 +28,14 @@ pub(crate) enum Colour {
 }
 
 impl Colour {
+    /// Returns the name of the coordinate frame.
+    pub(crate) fn frame(&self) -> &str {
+        match self {
+            Self::Raw(image) => &image.header.frame_id,
+            Self::Compressed(file) => &file.header.frame_id,
+        }
+    }
+
     /// Decodes the picture, which came on `topic`.
     ///
     /// # Errors
@@ -29,6 +43,9 @@ impl Colour {
     pub(crate) fn decode(&self, topic: &str) -> Result<ColourImage, Ros2CameraError> {
         let raw = match self {
             Self::Raw(raw) => raw,
+            Self::Compressed(file) if file.format.starts_with("mono") => {
+                return Err(grey(topic, &file.format));
+            }
             Self::Compressed(file) => {
                 let failure = |error| Ros2CameraError::Decode { topic: topic.to_owned(), error };
                 return decode::colour(&file.data).map_err(failure);
@@ -37,30 +54,40 @@ impl Colour {
         let pixels = match raw.encoding.as_str() {
             "rgb8" => raw::bgr_of_rgb(&packed(raw, 3, topic)?),
             "bgr8" => packed(raw, 3, topic)?.as_chunks().0.to_vec(),
-            _ => return Err(encoding(raw, topic, "`rgb8` or `bgr8`")),
+            "rgba8" => raw::bgr_of_rgba(&packed(raw, 4, topic)?),
+            "bgra8" => raw::bgr_of_bgra(&packed(raw, 4, topic)?),
+            "yuv422" | "uyvy" => raw::bgr_of_uyvy(&packed(raw, 2, topic)?),
+            "yuv422_yuy2" | "yuyv" => raw::bgr_of_yuyv(&packed(raw, 2, topic)?),
+            "mono8" | "mono16" => return Err(grey(topic, &raw.encoding)),
+            _ => return Err(encoding(raw, topic, COLOURS)),
         };
         let ImageSize { width, height } = size(raw);
         Ok(Pixels::new(width, height, pixels)?)
     }
 }
 
-/// Decodes a depth picture, which came on `topic`.
+/// Decodes a depth picture, which came on `topic`, to millimetres. 0 and 65535 are unknown depths,
+/// and so are metres that are no number, not above 0, or beyond 65.534.
 ///
 /// # Errors
 /// As [`Colour::decode`].
 pub(crate) fn depth(raw: &Image, topic: &str) -> Result<DepthImage, Ros2CameraError> {
-    if raw.encoding != "16UC1" && raw.encoding != "mono16" {
-        return Err(encoding(raw, topic, "`16UC1` (millimetres)"));
-    }
-    let bytes = packed(raw, 2, topic)?;
-    let number = if raw.is_bigendian == 0 { u16::from_le_bytes } else { u16::from_be_bytes };
-    let pixels = bytes.as_chunks().0.iter().map(|&pixel| number(pixel)).collect();
+    let is_little = raw.is_bigendian == 0;
+    let pixels = match raw.encoding.as_str() {
+        "16UC1" | "mono16" => raw::depth_of_millimetres(&packed(raw, 2, topic)?, is_little),
+        "32FC1" => raw::depth_of_metres(&packed(raw, 4, topic)?, is_little),
+        _ => return Err(encoding(raw, topic, DEPTHS)),
+    };
     let ImageSize { width, height } = size(raw);
     Ok(Pixels::new(width, height, pixels)?)
 }
 
 fn size(raw: &Image) -> ImageSize {
     ImageSize { width: raw.width as usize, height: raw.height as usize }
+}
+
+fn grey(topic: &str, found: &str) -> Ros2CameraError {
+    Ros2CameraError::Grey { topic: topic.to_owned(), found: found.to_owned() }
 }
 
 fn encoding(raw: &Image, topic: &str, expected: &'static str) -> Ros2CameraError {
@@ -115,16 +142,29 @@ mod tests {
     }
 
     #[test]
+    fn the_encodings_of_the_field_are_read() {
+        let expected = [[1, 2, 3], [4, 5, 6]];
+        assert_eq!(colour("bgra8", 4, &[1, 2, 3, 9, 4, 5, 6, 9]).unwrap().pixels(), expected);
+        assert_eq!(colour("rgba8", 4, &[3, 2, 1, 9, 6, 5, 4, 9]).unwrap().pixels(), expected);
+        let grey = colour("mono8", 1, &[1, 2]).unwrap_err();
+        assert!(grey.contains("/colour") && grey.contains("grey (`mono8`)"), "{grey}");
+        let metres = [1.2345_f32, f32::NAN].map(f32::to_le_bytes).concat();
+        assert_eq!(depth(&image("32FC1", 4, &metres), "/depth").unwrap().pixels(), [1235, 0]);
+        let unknown = image("16UC1", 2, &[0xff, 0xff, 0xfe, 0xff]);
+        assert_eq!(depth(&unknown, "/depth").unwrap().pixels(), [0, 0xfffe]);
+    }
+
+    #[test]
     fn other_encodings_and_sizes_are_refused_with_the_topic() {
-        let error = colour("yuv422", 2, &[0; 4]).unwrap_err();
-        assert!(error.contains("/colour") && error.contains("`yuv422`"), "{error}");
+        let error = colour("bayer_rggb8", 1, &[0; 2]).unwrap_err();
+        assert!(error.contains("/colour") && error.contains("`bayer_rggb8`"), "{error}");
         for (step, bytes) in [(3, 5), (3, 7), (2, 4), (u32::MAX, 6), (0, 0)] {
             let error = colour("rgb8", step, &vec![0; bytes]).unwrap_err();
             assert!(error.contains("/colour") && error.contains("bytes"), "{error}");
         }
         let huge = Image { height: u32::MAX, width: u32::MAX, ..image("rgb8", 0, &[]) };
         assert!(Colour::Raw(huge).decode("/colour").is_err());
-        let metres = depth(&image("32FC1", 4, &[0; 8]), "/depth").unwrap_err().to_string();
-        assert!(metres.contains("`32FC1`") && metres.contains("16UC1"), "{metres}");
+        let bytes = depth(&image("8UC1", 1, &[0; 2]), "/depth").unwrap_err().to_string();
+        assert!(bytes.contains("`8UC1`") && bytes.contains("16UC1"), "{bytes}");
     }
 }

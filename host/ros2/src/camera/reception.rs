@@ -210,7 +210,7 @@ impl Reception {
     }
 
     /// Returns the names of the topics that have images, in alphabetical order.
-    fn image_topics(&self) -> Vec<String> {
+    pub(crate) fn image_topics(&self) -> Vec<String> {
         let kinds = [Image::type_name(), CompressedImage::type_name()].map(|it| it.dds_msg_type());
         let writers = self.member.participant.discovered_writers();
         let data = writers.iter().map(|writer| &writer.publication_topic_data);

@@ -167,6 +167,23 @@ impl Ros2Camera {
     }
 }
 
+/// Ratios of the clock of the stamps to this computer's.
+const CLOCK_RATES: std::ops::RangeInclusive<f64> = 0.7..=1.4;
+
+/// Time of pictures after which a wrong rate of their clock is certain. Before, it may be that some
+/// of them came late.
+const JUDGING: Duration = Duration::from_secs(4);
+
+/// Stamp and arrival of a picture.
+type Taken = (f64, Instant);
+
+/// Returns the ratio of the clock of the stamps to this computer's, by the first picture and the
+/// last one; 1 where they arrived at nearly the same time.
+fn clock_rate(first: Taken, last: Taken) -> f64 {
+    let passed = last.1.saturating_duration_since(first.1);
+    if passed < HEARING / 2 { 1.0 } else { (last.0 - first.0) / passed.as_secs_f64() }
+}
+
 /// Waits for the first pictures and the origin of their intrinsics.
 fn first_pictures(
     intake: &mut Intake,
@@ -175,7 +192,7 @@ fn first_pictures(
     limit: Duration,
 ) -> Result<(Lens, Pictures), Ros2CameraError> {
     let (begin, mut pictures, mut first) = (Instant::now(), None, None);
-    let mut published = None;
+    let (mut published, mut first_taken) = (None, None);
     while begin.elapsed() < limit {
         // The newest one: the camera may begin again with another mode.
         intake.receive(CHECK, |info| published = Some(info))?;
@@ -183,8 +200,12 @@ fn first_pictures(
         if intake.check_senders()? {
             pictures = intake.take()?.or(pictures);
         } else {
-            (pictures, published) = (None, None);
+            (pictures, published, first_taken) = (None, None, None);
         }
+        let taken = pictures.as_ref().map(|pictures: &Pictures| (pictures.stamp, pictures.arrival));
+        first_taken = first_taken.or(taken);
+        let rate = first_taken.zip(taken).map_or(1.0, |(first, last)| clock_rate(first, last));
+        let is_right = CLOCK_RATES.contains(&rate);
         first = first.or(pictures.as_ref().map(|_| Instant::now()));
         let is_heard = first.is_some_and(|first: Instant| first.elapsed() >= HEARING);
         let lens = match settings.intrinsics {
@@ -192,8 +213,12 @@ fn first_pictures(
             IntrinsicsFrom::Device => published.clone().map(Lens::Published),
         };
         match (lens, pictures.take()) {
-            (Some(lens), Some(pictures)) if is_heard => return Ok((lens, pictures)),
+            (Some(lens), Some(pictures)) if is_heard && is_right => return Ok((lens, pictures)),
             (_, present) => pictures = present,
+        }
+        if !is_right && first.is_some_and(|first| first.elapsed() >= JUDGING) {
+            let topic = intake.reception.colour_name().to_owned();
+            return Err(Ros2CameraError::ClockRate { topic, rate });
         }
     }
     Err(Ros2CameraError::NoPicture { waited: limit, missing: intake.missing() })
@@ -227,5 +252,24 @@ impl CameraSource for Ros2Camera {
 
     fn clock(&self) -> Option<LiveClock> {
         Some(self.clock.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_of_a_clock_is_that_of_its_stamps() {
+        let begin = Instant::now();
+        let rate = |stamp: f64, seconds: f64| {
+            clock_rate((100.0, begin), (stamp, begin + Duration::from_secs_f64(seconds)))
+        };
+        for (stamp, expected) in [(102.0, 1.0), (101.0, 0.5), (100.0, 0.0), (98.0, -1.0)] {
+            assert!((rate(stamp, 2.0) - expected).abs() < 1e-6, "{stamp}");
+            assert_eq!(CLOCK_RATES.contains(&expected), expected == 1.0);
+        }
+        // A camera of less than a picture a second.
+        assert_eq!(rate(100.0, 0.0), 1.0);
     }
 }
