@@ -183,13 +183,17 @@ fn pictures_that_do_not_suffice_are_refused_and_nothing_is_written() {
     png::save(&photos.join("wall.png"), &scene.colour).unwrap();
     let (code, text) = run();
     assert!(code == Some(1) && text.contains("no picture shows the board"), "{text}");
+    // Odd files are left out, and named: an early one of another size, and a file that a computer
+    // of another kind writes beside each picture.
     let small = Scene::wall(320, 240, lens(), 3.0);
-    png::save(&photos.join("zz.png"), &small.colour).unwrap();
+    png::save(&photos.join("a.png"), &small.colour).unwrap();
+    png::save(&photos.join("wall2.png"), &scene.colour).unwrap();
+    fs::write(photos.join("._wall.png"), [0, 5, 22, 7, 0, 2]).unwrap();
     let (code, text) = run();
-    assert!(
-        code == Some(2) && text.contains("320x240, but the first picture is 640x480"),
-        "{text}"
-    );
+    assert!(code == Some(1) && text.contains("no picture shows the board"), "{text}");
+    for named in ["a.png: 320x240, but the other pictures are 640x480", "._wall.png: "] {
+        assert!(text.contains(named), "{named}: {text}");
+    }
     fs::remove_dir_all(&photos).unwrap();
     take_pictures(folder.path());
     for number in 4..PICTURES {

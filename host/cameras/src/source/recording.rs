@@ -1,6 +1,8 @@
 //! Opening a recording of any format.
 
-use std::path::Path;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
 use plumb_frame::camera::Intrinsics;
 use thiserror::Error;
@@ -11,6 +13,9 @@ use super::realsense::{self, RealSense, RealsenseSource, RealsenseSourceError};
 use super::resolution::FileIntrinsics;
 use super::tum::{TumError, TumFolder};
 use super::webcam::VIDEO_ENDINGS;
+
+/// First bytes of a recording of OpenNI2.
+const ONI_MAGIC: &[u8; 4] = b"NI10";
 
 /// Open recording.
 pub struct OpenedRecording {
@@ -33,6 +38,14 @@ pub enum OpenRecordingError {
     /// A `.bag` or `.db3` file cannot be opened.
     #[error(transparent)]
     Realsense(#[from] RealsenseSourceError),
+    /// The file is no recording that Plumb reads.
+    #[error("{}: {advice}", .path.display())]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// What the file is, and the way that works.
+        advice: &'static str,
+    },
     /// A video file cannot be opened.
     #[cfg(feature = "webcam")]
     #[error(transparent)]
@@ -42,21 +55,21 @@ pub enum OpenRecordingError {
     #[error("{}", .path.display())]
     NoVideo {
         /// The video file.
-        path: std::path::PathBuf,
+        path: PathBuf,
         /// What to do.
         source: super::webcam::NotBuilt,
     },
 }
 
 /// Opens the recording at `path`, to be read as fast as the caller takes frames: a `.bag` or `.db3`
-/// file of librealsense2, a video file, an `.oni` file where `path` is another file, else a TUM
-/// folder. `intrinsics` are those of the camera file; an `.oni` file states its depth scale itself,
-/// a file of librealsense2 its intrinsics too. A video file has no depth.
+/// file of librealsense2, a video file, an `.oni` file of OpenNI2, or a TUM folder. `intrinsics`
+/// are those of the camera file; an `.oni` file states its depth scale itself, a file of
+/// librealsense2 its intrinsics too. A video file has no depth.
 ///
 /// # Errors
 /// As [`TumFolder::open`], [`OpenniSource::open`] and [`RealsenseSource::open`]; where `path` is a
 /// file and its library cannot be loaded; where it is a video file and the program is built without
-/// them.
+/// them; where it is a file of another kind.
 pub fn open_recording(
     path: &Path,
     intrinsics: impl Into<FileIntrinsics>,
@@ -74,12 +87,49 @@ pub fn open_recording(
     if ending.is_some_and(|ending| VIDEO_ENDINGS.contains(&ending.as_str())) {
         return open_video(path, intrinsics);
     }
+    if !is_oni(path) {
+        return Err(OpenRecordingError::Unknown { path: path.to_owned(), advice: advice(path) });
+    }
     let openni = OpenNi::load().map_err(OpenniSourceError::from)?;
     let target = Target::Recording(path.to_owned());
     let intrinsics = IntrinsicsSource::Calibrated(intrinsics);
     let source = OpenniSource::open(&openni, &target, Settings::default(), intrinsics)?;
     let intrinsics = *source.intrinsics();
     Ok(OpenedRecording { source: Box::new(source), intrinsics })
+}
+
+/// Returns whether a file is a recording of OpenNI2, by its name or its first bytes.
+fn is_oni(path: &Path) -> bool {
+    let mut magic = [0; ONI_MAGIC.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    path.extension().is_some_and(|kind| kind == "oni") || read.is_ok() && magic == *ONI_MAGIC
+}
+
+/// Returns, for a person, what a file that is no recording may be, by the ending of its name.
+fn advice(path: &Path) -> &'static str {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    match ending.as_deref() {
+        Some("mcap") => {
+            "an MCAP recording is not read: play it with `ros2 bag play`, as a camera with \
+             `source = \"ros2\"` in the rig file, or export its pictures into a folder with lists"
+        }
+        Some("txt" | "csv") => "a list of pictures: give the folder that it is in",
+        Some("h264" | "264" | "h265" | "hevc" | "265") => {
+            "a stream of video without a container: make a file of it with \
+             `ffmpeg -i FILE -c copy video.mkv`"
+        }
+        Some("zip" | "tar" | "gz" | "tgz" | "xz" | "bz2" | "zst" | "7z") => {
+            "an archive: unpack it, and give the folder with the lists"
+        }
+        Some("png" | "jpg" | "jpeg" | "pgm" | "ppm") => {
+            "one picture: a recording is a folder with a list of pictures, rgb.txt, whose lines \
+             are `timestamp path`"
+        }
+        _ => {
+            "no recording that Plumb reads: a folder with the lists rgb.txt and depth.txt, a \
+             video, an .oni file of OpenNI2, or a .bag or .db3 file of librealsense2"
+        }
+    }
 }
 
 /// Opens a video file.
@@ -108,4 +158,28 @@ fn open_realsense(path: &Path) -> Result<OpenedRecording, OpenRecordingError> {
     let source = RealsenseSource::open(&library, &target, settings, None)?;
     let intrinsics = *source.intrinsics();
     Ok(OpenedRecording { source: Box::new(source), intrinsics })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_another_kind_is_named_with_the_way_that_works() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, named) in [
+            ("a.mcap", "ros2 bag play"),
+            ("rgb.txt", "give the folder"),
+            ("a.H264", "ffmpeg"),
+            ("a.tar.gz", "unpack it"),
+            ("a.png", "one picture"),
+            ("a", "no recording that Plumb reads"),
+        ] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, b"\x89MCAP0\r\n").unwrap();
+            let intrinsics = crate::camera_file::paper().unwrap().intrinsics;
+            let error = open_recording(&path, intrinsics).err().unwrap().to_string();
+            assert!(error.contains(name) && error.contains(named), "{error}");
+        }
+    }
 }

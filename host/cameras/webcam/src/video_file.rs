@@ -4,8 +4,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use opencv::videoio::{
-    CAP_FFMPEG, CAP_OPENCV_MJPEG, CAP_PROP_FPS, CAP_PROP_POS_MSEC, VideoCapture, VideoCaptureTrait,
-    VideoCaptureTraitConst,
+    CAP_FFMPEG, CAP_OPENCV_MJPEG, CAP_PROP_FPS, CAP_PROP_ORIENTATION_AUTO, CAP_PROP_POS_MSEC,
+    VideoCapture, VideoCaptureTrait, VideoCaptureTraitConst,
 };
 
 use crate::error::WebcamError;
@@ -85,7 +85,13 @@ impl VideoFile {
 fn open_with(reader: i32, path: &Path) -> Result<Option<(VideoCapture, Picture)>, WebcamError> {
     let failed = failed(path);
     let mut capture = VideoCapture::from_file(path, reader).map_err(&failed)?;
-    let is_read = capture.is_opened().map_err(&failed)? && capture.grab().map_err(&failed)?;
+    if !capture.is_opened().map_err(&failed)? {
+        return Ok(None);
+    }
+    // The intrinsics belong to the pixels as they are stored, however the file says that they are
+    // to be shown. A reader without this property does not turn them.
+    let _ = capture.set(CAP_PROP_ORIENTATION_AUTO, 0.0).map_err(&failed)?;
+    let is_read = capture.grab().map_err(&failed)?;
     let first = if is_read { retrieve(&mut capture, 0.0).map_err(&failed)? } else { None };
     Ok(first.map(|first| (capture, first)))
 }

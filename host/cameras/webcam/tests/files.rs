@@ -7,16 +7,28 @@ use std::path::{Path, PathBuf};
 
 use opencv::core::{Mat, Scalar, Size, Vec3b};
 use opencv::prelude::*;
-use opencv::videoio::{CAP_OPENCV_MJPEG, VideoWriter};
+use opencv::videoio::{CAP_FFMPEG, CAP_OPENCV_MJPEG, VideoWriter};
 use plumb_webcam::{Settings, VideoFile, Webcam, WebcamError};
 
 /// Writes a video of `count` grey pictures, each brighter than the one before.
-fn write(path: &Path, count: u32, (width, height): (i32, i32), rate: f64) {
-    let codec = VideoWriter::fourcc('M', 'J', 'P', 'G').unwrap();
-    let (size, parameters) = (Size::new(width, height), true);
+fn write(path: &Path, count: u32, size: (i32, i32), rate: f64) {
+    write_with(CAP_OPENCV_MJPEG, "MJPG", path, count, size, rate);
+}
+
+/// As [`write`], with one of OpenCV's writers and a codec of four letters.
+fn write_with(
+    writer: i32,
+    codec: &str,
+    path: &Path,
+    count: u32,
+    (width, height): (i32, i32),
+    rate: f64,
+) {
+    let codec: Vec<char> = codec.chars().collect();
+    let codec = VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]).unwrap();
+    let (size, in_colour) = (Size::new(width, height), true);
     let mut writer =
-        VideoWriter::new_with_backend(path, CAP_OPENCV_MJPEG, codec, rate, size, parameters)
-            .unwrap();
+        VideoWriter::new_with_backend(path, writer, codec, rate, size, in_colour).unwrap();
     assert!(writer.is_opened().unwrap());
     for k in 0..count {
         let grey = Scalar::all(f64::from(20 * k + 10));
@@ -49,6 +61,26 @@ fn a_video_file_is_read_to_its_end() {
     }
     assert_eq!(file.next_picture().unwrap(), None);
     assert_eq!(file.next_picture().unwrap(), None);
+}
+
+/// Offset of the matrix in the box `tkhd`, version 0, from its name (ISO 14496-12, section 8.3.2).
+const MATRIX: usize = 44;
+
+#[test]
+fn the_pixels_of_a_video_are_as_they_are_stored() {
+    let (_folder, path) = folder_with("turned.mp4");
+    write_with(CAP_FFMPEG, "mp4v", &path, 3, (64, 48), 25.0);
+    let mut bytes = fs::read(&path).unwrap();
+    let name = bytes.windows(4).position(|window| window == b"tkhd").unwrap();
+    // A quarter turn to the right, as a telephone writes it.
+    let turned: [i32; 9] = [0, 1 << 16, 0, -(1 << 16), 0, 0, 48 << 16, 0, 1 << 30];
+    let turned: Vec<u8> = turned.into_iter().flat_map(i32::to_be_bytes).collect();
+    bytes[name + MATRIX..][..turned.len()].copy_from_slice(&turned);
+    fs::write(&path, bytes).unwrap();
+    let mut file = VideoFile::open(&path).unwrap();
+    assert_eq!((file.mode().width, file.mode().height), (64, 48));
+    let pictures = std::iter::from_fn(|| file.next_picture().unwrap());
+    assert!(pictures.map(|picture| (picture.width, picture.height)).eq([(64, 48); 3]));
 }
 
 #[test]

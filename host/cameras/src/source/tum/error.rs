@@ -29,6 +29,20 @@ pub enum TumError {
         #[source]
         error: DecodeError,
     },
+    /// A list of images is missing.
+    #[error(
+        "{}: has no {names}: a recording is a folder with lists of pictures, whose lines are \
+         `timestamp path` (seconds, then a file){advice}",
+        .folder.display()
+    )]
+    NoList {
+        /// The folder.
+        folder: PathBuf,
+        /// Names that the list may have.
+        names: String,
+        /// End of the sentence: what else may be meant.
+        advice: &'static str,
+    },
     /// A list of images has too many lines.
     #[error("{}: it has more than {limit} lines; split the recording", .path.display())]
     TooManyLines {

@@ -57,11 +57,22 @@ pub(super) fn read_list(
         .collect())
 }
 
-/// Parses `timestamp path`; `None` where the line is something else.
+/// Returns the first of `names` that `folder` has; `None` where it has none.
+pub(super) fn present<'a>(folder: &Path, names: &[&'a str]) -> Option<&'a str> {
+    names.iter().copied().find(|name| folder.join(name).exists())
+}
+
+/// Parses `timestamp path`; `None` where the line is something else. Commas separate as spaces do,
+/// and further columns are left out, as in TUM's own tools; a file may have spaces in its name.
 fn parse_entry(folder: &Path, line: &str) -> Option<Entry> {
-    let (time, path) = line.split_once(char::is_whitespace)?;
+    let separates = |c: char| c.is_whitespace() || c == ',';
+    let (time, rest) = line.split_once(separates)?;
     let time: f64 = time.parse().ok()?;
-    (time.abs() <= MAX_TIME).then(|| Entry { time, path: folder.join(path.trim()) })
+    let rest = rest.trim_matches(separates);
+    let first = rest.split(separates).next().filter(|first| !first.is_empty())?;
+    let whole = folder.join(rest);
+    let path = if first == rest || whole.exists() { whole } else { folder.join(first) };
+    (time.abs() <= MAX_TIME).then_some(Entry { time, path })
 }
 
 /// Returns the entry of `sorted` (by time) nearest to `time`; `None` where it differs by more than

@@ -1,4 +1,5 @@
-//! Recordings in the TUM RGB-D format: a folder with the lists `rgb.txt` and `depth.txt`.
+//! Recordings in the TUM RGB-D format: a folder with the lists `rgb.txt` and `depth.txt`, or
+//! `color.txt` and `aligned_depth.txt`. A camera without depth has the first only.
 //!
 //! A line of a list is `timestamp path`: seconds, and a file relative to the folder. `#` starts a
 //! comment. Colour is PNG, JPEG, PGM or PPM; depth is 16-bit PNG or PGM, registered to colour.
@@ -23,8 +24,14 @@ pub use error::TumError;
 pub use image_file::MAX_BYTES;
 pub use list::{MAX_LINES, MAX_LIST_BYTES, MAX_TIME_DIFFERENCE};
 
-/// Recording in a TUM RGB-D folder: one frame for each line of `rgb.txt`, in the order of that
-/// list.
+/// Names of the list of colour pictures.
+const COLOUR_LISTS: [&str; 3] = ["rgb.txt", "color.txt", "colour.txt"];
+
+/// Names of the list of depth pictures, registered to colour.
+const DEPTH_LISTS: [&str; 2] = ["depth.txt", "aligned_depth.txt"];
+
+/// Recording in a TUM RGB-D folder: one frame for each line of the list of colour pictures, in the
+/// order of their times.
 ///
 /// Each colour image gets the depth image nearest in time. Where none is within
 /// [`MAX_TIME_DIFFERENCE`], the frame has a depth image of zeros (unknown). No error ends the
@@ -52,29 +59,40 @@ impl TumFolder {
     /// Opens the recording in `folder`, taken by a camera with `intrinsics`.
     ///
     /// This reads the lists only; [`CameraSource::next_frame`] reads the images, and also returns
-    /// the errors for invalid lines (those of `depth.txt` first).
+    /// the errors for invalid lines (those of the depth pictures first).
     ///
     /// # Errors
-    /// Where `rgb.txt` or `depth.txt` cannot be read, or is longer than [`MAX_LINES`] or
-    /// [`MAX_LIST_BYTES`].
+    /// Where there is no list of colour pictures, or none of depth pictures and the camera has
+    /// depth; where a list cannot be read, or is longer than [`MAX_LINES`] or [`MAX_LIST_BYTES`].
     pub fn open(folder: &Path, intrinsics: impl Into<FileIntrinsics>) -> Result<Self, TumError> {
+        let intrinsics = intrinsics.into();
+        let (colour_list, depth_list) = lists(folder, intrinsics.intrinsics.has_depth())?;
         let mut pending = VecDeque::new();
         let mut depth = Vec::new();
-        for entry in read_list(folder, "depth.txt")? {
-            match entry {
-                Ok(entry) => depth.push(entry),
-                Err(error) => pending.push_back(Pending::Bad(error)),
+        if let Some(list) = depth_list {
+            for entry in read_list(folder, list)? {
+                match entry {
+                    Ok(entry) => depth.push(entry),
+                    Err(error) => pending.push_back(Pending::Bad(error)),
+                }
             }
         }
         depth.sort_by(|a, b| a.time.total_cmp(&b.time));
-        pending.extend(read_list(folder, "rgb.txt")?.into_iter().map(|entry| match entry {
+        let mut last = f64::NEG_INFINITY;
+        let frame = |entry| match entry {
             Ok(Entry { time, path }) => {
+                last = time;
                 let depth = nearest(&depth, time).map(|d| d.path.clone());
-                Pending::Frame { time, colour: path, depth }
+                (time, Pending::Frame { time, colour: path, depth })
             }
-            Err(error) => Pending::Bad(error),
-        }));
-        Ok(Self { intrinsics: intrinsics.into(), pending, first_size: None, now: 0.0 })
+            // It keeps its place after the picture before it.
+            Err(error) => (last, Pending::Bad(error)),
+        };
+        let mut frames: Vec<(f64, Pending)> =
+            read_list(folder, colour_list)?.into_iter().map(frame).collect();
+        frames.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        pending.extend(frames.into_iter().map(|(_, frame)| frame));
+        Ok(Self { intrinsics, pending, first_size: None, now: 0.0 })
     }
 
     /// Returns the intrinsics of the frames.
@@ -114,6 +132,29 @@ impl TumFolder {
         self.first_size = Some(size);
         Ok(frame)
     }
+}
+
+/// Returns the names of the lists in `folder`: of colour, and of depth where it has one.
+///
+/// # Errors
+/// Where there is no list of colour, or none of depth for a camera that has depth.
+fn lists(folder: &Path, has_depth: bool) -> Result<(&'static str, Option<&'static str>), TumError> {
+    let folder_or_usual = |names: &[&'static str]| {
+        // What is no folder has its own error when the list is read.
+        list::present(folder, names).or((!folder.is_dir()).then_some(names[0]))
+    };
+    let missing = |names: &[&'static str], advice| TumError::NoList {
+        folder: folder.to_owned(),
+        names: names.join(" or "),
+        advice,
+    };
+    let colour = folder_or_usual(&COLOUR_LISTS).ok_or_else(|| missing(&COLOUR_LISTS, ""))?;
+    let depth = folder_or_usual(&DEPTH_LISTS);
+    if depth.is_none() && has_depth {
+        let advice = "; for a camera without depth set `depth_scale = \"none\"` in its file";
+        return Err(missing(&DEPTH_LISTS, advice));
+    }
+    Ok((colour, depth))
 }
 
 impl CameraSource for TumFolder {

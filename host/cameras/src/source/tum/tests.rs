@@ -60,6 +60,45 @@ fn colour_and_depth_are_paired_by_nearest_time() {
 }
 
 #[test]
+fn pictures_come_in_the_order_of_their_times() {
+    let rgb = "0.0 c0.png\n0.2 c2.png\nx\n0.1 c1.png\n0.3 c3.png\n";
+    let depth = "0.3 d3.png\n0.0 d0.png\n0.1 d1.png\n0.2 d2.png\n";
+    let all = read_all(&recording(rgb, depth));
+    assert!(all[3].as_ref().is_err_and(|error| error.contains("rgb.txt:3: ")), "{all:?}");
+    let frames: Vec<_> = all.into_iter().filter_map(Result::ok).collect();
+    assert_eq!(frames, [(0.0, 0, 1000), (0.1, 1, 1001), (0.2, 2, 1002), (0.3, 3, 1003)]);
+}
+
+#[test]
+fn lists_of_tum_s_own_tools_and_other_names_are_read() {
+    let folder = recording("", "");
+    let path = |name| folder.path().join(name);
+    std::fs::remove_file(path("rgb.txt")).unwrap();
+    std::fs::remove_file(path("depth.txt")).unwrap();
+    std::fs::rename(path("c3.png"), path("c 3.png")).unwrap();
+    let colour = "0.0,c0.png\n0.1, c1.png, 7\n0.2\tc2.png 0.2 d2.png\n0.3 c 3.png\n";
+    std::fs::write(path("color.txt"), colour).unwrap();
+    std::fs::write(path("aligned_depth.txt"), "0.0,d0.png\n0.1 d1.png extra\n").unwrap();
+    let expected = [(0.0, 0, 1000), (0.1, 1, 1001), (0.2, 2, 0), (0.3, 3, 0)];
+    assert_eq!(read_all(&folder), expected.map(Ok));
+}
+
+#[test]
+fn a_recording_without_depth_is_that_of_a_camera_without_depth() {
+    let folder = recording("0.0 c0.png\n", "");
+    std::fs::remove_file(folder.path().join("depth.txt")).unwrap();
+    let error = TumFolder::open(folder.path(), INTRINSICS).unwrap_err().to_string();
+    assert!(error.contains("depth.txt or aligned_depth.txt"), "{error}");
+    assert!(error.contains("depth_scale = \"none\""), "{error}");
+    let flat = Intrinsics { depth_scale: 0.0, ..INTRINSICS };
+    let mut source = TumFolder::open(folder.path(), flat).unwrap();
+    assert_eq!(source.next_frame().unwrap().unwrap().time(), 0.0);
+    std::fs::remove_file(folder.path().join("rgb.txt")).unwrap();
+    let error = TumFolder::open(folder.path(), flat).unwrap_err().to_string();
+    assert!(error.contains("has no rgb.txt or color.txt or colour.txt"), "{error}");
+}
+
+#[test]
 fn broken_files_are_named_and_reading_goes_on() {
     let rgb = "0.0 c0.png\nx c1.png\n0.1 gone.png\n0.2\n0.3 torn.png\n0.4 grey.pgm\n0.5 wide.png\n\
                0.6 c2.png\n0.7 c3.png\n0.8 c1.png\n0.9 both.png\n1.0 c3.png\n";
@@ -153,7 +192,7 @@ fn a_list_that_is_too_long_is_refused() {
 fn a_folder_without_lists_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let error = TumFolder::open(folder.path(), INTRINSICS).unwrap_err();
-    assert!(error.to_string().contains("depth.txt"), "{error}");
+    assert!(error.to_string().contains("has no rgb.txt"), "{error}");
 }
 
 #[test]

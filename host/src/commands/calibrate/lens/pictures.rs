@@ -12,7 +12,7 @@ use plumb_cameras::png;
 use plumb_cameras::source::tum::MAX_BYTES;
 use plumb_pictures::decode;
 use plumb_runtime::run_log::OutputDir;
-use plumb_vision::image::ColourImage;
+use plumb_vision::image::{ColourImage, ImageSize};
 
 use super::super::view::{Stage, View};
 use crate::commands::print::tell;
@@ -46,7 +46,8 @@ fn shown(picture: ColourImage, name: String) -> Result<Option<Shown>, Failure> {
     Ok(Some(Shown { picture, view: LensView { name, corners } }))
 }
 
-/// Reads the pictures of a folder in the order of their names.
+/// Reads the pictures of a folder in the order of their names. A file that is no picture, a picture
+/// of another size than most, and one that does not show the board are left out, and named.
 pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
     let unreadable = |error| bad_input(format!("{}: {error}", folder.display()));
     let mut paths: Vec<PathBuf> = fs::read_dir(folder)
@@ -65,20 +66,18 @@ pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
             folder.display()
         )));
     }
-    let (mut all, mut size) = (Vec::new(), None);
+    let usual = usual_size(&paths);
+    let mut all = Vec::new();
     for path in &paths {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let bytes = bounded_read::read(path, MAX_BYTES)?;
-        let picture = decode::colour(&bytes)
-            .map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
-        let first = *size.get_or_insert(picture.size());
-        if picture.size() != first {
-            let found = picture.size();
-            return Err(bad_input(format!(
-                "{}: {found}, but the first picture is {first}: all must be of one size",
-                path.display()
-            )));
-        }
+        let read = bounded_read::read(path, MAX_BYTES).map_err(|error| error.to_string());
+        let picture = match read.and_then(|bytes| picture(&bytes, usual)) {
+            Ok(picture) => picture,
+            Err(why) => {
+                tell!("{name}: {why}; left out");
+                continue;
+            }
+        };
         match shown(picture, name.clone())? {
             Some(shown) => all.push(shown),
             None => tell!("{name}: the board is not seen; left out"),
@@ -86,6 +85,27 @@ pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
     }
     tell!("the board is seen in {} of {} pictures", all.len(), paths.len());
     Ok(all)
+}
+
+/// Returns the size that most of the pictures have; of several such sizes that of the first
+/// picture. `None` where no file is a picture.
+fn usual_size(paths: &[PathBuf]) -> Option<ImageSize> {
+    let size = |path: &PathBuf| decode::size(&bounded_read::read(path, MAX_BYTES).ok()?);
+    let sizes: Vec<ImageSize> = paths.iter().filter_map(size).collect();
+    let count = |size: &ImageSize| sizes.iter().filter(|other| *other == size).count();
+    // The last of several maxima is taken: the first in reverse.
+    sizes.iter().rev().max_by_key(|size| count(size)).copied()
+}
+
+/// Decodes a picture, which must have the `usual` size. Returns why not in words.
+fn picture(bytes: &[u8], usual: Option<ImageSize>) -> Result<ColourImage, String> {
+    let picture = decode::colour(bytes).map_err(|error| error.to_string())?;
+    match usual {
+        Some(usual) if picture.size() != usual => {
+            Err(format!("{}, but the other pictures are {usual}", picture.size()))
+        }
+        _ => Ok(picture),
+    }
 }
 
 /// Takes `wanted` pictures of the board at different places, held still. Each of them is kept in a
