@@ -106,16 +106,17 @@ impl Corner {
 /// places are dense, and with rounded ones. A loop goes from the last place back to the first. It
 /// begins in the middle of the first side, or near to it where places are dense.
 pub(crate) fn blend(places: &[Point3<f64>], tolerance: f64, run: Run) -> Result<Curve, PathError> {
-    let stations = stations(places, run)?;
-    let Simplified { stations, deviation } = simplify(&stations, SIMPLIFIED_SHARE * tolerance);
+    let stations = Stations::new(places, run)?;
+    let (Stations { places, stops }, deviation) = stations.simplified(SIMPLIFIED_SHARE * tolerance);
     let tolerance = tolerance - deviation;
-    let sides: Vec<Side> = stations.windows(2).map(|pair| Side::new(pair[0], pair[1])).collect();
+    let sides: Vec<Side> = places.windows(2).map(|pair| Side::new(pair[0], pair[1])).collect();
     let count = sides.len();
     let next = |i: usize| (i + 1) % count;
     let is_closed = run == Run::Loop;
     let corners: Vec<Corner> = (0..count)
         .map(|i| match i + 1 == count && !is_closed {
             true => Corner::Stop,
+            false if stops.contains(&(i + 1)) => Corner::Stop,
             false => Corner::between(&sides[i], &sides[next(i)], tolerance),
         })
         .collect();
@@ -155,26 +156,60 @@ impl Chain {
     }
 }
 
-/// Returns the places of a path; those of a loop from the middle of the first side back to it.
-fn stations(places: &[Point3<f64>], run: Run) -> Result<Vec<Vector3<f64>>, PathError> {
-    let mut stations: Vec<Vector3<f64>> = places.iter().map(|place| place.coords).collect();
-    if stations.len() < 2 {
-        return Err(PathError::TooFew { count: stations.len(), least: 2 });
-    }
-    let near = |a: &Vector3<f64>, b: &Vector3<f64>| (a - b).norm() < LEAST_DISTANCE_M;
-    if let Some(i) = stations.windows(2).position(|pair| near(&pair[0], &pair[1])) {
-        return Err(PathError::Repeated { number: i + 2 });
-    }
-    if run == Run::Loop {
-        if near(&stations[0], &stations[stations.len() - 1]) {
-            stations.pop();
+/// Places of a path.
+struct Stations {
+    /// The places, metres; those of a loop from the middle of the first side back to it.
+    places: Vec<Vector3<f64>>,
+    /// Numbers of the places at which the ball stops, rising; not the two ends.
+    stops: Vec<usize>,
+}
+
+impl Stations {
+    /// Makes the places of a path. The ball stops where a place follows itself.
+    fn new(path: &[Point3<f64>], run: Run) -> Result<Self, PathError> {
+        let near = |a: &Vector3<f64>, b: &Vector3<f64>| (a - b).norm() < LEAST_DISTANCE_M;
+        let mut stations: Vec<(Vector3<f64>, bool)> = Vec::new();
+        for Point3 { coords } in path {
+            match stations.last_mut() {
+                Some((last, stops)) if near(last, coords) => *stops = true,
+                _ => stations.push((*coords, false)),
+            }
         }
-        let middle = (stations[0] + stations[1]) / 2.0;
-        stations.rotate_left(1);
-        stations.insert(0, middle);
-        stations.push(middle);
+        if stations.len() < 2 {
+            return Err(PathError::TooFew { count: stations.len(), least: 2 });
+        }
+        if run == Run::Loop {
+            let (first, last) = (stations[0], stations[stations.len() - 1]);
+            if near(&first.0, &last.0) {
+                stations.pop();
+                stations[0].1 |= last.1;
+            }
+            let middle = (stations[0].0 + stations[1].0) / 2.0;
+            stations.rotate_left(1);
+            stations.insert(0, (middle, false));
+            stations.push((middle, false));
+        }
+        let inner = 1..stations.len() - 1;
+        let stops = inner.filter(|&number| stations[number].1).collect();
+        Ok(Self { places: stations.into_iter().map(|(place, _)| place).collect(), stops })
     }
-    Ok(stations)
+
+    /// Returns the places with fewer corners between the stops, and the largest distance of a place
+    /// that was left out, metres.
+    fn simplified(&self, tolerance: f64) -> (Self, f64) {
+        let mut few = Self { places: vec![self.places[0]], stops: Vec::new() };
+        let mut largest = 0.0_f64;
+        let mut from = 0;
+        for &to in self.stops.iter().chain([&(self.places.len() - 1)]) {
+            let Simplified { stations, deviation } = simplify(&self.places[from..=to], tolerance);
+            few.places.extend(&stations[1..]);
+            few.stops.push(few.places.len() - 1);
+            largest = largest.max(deviation);
+            from = to;
+        }
+        few.stops.pop();
+        (few, largest)
+    }
 }
 
 #[cfg(test)]
@@ -250,9 +285,32 @@ mod tests {
     #[test]
     fn waypoints_in_one_place_are_refused() {
         let place = Point3::new(0.2, 0.1, 0.3);
-        let error = blend(&[place, place], 0.005, Run::Once).unwrap_err();
-        assert!(matches!(error, PathError::Repeated { number: 2 }), "{error}");
-        let error = blend(&[place], 0.005, Run::Once).unwrap_err();
-        assert!(matches!(error, PathError::TooFew { count: 1, .. }), "{error}");
+        for path in [&[place, place][..], &[place]] {
+            let error = blend(path, 0.005, Run::Once).unwrap_err();
+            assert!(matches!(error, PathError::TooFew { count: 1, .. }), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_ball_stops_where_a_waypoint_is_repeated() {
+        let stops = |path: &[Point3<f64>], run| {
+            let curve = blend(path, 0.005, run).unwrap();
+            let at: Vec<f64> =
+                curve.intervals().filter(|piece| piece.stops).map(|piece| piece.from).collect();
+            (at, curve.length())
+        };
+        let square = [[0.0, 0.0], [0.2, 0.0], [0.2, 0.2], [0.0, 0.2]];
+        let [a, b, c, d] = square.map(|[x, y]| Point3::new(x, y, 0.3));
+        let (at, length) = stops(&[a, a, b, c, c, c, d, d], Run::Once);
+        assert!(at.len() == 1 && length < 0.6, "{at:?} {length}");
+        // Straight on, too: it would be left out.
+        let middle = Point3::new(0.1, 0.0, 0.3);
+        let (at, _) = stops(&[a, middle, middle, b], Run::Once);
+        assert!(at.len() == 1 && (at[0] - 0.1).abs() < 1e-12, "{at:?}");
+        // A loop has no ends: it stops at its first waypoint.
+        for path in [&[a, a, b, c, d][..], &[a, b, c, d, a, a]] {
+            assert_eq!(stops(path, Run::Loop).0.len(), 1);
+        }
+        assert_eq!(stops(&[a, b, c, d, a], Run::Loop).0.len(), 0);
     }
 }

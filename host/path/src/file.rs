@@ -1,12 +1,12 @@
 //! Paths from CSV files.
 //!
 //! The first line names the columns: `x,y,z` for waypoints, or `t,x,y,z` for places with time
-//! stamps; metres in the rig frame, and seconds. Empty lines and lines that begin with `#` are left
-//! out.
+//! stamps; metres in the rig frame, and seconds. A line that is repeated is a pause.
 
 use nalgebra::Point3;
 use thiserror::Error;
 
+use crate::table::{self, Table};
 use crate::trajectory::{MAX_COORDINATE_M, Sample};
 
 /// Contents of a file.
@@ -64,7 +64,10 @@ pub enum LineMistake {
         value: String,
     },
     /// A coordinate is far out of range.
-    #[error("line {line}, column {name}: {value} m is out of range, ±{MAX_COORDINATE_M} (metres)")]
+    #[error(
+        "line {line}, column {name}: {value} m is out of range, ±{MAX_COORDINATE_M} (metres); are \
+         these millimetres?"
+    )]
     Range {
         /// Line, from 1.
         line: u64,
@@ -72,12 +75,6 @@ pub enum LineMistake {
         name: &'static str,
         /// Coordinate, metres.
         value: f64,
-    },
-    /// The place is that of the line before.
-    #[error("line {line}: the place of the line before; leave one of them out")]
-    Repeated {
-        /// Line, from 1.
-        line: u64,
     },
     /// The time is not above that of the line before.
     #[error("line {line}: the time {time} s is not above that of the line before")]
@@ -128,22 +125,18 @@ struct Row {
 
 /// Parses the text of a file.
 ///
-/// The fields are numbers without quotes. The crate `csv` would count the lines without comments
-/// and empty lines, so that a message would name a wrong one.
-///
 /// # Errors
 /// Where the first line names other columns, there are no places, or lines have mistakes; all of
 /// them at once.
 pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
-    let lines = (1..).zip(text.lines().map(str::trim));
-    let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let columns = header(lines.next())?;
+    let mut table = Table::of(text);
+    let columns = columns(&mut table)?;
     let (mut rows, mut mistakes) = (Vec::new(), Vec::new());
-    for (number, line) in lines {
-        rows.extend(row(number, line, columns, &mut mistakes));
+    for fields in table.rows() {
+        rows.extend(row(fields, &table, columns, &mut mistakes));
     }
-    for pair in rows.windows(2) {
-        mistakes.extend(order_mistake(&pair[0], &pair[1], columns));
+    if columns == Columns::Timed {
+        mistakes.extend(rows.windows(2).filter_map(|pair| order_mistake(&pair[0], &pair[1])));
     }
     if !mistakes.is_empty() {
         return Err(PathFileError::Lines(mistakes));
@@ -160,18 +153,26 @@ pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
     })
 }
 
-/// Returns the columns that the first line, with its number, names.
-fn header(line: Option<(u64, &str)>) -> Result<Columns, PathFileError> {
-    let Some((line, text)) = line else { return Err(PathFileError::Empty) };
-    let names: Vec<&str> = text.split(',').map(str::trim).collect();
+/// Returns the columns that the first line names.
+fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
+    let names = table.take_names();
+    let Some(first) = names.as_ref().or(table.rows().first()) else {
+        return Err(PathFileError::Empty);
+    };
     let known = [Columns::Places, Columns::Timed];
-    let found = known.into_iter().find(|columns| columns.names() == names);
-    found.ok_or_else(|| PathFileError::Header { line, found: text.to_owned() })
+    let found = known.into_iter().find(|columns| columns.names() == first.fields);
+    let (line, found_names) = (first.line, first.fields.join(","));
+    found.ok_or(PathFileError::Header { line, found: found_names })
 }
 
 /// Returns the place of a line. Adds its mistakes to `mistakes`; `None` if it has one.
-fn row(line: u64, text: &str, columns: Columns, mistakes: &mut Vec<LineMistake>) -> Option<Row> {
-    let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+fn row(
+    table::Row { line, fields }: &table::Row,
+    table: &Table,
+    columns: Columns,
+    mistakes: &mut Vec<LineMistake>,
+) -> Option<Row> {
+    let line = *line;
     let names = columns.names();
     if fields.len() != names.len() {
         let (count, expected) = (fields.len(), names.len());
@@ -179,39 +180,27 @@ fn row(line: u64, text: &str, columns: Columns, mistakes: &mut Vec<LineMistake>)
         return None;
     }
     let mut values = Vec::new();
-    for (&name, &field) in names.iter().zip(&fields) {
-        match field.parse::<f64>().ok().filter(|value| value.is_finite()) {
+    for (&name, field) in names.iter().zip(fields) {
+        match table.number(field).filter(|value| value.is_finite()) {
             Some(value) if name != "t" && value.abs() > MAX_COORDINATE_M => {
                 mistakes.push(LineMistake::Range { line, name, value });
             }
             Some(value) => values.push(value),
-            None => {
-                mistakes.push(LineMistake::Field { line, name, value: field.to_owned() });
-            }
+            None => mistakes.push(LineMistake::Field { line, name, value: field.clone() }),
         }
     }
-    match (columns, values.as_slice()) {
-        (Columns::Places, &[x, y, z]) => {
-            Some(Row { line, time: 0.0, position: Point3::new(x, y, z) })
-        }
-        (Columns::Timed, &[time, x, y, z]) => {
-            Some(Row { line, time, position: Point3::new(x, y, z) })
-        }
-        _ => None,
-    }
+    let (time, position) = match (columns, values.as_slice()) {
+        (Columns::Places, &[x, y, z]) => (0.0, Point3::new(x, y, z)),
+        (Columns::Timed, &[time, x, y, z]) => (time, Point3::new(x, y, z)),
+        _ => return None,
+    };
+    Some(Row { line, time, position })
 }
 
-/// Returns the mistake of a line that cannot follow the one before.
-fn order_mistake(before: &Row, row: &Row, columns: Columns) -> Option<LineMistake> {
-    let line = row.line;
-    match columns {
-        Columns::Places => {
-            (before.position == row.position).then_some(LineMistake::Repeated { line })
-        }
-        Columns::Timed => {
-            (row.time <= before.time).then_some(LineMistake::TimeNotRising { line, time: row.time })
-        }
-    }
+/// Returns the mistake of a line whose time does not follow that of the one before.
+fn order_mistake(before: &Row, row: &Row) -> Option<LineMistake> {
+    let Row { line, time, .. } = *row;
+    (time <= before.time).then_some(LineMistake::TimeNotRising { line, time })
 }
 
 #[cfg(test)]
@@ -230,6 +219,16 @@ mod tests {
     }
 
     #[test]
+    fn spreadsheets_of_other_languages_and_pauses_are_read() {
+        let expected = [[0.42, 0.24, 0.3], [0.54, 0.24, 0.3], [0.54, 0.24, 0.3]].map(Point3::from);
+        let expected = Ok(PathFile::Waypoints(expected.to_vec()));
+        let lines = "0.42,0.24,0.3\n0.54,0.24,0.3\n0.54,0.24,0.3\n";
+        assert_eq!(parse(&format!("\u{feff}X,Y,Z\n{lines}")), expected);
+        let commas = format!("x,y,z\n{lines}").replace(',', ";").replace('.', ",");
+        assert_eq!(parse(&commas), expected);
+    }
+
+    #[test]
     fn a_mistake_is_named_with_its_line() {
         for (text, named) in [
             ("", "no places"),
@@ -239,7 +238,9 @@ mod tests {
             ("x,y,z\n0.4,o.3,0.2\n", "line 2, column y: 'o.3' is no finite number"),
             ("x,y,z\n0.4,0.3,inf\n", "line 2, column z: 'inf' is no finite number"),
             ("x,y,z\n0.4,300,0.2\n", "line 2, column y: 300 m is out of range, ±100"),
-            ("x,y,z\n1,1,1\n1,1,1\n", "line 3: the place of the line before"),
+            ("x,y,z\n420,240,300\n", "are these millimetres?"),
+            ("z,y,x\n0.4,0.3,0.2\n", "line 1: the columns are 'z,y,x', but must be 'x,y,z'"),
+            ("0,0.4,0.3,0.2\n", "line 1: the columns are '0,0.4,0.3,0.2', but must be 'x,y,z'"),
             ("t,x,y,z\n1,1,1,1\n1,2,1,1\n", "line 3: the time 1 s is not above"),
         ] {
             let error = parse(text).unwrap_err().to_string();

@@ -44,6 +44,7 @@ mod quintic;
 pub mod shape;
 mod simplify;
 mod spline;
+pub mod table;
 mod time_law;
 mod timed;
 pub mod tracker;

@@ -125,12 +125,6 @@ pub enum PathError {
         /// Least number.
         least: usize,
     },
-    /// Two consecutive waypoints are in one place.
-    #[error("waypoint {number} is in the same place as the one before: leave one of them out")]
-    Repeated {
-        /// Number of the second one, from 1.
-        number: usize,
-    },
     /// A time stamp is not above the one before.
     #[error("the time of sample {number} is not above the one before")]
     TimeNotRising {
@@ -180,11 +174,12 @@ impl Trajectory {
     /// Returns the trajectory along straight lines between the waypoints, with rounded corners.
     /// Waypoints within a fifth of the tolerance of the line between others make no corner. A loop
     /// goes from the last waypoint back to the first one, and begins in the middle of the first
-    /// side, or near to it where waypoints are dense. The ball stops at a turn of more than 160°.
+    /// side, or near to it where waypoints are dense. The ball stops at a turn of more than 160°
+    /// and where a waypoint is repeated.
     ///
     /// # Errors
-    /// Where there are fewer than two waypoints, two consecutive ones are in one place, or a number
-    /// is out of its range; where the ball is under way for more than a day.
+    /// Where there are fewer than two waypoints in different places, or a number is out of its
+    /// range; where the ball is under way for more than a day.
     pub fn through(waypoints: &Waypoints, limits: &Limits, run: Run) -> Result<Self, PathError> {
         let Waypoints { places, tolerance } = waypoints;
         check_near(places)?;

@@ -174,6 +174,9 @@ pub(super) fn drive(
     }
     let text = read_text(&rig.camera.file, MAX_BYTES)?;
     let camera = camera_file::parse(&rig.camera.file, &text)?;
+    if !rig.motion_rules().know_the_motors() {
+        tell!("{}: has no [size]: a target that no cables can hold is not refused", file.display());
+    }
     let chosen = source_name(file, &rig, options)?;
     let (sender, mut receiver) = operator();
     let stream = goal.stream(&rig, sender.targets().clone())?;

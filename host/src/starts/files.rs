@@ -246,7 +246,11 @@ fn no_number_of_another_file_breaks_a_start() {
             "t,x,y,z\n0,0.4,0.3,0.2\n5,0.5,0.3,0.2\n9,0.5,0.4,0.2\n",
             format!("run {rig} --path FILE"),
         ),
-        ("way.csv", "0.4,0.3,0.2,1,0.02\n0.5,0.3,0.2\n", format!("run {rig} --waypoints FILE")),
+        (
+            "way.csv",
+            "x,y,z,dwell,tolerance\n0.4,0.3,0.2,1,0.02\n0.5,0.3,0.2\n",
+            format!("run {rig} --waypoints FILE"),
+        ),
         (
             "family.toml",
             "vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[1, 0, 0], [0, 2, 0], [0, 0, 1]]]",

@@ -3,10 +3,11 @@
 use std::fmt;
 
 use nalgebra::Point3;
-use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Jog, Refusal};
-use plumb_protocol::units::{Point, Rate, Steps16};
+use plumb_protocol::units::{Rate, Steps16};
 use thiserror::Error;
+
+use crate::rig::{MotionError, MotionRules};
 
 /// Command of an operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +61,9 @@ pub enum CommandRefusal {
     /// The target is outside the workspace of the rig file. The board has not received it.
     #[error("the target is outside the workspace of the rig file")]
     TargetOutside,
+    /// The target is outside the triangle of the motors. The board has not received it.
+    #[error("the target is outside the triangle of the motors, where a cable is slack")]
+    TargetSlack,
     /// The distance or the rate of a jog is not a number, or far out of range.
     #[error("the distance or the rate of the jog is out of range")]
     OutOfRange,
@@ -131,13 +135,15 @@ impl OperatorCommand {
     /// is [`Self::Resume`], which never waits.
     ///
     /// # Errors
-    /// Where a target is outside `workspace`, or a jog is out of range.
-    pub(crate) fn on_wire(self, workspace: &Workspace) -> Result<Option<Command>, CommandRefusal> {
+    /// Where a target is not one by `rules`, or a jog is out of range.
+    pub(crate) fn on_wire(self, rules: &MotionRules) -> Result<Option<Command>, CommandRefusal> {
         Ok(Some(match self {
             Self::Target(target) => {
-                let target = Point::from_metres(target.into());
-                let target = target.filter(|target| workspace.contains(*target));
-                Command::Target(target.ok_or(CommandRefusal::TargetOutside)?)
+                let target = rules.target(target.into());
+                Command::Target(target.map_err(|error| match error {
+                    MotionError::Triangle => CommandRefusal::TargetSlack,
+                    _ => CommandRefusal::TargetOutside,
+                })?)
             }
             Self::Hold => Command::Hold,
             Self::Stop | Self::RampDown => Command::Stop,

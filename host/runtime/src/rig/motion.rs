@@ -1,6 +1,7 @@
 //! Motions of the ball that a rig allows, as far as its file tells.
 
 use nalgebra::{Point3, Vector3};
+use plumb_protocol::units::Point;
 use thiserror::Error;
 
 use super::check::size::RoughSize;
@@ -8,6 +9,10 @@ use super::{Box3, Rig};
 
 /// Names of the motors.
 const MOTORS: [char; 3] = ['A', 'B', 'C'];
+
+/// Distance beyond the border of the workspace at which a target still is inside, metres: half of
+/// the board's unit.
+const ROUNDING_M: f64 = 0.5e-6;
 
 /// Rules for a motion of the ball, from the rig file.
 #[derive(Debug, Clone)]
@@ -61,14 +66,9 @@ impl MotionRules {
     /// # Errors
     /// The first rule that the motion breaks.
     pub fn check(&self, place: Point3<f64>, velocity: Vector3<f64>) -> Result<(), MotionError> {
-        let Box3 { min, max } = &self.workspace;
-        if !(0..3).all(|i| (min[i].get()..=max[i].get()).contains(&place[i])) {
-            return Err(MotionError::Workspace);
-        }
+        self.check_workspace(place, 0.0)?;
         let Some(size) = &self.size else { return Ok(()) };
-        if !size.contains(place) {
-            return Err(MotionError::Triangle);
-        }
+        self.check_triangle(place)?;
         for (position, motor) in size.motors.iter().zip(MOTORS) {
             // The speed of the cable is the ball's along it.
             let cable = place - position;
@@ -78,6 +78,39 @@ impl MotionRules {
             }
         }
         Ok(())
+    }
+
+    /// Returns a target (metres) in the board's units.
+    ///
+    /// # Errors
+    /// Where it is outside the workspace or the triangle of the motors.
+    pub(crate) fn target(&self, target: [f64; 3]) -> Result<Point, MotionError> {
+        let point = Point::from_metres(target).ok_or(MotionError::Workspace)?;
+        self.check_workspace(target.into(), ROUNDING_M)?;
+        self.check_triangle(target.into())?;
+        Ok(point)
+    }
+
+    /// Returns whether the rules know where the motors are. Else they know the workspace only.
+    pub fn know_the_motors(&self) -> bool {
+        self.size.is_some()
+    }
+
+    /// Checks that a place is inside the workspace, or beyond its border by at most `margin`; both
+    /// in metres.
+    fn check_workspace(&self, place: Point3<f64>, margin: f64) -> Result<(), MotionError> {
+        let Box3 { min, max } = &self.workspace;
+        let is_inside = (0..3).all(|axis| {
+            (min[axis].get() - margin..=max[axis].get() + margin).contains(&place[axis])
+        });
+        is_inside.then_some(()).ok_or(MotionError::Workspace)
+    }
+
+    fn check_triangle(&self, place: Point3<f64>) -> Result<(), MotionError> {
+        match &self.size {
+            Some(size) if !size.contains(place) => Err(MotionError::Triangle),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -8,7 +8,6 @@ use std::time::Duration;
 use nalgebra::Point3;
 use plumb_cameras::source::SourceError;
 use plumb_frame::observation::Gaussian3;
-use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Fault, State};
 use plumb_protocol::units::Micros;
 use tracing::trace;
@@ -28,6 +27,7 @@ use crate::error_chain::ErrorChain;
 use crate::link::{Link, Transport};
 use crate::observer::{FrameRecord, RunEvent};
 use crate::operator::Submitted;
+use crate::rig::MotionRules;
 use crate::stop_reason::StopReason;
 use crate::summary::RunStats;
 
@@ -50,8 +50,8 @@ pub(super) struct ControlLoop<'a, 'p, T> {
     pub(super) link: &'a mut Link<T>,
     /// Distance from a target within which it counts as reached, metres.
     pub(super) radius: f64,
-    /// Workspace of the rig file.
-    pub(super) workspace: Workspace,
+    /// Rules for the operator's targets.
+    pub(super) rules: &'a MotionRules,
     /// The drives to the targets.
     pub(super) legs: Legs,
     /// The path that follows the targets.
@@ -89,7 +89,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         parts: &'a mut RunParts<'p>,
         link: &'a mut Link<T>,
         radius: f64,
-        workspace: Workspace,
+        rules: &'a MotionRules,
         repetition: RepetitionDetector,
         route: &Route,
     ) -> Self {
@@ -97,7 +97,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             parts,
             link,
             radius,
-            workspace,
+            rules,
             legs: Legs::new(route),
             path: None,
             targets: None,

@@ -41,6 +41,9 @@ pub enum RunError {
     /// Targets are outside the workspace of the rig file; all of them, metres.
     #[error("the {} outside the workspace of the rig file", targets(.0))]
     TargetsOutside(Vec<[f64; 3]>),
+    /// Targets are outside the triangle of the motors; all of them, metres.
+    #[error("the {} outside the triangle of the motors, where a cable is slack", targets(.0))]
+    TargetsSlack(Vec<[f64; 3]>),
     /// The rig file has no targets.
     #[error("the rig file has no targets: list them as `targets = [[x, y, z], ...]`, metres")]
     NoTargets,

@@ -114,7 +114,8 @@ impl<T: Transport> Run<T> {
         let targets = rig.targets().map_err(RunError::Config)?;
         let targets: Vec<Waypoint> =
             targets.iter().map(|target| Waypoint::new(target.to_metres())).collect();
-        let route = Route::new(&targets, false, &config.workspace)?;
+        let rules = rig.motion_rules();
+        let route = Route::new(&targets, false, &rules)?;
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
         let cleared = configure(&mut link, config).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
@@ -124,7 +125,7 @@ impl<T: Transport> Run<T> {
             route,
             path: None,
             targets: None,
-            rules: rig.motion_rules(),
+            rules,
             max_speed: rig.path.max_speed.get(),
             law,
             radius,
@@ -144,13 +145,13 @@ impl<T: Transport> Run<T> {
     /// `is_repeated` again and again until the run is interrupted.
     ///
     /// # Errors
-    /// Where there are none, or one is outside the workspace.
+    /// Where there are none, or one is outside the workspace or the triangle of the motors.
     pub fn set_waypoints(
         &mut self,
         waypoints: &[Waypoint],
         is_repeated: bool,
     ) -> Result<(), RunError> {
-        self.route = Route::new(waypoints, is_repeated, &self.workspace)?;
+        self.route = Route::new(waypoints, is_repeated, &self.rules)?;
         Ok(())
     }
 
@@ -200,9 +201,8 @@ impl<T: Transport> Run<T> {
         info!(law = self.law, timeout_s = parts.timeout, "beginning the run");
         let targets = self.target_drive(&mut parts);
         let repetition = RepetitionDetector::new(self.following_turn);
-        let (radius, workspace) = (self.radius, self.workspace);
-        let (link, route) = (&mut self.link, &self.route);
-        let mut control = ControlLoop::new(&mut parts, link, radius, workspace, repetition, route);
+        let (link, route, rules) = (&mut self.link, &self.route, &self.rules);
+        let mut control = ControlLoop::new(&mut parts, link, self.radius, rules, repetition, route);
         control.path = self.path.take().map(PathDrive::new);
         control.targets = targets;
         let result = control.run();

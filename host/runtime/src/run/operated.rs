@@ -32,7 +32,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
             if let Some(before) = self.in_flight.take() {
                 self.refuse(before, CommandRefusal::Replaced);
             }
-            match submitted.command.on_wire(&self.workspace) {
+            match submitted.command.on_wire(self.rules) {
                 Err(refusal) => self.refuse(submitted, refusal),
                 Ok(Some(command)) => self.submit(submitted, command)?,
                 Ok(None) => {

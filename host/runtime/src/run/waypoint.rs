@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use plumb_cameras::bounded_read::{ReadError, read_text};
 use plumb_cameras::toml_file::{Coordinate, MAX_BYTES, Range};
-use plumb_protocol::config::Workspace;
+use plumb_path::table::{Row, Table};
 use plumb_protocol::units::Point;
 use thiserror::Error;
 
 use super::error::RunError;
 use crate::rig::quantity::Distance;
+use crate::rig::{MotionError, MotionRules};
 use crate::summary::round;
 
 /// Target of a run.
@@ -51,28 +52,32 @@ impl Route {
     /// Checks the waypoints of a run.
     ///
     /// # Errors
-    /// Where there are none, or one is outside the workspace.
+    /// Where there are none, or one is outside the workspace or the triangle of the motors.
     pub(super) fn new(
         waypoints: &[Waypoint],
         is_repeated: bool,
-        workspace: &Workspace,
+        rules: &MotionRules,
     ) -> Result<Self, RunError> {
         if waypoints.is_empty() {
             return Err(RunError::NoTargets);
         }
-        let (mut inside, mut outside) = (Vec::new(), Vec::new());
+        let (mut inside, mut outside, mut slack) = (Vec::new(), Vec::new(), Vec::new());
         for waypoint in waypoints {
-            let point = Point::from_metres(waypoint.target);
-            match point.filter(|point| workspace.contains(*point)) {
-                Some(point) => {
+            let rounded = waypoint.target.map(|metres| round(metres, 1e6));
+            match rules.target(waypoint.target) {
+                Ok(point) => {
                     let waypoint = Waypoint { target: point.to_metres(), ..*waypoint };
                     inside.push(CheckedWaypoint { point, waypoint });
                 }
-                None => outside.push(waypoint.target.map(|metres| round(metres, 1e6))),
+                Err(MotionError::Triangle) => slack.push(rounded),
+                Err(_) => outside.push(rounded),
             }
         }
         if !outside.is_empty() {
             return Err(RunError::TargetsOutside(outside));
+        }
+        if !slack.is_empty() {
+            return Err(RunError::TargetsSlack(slack));
         }
         Ok(Self { waypoints: inside, is_repeated })
     }
@@ -85,8 +90,22 @@ pub enum WaypointError {
     #[error("waypoints")]
     Read(#[from] ReadError),
     /// The file has no waypoints.
-    #[error("{}: no waypoints; each line is x, y, z, dwell, tolerance", .0.display())]
+    #[error("{}: no waypoints; each line is x, y, z", .0.display())]
     Empty(PathBuf),
+    /// The first line names other columns.
+    #[error(
+        "{}:{line}: the columns are '{found}', but must be x, y, z, and may be dwell and \
+         tolerance; a file with times is a path: --path",
+        .path.display()
+    )]
+    Names {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// Columns found.
+        found: String,
+    },
     /// Lines of the file have mistakes.
     #[error("{}", listed(.path, .mistakes))]
     Mistakes {
@@ -101,10 +120,23 @@ pub enum WaypointError {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum WaypointMistake {
     /// The line has too few or too many columns.
-    #[error("{line}: {count} columns; a line has 3 to 5: x, y, z, dwell, tolerance")]
+    #[error("{line}: {count} columns, but the first line names {most}")]
     Columns {
         /// Line, from 1.
-        line: usize,
+        line: u64,
+        /// Number of columns.
+        count: usize,
+        /// Number of columns that the first line names.
+        most: usize,
+    },
+    /// The line has other columns than x, y, z, and no line names them.
+    #[error(
+        "{line}: {count} columns without names; 3 are x, y, z. For others the first line has the \
+         names: x,y,z,dwell,tolerance"
+    )]
+    Unnamed {
+        /// Line, from 1.
+        line: u64,
         /// Number of columns.
         count: usize,
     },
@@ -112,7 +144,7 @@ pub enum WaypointMistake {
     #[error("{line}: column {column} ({name}): '{value}': {why}")]
     Field {
         /// Line, from 1.
-        line: usize,
+        line: u64,
         /// Column, from 1.
         column: usize,
         /// Name of the column.
@@ -141,32 +173,39 @@ fn listed(path: &Path, mistakes: &[WaypointMistake]) -> String {
 /// Names of the columns.
 const COLUMNS: [&str; 5] = ["x", "y", "z", "dwell", "tolerance"];
 
+/// Number of the first columns, without which a line is no place.
+const COORDINATES: usize = 3;
+
 /// Range of a dwell time: up to a day.
 const DWELL: Range = Range::new(0.0, 86_400.0, "s");
 
 /// Range of a tolerance.
 const TOLERANCE: Range = Distance::RANGE;
 
-/// Reads a file of waypoints. A line is `x, y, z, dwell, tolerance`: metres in the rig frame,
-/// seconds, metres. The last two may be left out or empty. Empty lines, lines that begin with `#`,
-/// and a first line with the names of the columns are left out.
+/// Reads a file of waypoints: x, y, z in metres in the rig frame, the dwell time in seconds, the
+/// tolerance in metres. The first line names the columns, in any order; where it does not, there
+/// are x, y, z. Dwell time and tolerance may be left out or empty.
 ///
 /// # Errors
-/// Where the file cannot be read, has no waypoints, or a field is wrong; all wrong fields at once.
+/// Where the file cannot be read, names other columns, has no waypoints, or a field is wrong; all
+/// wrong fields at once.
 pub fn read_waypoints(path: &Path) -> Result<Vec<Waypoint>, WaypointError> {
     parse_waypoints(path, &read_text(path, MAX_BYTES)?)
 }
 
 /// Parses the text of the file `path`.
 fn parse_waypoints(path: &Path, text: &str) -> Result<Vec<Waypoint>, WaypointError> {
-    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
-    let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).peekable();
-    lines.next_if(|(_, line)| line.split(',').next().is_some_and(|name| name.trim() == COLUMNS[0]));
-    let (mut waypoints, mut mistakes) = (Vec::new(), Vec::new());
-    for (number, line) in lines {
-        waypoints.extend(parse_line(number, line, &mut mistakes));
-    }
+    let mut table = Table::of(text);
+    let columns = table.take_names().map(|names| Columns::named(&names)).transpose();
     let path = path.to_owned();
+    let columns = match columns {
+        Ok(columns) => columns,
+        Err((line, found)) => return Err(WaypointError::Names { path, line, found }),
+    };
+    let (mut waypoints, mut mistakes) = (Vec::new(), Vec::new());
+    for row in table.rows() {
+        waypoints.extend(parse_row(row, &table, columns.as_ref(), &mut mistakes));
+    }
     if !mistakes.is_empty() {
         Err(WaypointError::Mistakes { path, mistakes })
     } else if waypoints.is_empty() {
@@ -176,28 +215,66 @@ fn parse_waypoints(path: &Path, text: &str) -> Result<Vec<Waypoint>, WaypointErr
     }
 }
 
-/// Parses a line of the file. Adds its mistakes to `mistakes`; `None` if it has one.
-fn parse_line(line: usize, text: &str, mistakes: &mut Vec<WaypointMistake>) -> Option<Waypoint> {
-    let fields: Vec<&str> = text.split(',').map(str::trim).collect();
-    let count = fields.len();
-    if !(3..=COLUMNS.len()).contains(&count) {
-        mistakes.push(WaypointMistake::Columns { line, count });
+/// Columns of a file, each by its place in [`COLUMNS`].
+struct Columns(Vec<usize>);
+
+impl Columns {
+    /// Returns the columns of a line of names, or its number and text where they are others: each
+    /// once, and all coordinates.
+    fn named(names: &Row) -> Result<Self, (u64, String)> {
+        let place = |name: &String| COLUMNS.iter().position(|column| column == name);
+        let places: Vec<usize> = names.fields.iter().filter_map(place).collect();
+        let times = |column: usize| places.iter().filter(|place| **place == column).count();
+        let is_complete = (0..COLUMNS.len()).all(|column| match column < COORDINATES {
+            true => times(column) == 1,
+            false => times(column) <= 1,
+        });
+        match is_complete && places.len() == names.fields.len() {
+            true => Ok(Self(places)),
+            false => Err((names.line, names.fields.join(","))),
+        }
+    }
+
+    /// Returns the least number of fields of a line: the last coordinate is among them.
+    fn least(&self) -> usize {
+        let last = self.0.iter().rposition(|place| *place < COORDINATES);
+        last.map_or(COORDINATES, |index| index + 1)
+    }
+}
+
+/// Parses a line. Adds its mistakes to `mistakes`; `None` if it has one.
+fn parse_row(
+    row: &Row,
+    table: &Table,
+    columns: Option<&Columns>,
+    mistakes: &mut Vec<WaypointMistake>,
+) -> Option<Waypoint> {
+    let (line, count) = (row.line, row.fields.len());
+    let unnamed = Columns((0..COORDINATES).collect());
+    let named = columns.unwrap_or(&unnamed);
+    let Columns(places) = named;
+    let most = places.len();
+    if !(named.least()..=most).contains(&count) {
+        mistakes.push(match columns {
+            Some(_) => WaypointMistake::Columns { line, count, most },
+            None => WaypointMistake::Unnamed { line, count },
+        });
         return None;
     }
     let before = mistakes.len();
     let mut values = [None; COLUMNS.len()];
-    for (index, field) in fields.iter().enumerate() {
-        // The last two may be empty.
-        if index >= 3 && field.is_empty() {
+    for (index, (field, &place)) in row.fields.iter().zip(places).enumerate() {
+        // Dwell time and tolerance may be empty.
+        if place >= COORDINATES && field.is_empty() {
             continue;
         }
-        match parse_field(index, field) {
-            Ok(value) => values[index] = Some(value),
+        match checked(place, table.number(field)) {
+            Ok(value) => values[place] = Some(value),
             Err(why) => mistakes.push(WaypointMistake::Field {
                 line,
                 column: index + 1,
-                name: COLUMNS[index],
-                value: (*field).to_owned(),
+                name: COLUMNS[place],
+                value: field.clone(),
                 why,
             }),
         }
@@ -207,20 +284,23 @@ fn parse_line(line: usize, text: &str, mistakes: &mut Vec<WaypointMistake>) -> O
     (mistakes.len() == before).then_some(waypoint)
 }
 
-/// Parses the field of the column `index`. Returns the reason in words where it is wrong.
-fn parse_field(index: usize, field: &str) -> Result<f64, String> {
-    let value: f64 = field.parse().map_err(|_| "must be a number".to_owned())?;
-    let range = match COLUMNS[index] {
-        "tolerance" => TOLERANCE,
-        "dwell" => DWELL,
-        _ => Coordinate::RANGE,
+/// Checks the number of a column, by its place in [`COLUMNS`]. Returns the reason in words where it
+/// is wrong.
+fn checked(place: usize, number: Option<f64>) -> Result<f64, String> {
+    let value = number.ok_or_else(|| "must be a number".to_owned())?;
+    let (range, hint) = match COLUMNS[place] {
+        "tolerance" => (TOLERANCE, ""),
+        "dwell" => (DWELL, ""),
+        _ if value.is_finite() => (Coordinate::RANGE, "; are these millimetres?"),
+        _ => (Coordinate::RANGE, ""),
     };
-    range.check(value).map_err(|error| error.to_string())
+    range.check(value).map_err(|error| format!("{error}{hint}"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rig::Rig;
 
     fn parse(text: &str) -> Result<Vec<Waypoint>, String> {
         parse_waypoints(Path::new("way.csv"), text).map_err(|error| error.to_string())
@@ -240,14 +320,29 @@ mod tests {
     }
 
     #[test]
+    fn columns_come_in_any_order_and_numbers_with_a_decimal_comma() {
+        let target = [0.4, -0.1, 0.2];
+        let expected = vec![Waypoint { target, dwell_s: 2.0, tolerance_m: None }];
+        assert_eq!(parse("\u{feff}Dwell;Z;Y;X\n2;0,2;-0,1;0,4\n"), Ok(expected));
+        assert_eq!(parse("0,4;-0,1;0,2\n"), Ok(vec![Waypoint::new(target)]));
+    }
+
+    #[test]
     fn a_mistake_is_named_with_its_line_and_column() {
         for (text, named) in [
-            ("0.4,0.3,0.2\n0.4,0,3,0.2,1,1\n", "way.csv:2: 6 columns"),
+            ("0.4,0.3,0.2\n0.4,0,3,0.2,1,1\n", "way.csv:2: 6 columns without names"),
+            ("0.2,0.3,0.24,0.3\n", "way.csv:1: 4 columns without names; 3 are x, y, z"),
             ("x,y,z\n0.4,0.3\n", "way.csv:2: 2 columns"),
+            ("x,y,z\n0.4,0.3,0.2,1\n", "way.csv:2: 4 columns, but the first line names 3"),
+            ("dwell,z,y,x\n1,0.4,0.3\n", "way.csv:2: 3 columns, but the first line names 4"),
+            ("t,x,y,z\n0,0.4,0.3,0.2\n", "way.csv:1: the columns are 't,x,y,z'"),
+            ("x,y,y\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,y'"),
+            ("x,y,dwell\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,dwell'"),
+            ("420,240,300\n", "are these millimetres?"),
             ("0.4,o.3,0.2\n", "way.csv:1: column 2 (y): 'o.3': must be a number"),
             ("0.4,0.3,inf\n", "way.csv:1: column 3 (z): 'inf'"),
-            ("0.4,0.3,0.2,-1\n", "way.csv:1: column 4 (dwell): '-1': -1.0 must be 0 to 86400 s"),
-            ("0.4,0.3,0.2,1,0\n", "way.csv:1: column 5 (tolerance): '0'"),
+            ("x,y,z,dwell\n1,1,1,-1\n", "way.csv:2: column 4 (dwell): '-1': -1.0 must be 0 to"),
+            ("x,y,z,tolerance\n1,1,1,0\n", "way.csv:2: column 4 (tolerance): '0'"),
             ("x,y,z\n", "way.csv: no waypoints"),
         ] {
             let error = parse(text).unwrap_err();
@@ -257,27 +352,42 @@ mod tests {
 
     #[test]
     fn all_mistakes_of_a_file_are_named_at_once() {
-        let error = parse("0.4,o.3,nan,-1\n0.4,0.3,0.2\n0.4\n0.4,0.3,0.2,,-2\n").unwrap_err();
+        let error =
+            parse("x,y,z,dwell,tolerance\n0.4,o.3,nan,-1\n0.4,0.3,0.2\n0.4\n0.4,0.3,0.2,,-2\n")
+                .unwrap_err();
         let lines: Vec<&str> = error.lines().collect();
-        let places = ["1: column 2", "1: column 3", "1: column 4", "3: 1 columns", "4: column 5"];
+        let places = ["2: column 2", "2: column 3", "2: column 4", "4: 1 columns", "5: column 5"];
         assert_eq!(lines.len(), places.len(), "{error}");
         for (line, place) in lines.iter().zip(places) {
             assert!(line.starts_with(&format!("way.csv:{place}")), "{error}");
         }
-        let error = parse(&"nonsense\n".repeat(1000)).unwrap_err();
+        let error = parse(&"0.4,0.3\n".repeat(1000)).unwrap_err();
         assert_eq!(error.lines().count(), MAX_LISTED + 1, "{error}");
         assert!(error.ends_with("980 more mistakes"), "{error}");
     }
 
+    fn route_error(rig: &Rig, targets: &[[f64; 3]]) -> String {
+        let targets: Vec<Waypoint> = targets.iter().copied().map(Waypoint::new).collect();
+        Route::new(&targets, false, &rig.motion_rules()).err().unwrap().to_string()
+    }
+
     #[test]
     fn a_target_outside_the_workspace_is_named_in_micrometres() {
-        let point = |metres| Point::from_metres(metres).unwrap();
-        let workspace = Workspace { min: point([0.5; 3]), max: point([1.0; 3]) };
-        let target = point([0.4, -0.1, 0.3]).to_metres();
-        let error = Route::new(&[Waypoint::new(target)], false, &workspace).err().unwrap();
-        assert!(error.to_string().contains("the target [0.4, -0.1, 0.3] m is"), "{error}");
-        let targets = [[0.6; 3], target, [1.5; 3]].map(Waypoint::new);
-        let error = Route::new(&targets, false, &workspace).err().unwrap().to_string();
+        let rig = Rig { simulation: None, ..Rig::paper().unwrap() };
+        let outside = Point::from_metres([0.4, -0.1, 0.3]).unwrap().to_metres();
+        let error = route_error(&rig, &[outside]);
+        assert!(error.contains("the target [0.4, -0.1, 0.3] m is"), "{error}");
+        let error = route_error(&rig, &[[0.54, 0.22, 0.4], outside, [1.5; 3]]);
         assert!(error.contains("the targets [0.4, -0.1, 0.3], [1.5, 1.5, 1.5] m are"), "{error}");
+    }
+
+    #[test]
+    fn a_target_that_no_cables_can_hold_is_named() {
+        let rig = Rig::paper().unwrap();
+        let error = route_error(&rig, &[[0.54, 0.22, 0.3], [0.12, 0.45, 0.3]]);
+        assert!(error.starts_with("the target [0.12, 0.45, 0.3] m is outside the tri"), "{error}");
+        let unknown = Rig { simulation: None, ..rig };
+        let target = Waypoint::new([0.12, 0.45, 0.3]);
+        assert!(Route::new(&[target], false, &unknown.motion_rules()).is_ok());
     }
 }

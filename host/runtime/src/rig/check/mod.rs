@@ -5,6 +5,7 @@ mod finding;
 pub(super) mod size;
 #[cfg(test)]
 mod tests;
+mod view;
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +34,8 @@ const PLACEHOLDERS: &str = include_str!("placeholders.toml");
 /// Checks the rig file at `path`, and the camera file that it names.
 ///
 /// `board` checks the limits of the board, and `simulation` the simulated rig of files without
-/// errors. Returns all findings, errors and warnings, by file; none where the files are right.
+/// errors. What the camera would see of the workspace is checked where both files have no error.
+/// Returns all findings, errors and warnings, by file; none where the files are right.
 pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>) -> Vec<Finding> {
     let text = match read_text(path, MAX_BYTES) {
         Ok(text) => text,
@@ -43,10 +45,24 @@ pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>
     if let Some(file) = camera {
         findings.extend(camera_file(&file));
     }
-    if findings.iter().all(|finding| finding.severity == Severity::Warning) {
+    let has_errors =
+        |findings: &[Finding]| findings.iter().any(|finding| finding.severity == Severity::Error);
+    if !has_errors(&findings) {
+        findings.extend(seen(path));
+    }
+    if !has_errors(&findings) {
         findings.extend(simulated(path, &text, simulation));
     }
     findings
+}
+
+/// Checks what the camera of a rig file without errors would see.
+fn seen(path: &Path) -> Vec<Finding> {
+    let Ok(rig) = Rig::read(path) else { return Vec::new() };
+    let file = &rig.camera.file;
+    let Ok(text) = read_text(file, MAX_BYTES) else { return Vec::new() };
+    let Ok(camera) = camera_file::parse(file, &text) else { return Vec::new() };
+    view::findings(&Document::new(file, &text, camera_file::REFERENCE), &camera, &rig)
 }
 
 /// Checks the simulated rig of a file without errors, where its camera renders that rig.
@@ -83,7 +99,7 @@ pub(crate) fn check_text(
     }
     more.extend(camera(&document, &rig.camera, rig.simulation.is_some()));
     if more.iter().all(|finding| finding.severity == Severity::Warning) {
-        more.extend(size::warnings(&document, &rig));
+        more.extend(size::findings(&document, &rig));
     }
     // A value that was replaced by a placeholder has its finding.
     more.retain(|finding| !finding.values.iter().any(|(key, _)| is_below(key, &wrong)));

@@ -68,8 +68,9 @@ impl RoughSize {
     }
 }
 
-/// Returns the warnings about a rig.
-pub(super) fn warnings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
+/// Returns what is wrong about the places of a rig of this rough size: errors of the targets, which
+/// a run refuses, and warnings.
+pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     let warning = |keys: &[&str], problem: &str| document.finding(Severity::Warning, keys, problem);
     let Some(size) = RoughSize::of(rig) else {
         let problem = "is missing: without the rough size of the rig, nothing compares the \
@@ -92,7 +93,7 @@ pub(super) fn warnings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
              is slack there",
             index + 1
         );
-        found.push(warning(&["targets"], &problem));
+        found.push(document.finding(Severity::Error, &["targets"], &problem));
     }
     found.extend(travel_warning(document, rig, &size));
     found

@@ -1,0 +1,125 @@
+//! Tables of numbers in text, as spreadsheets and robots write them.
+//!
+//! Fields are separated by `;`, tabs or `,`: by the first of them that the first line has. Between
+//! `;` and tabs a number may have a decimal comma. A byte-order mark, empty lines and lines that
+//! begin with `#` are left out. The crate `csv` would count the lines without them, so that a
+//! message would name a wrong one.
+
+/// Separators, in the order in which they are looked for.
+const SEPARATORS: [char; 3] = [';', '\t', ','];
+
+/// Lines of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Table {
+    separator: char,
+    rows: Vec<Row>,
+}
+
+/// Line of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row {
+    /// Number of the line in the text, from 1.
+    pub line: u64,
+    /// Fields, without spaces and quotes around them.
+    pub fields: Vec<String>,
+}
+
+impl Table {
+    /// Returns the lines of `text`.
+    pub fn of(text: &str) -> Self {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let lines = (1..).zip(text.lines().map(str::trim));
+        let lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+        let lines: Vec<(u64, &str)> = lines.collect();
+        let first = lines.first().map_or("", |(_, line)| line);
+        let separator = SEPARATORS.into_iter().find(|&separator| first.contains(separator));
+        let separator = separator.unwrap_or(',');
+        let fields =
+            |line: &str| line.split(separator).map(|field| bare(field).to_owned()).collect();
+        let rows = lines.into_iter().map(|(line, text)| Row { line, fields: fields(text) });
+        Self { separator, rows: rows.collect() }
+    }
+
+    /// Takes the first line where it has the names of the columns: where its first field begins
+    /// with a letter. The names are in lower case.
+    pub fn take_names(&mut self) -> Option<Row> {
+        let first = self.rows.first()?;
+        if !first.fields.first()?.starts_with(char::is_alphabetic) || is_number(&first.fields[0]) {
+            return None;
+        }
+        let Row { line, fields } = self.rows.remove(0);
+        Some(Row { line, fields: fields.iter().map(|name| name.to_lowercase()).collect() })
+    }
+
+    /// Returns the lines.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// Returns the number in a field; `None` where it has none.
+    pub fn number(&self, field: &str) -> Option<f64> {
+        if self.separator == ',' || field.contains('.') {
+            return field.parse().ok();
+        }
+        field.replacen(',', ".", 1).parse().ok()
+    }
+}
+
+/// Returns whether a field is a number, such as "nan" and "inf", which begin with letters.
+fn is_number(field: &str) -> bool {
+    field.parse::<f64>().is_ok()
+}
+
+/// Returns a field without spaces and quotes around it.
+fn bare(field: &str) -> &str {
+    let field = field.trim();
+    field.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(field).trim()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers(text: &str) -> (Option<Vec<String>>, Vec<Vec<Option<f64>>>) {
+        let mut table = Table::of(text);
+        let names = table.take_names().map(|row| row.fields);
+        let row = |row: &Row| row.fields.iter().map(|field| table.number(field)).collect();
+        (names, table.rows().iter().map(row).collect())
+    }
+
+    #[test]
+    fn marks_names_separators_and_decimal_commas_are_read() {
+        let names = Some(["x", "y", "z"].map(str::to_owned).to_vec());
+        let row = vec![[0.5, -0.25, 3.0].map(Some).to_vec()];
+        for text in [
+            "\u{feff}x,y,z\n0.5,-0.25,3\n",
+            "X, Y, Z\r\n# a comment\r\n\r\n0.5, -0.25, 3\r\n",
+            "x;y;z\n0,5;-0,25;3,0\n",
+            "x;y;z\n0.5;-0.25;3\n",
+            "x\ty\tz\n0,5\t-0.25\t3\n",
+            "\"x\",\"y\",\"z\"\n\"0.5\",\"-0.25\",\"3\"\n",
+        ] {
+            assert_eq!(numbers(text), (names.clone(), row.clone()), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_line_of_numbers_has_no_names_and_what_is_no_number_is_none() {
+        let (names, rows) = numbers("nan,1e-1,-2\nx,0,5;1\n1.5,1,000.5\n");
+        assert_eq!((names, rows.len()), (None, 3));
+        assert_eq!(rows[0][1..], [Some(0.1), Some(-2.0)]);
+        assert_eq!(rows[1], [None, Some(0.0), None]);
+        // A comma for thousands is not taken for a decimal comma.
+        let (_, rows) = numbers("1;1,000.5;1,0,0\n");
+        assert_eq!(rows, [[Some(1.0), None, None]]);
+        assert_eq!(numbers(""), (None, vec![]));
+    }
+
+    #[test]
+    fn a_line_has_its_number_in_the_text() {
+        let table = Table::of("# a\n\n1,2\n\n3\n");
+        let lines: Vec<(u64, usize)> =
+            table.rows().iter().map(|row| (row.line, row.fields.len())).collect();
+        assert_eq!(lines, [(3, 2), (5, 1)]);
+    }
+}
