@@ -113,6 +113,14 @@ fn a_file_without_targets_is_wrong() {
 }
 
 #[test]
+fn a_target_that_no_cables_can_hold_is_an_error() {
+    let targets = ("targets = [[0.400, 0.400, 0.150]]", "targets = [[0.2, 0.45, 0.15]]");
+    let found = findings(&[targets]);
+    assert_eq!(found[0].severity, Severity::Error);
+    assert!(found[0].to_string().contains("number 1"), "{}", found[0]);
+}
+
+#[test]
 fn limits_that_protect_nothing_are_warnings() {
     let warnings = |replacements: &[(&str, &str)]| -> Vec<String> {
         findings(replacements).iter().map(ToString::to_string).collect()
@@ -121,7 +129,6 @@ fn limits_that_protect_nothing_are_warnings() {
         ("travel = [-1000, 1500]", "travel = [-5000, 5000]", "protects little"),
         ("min = [0.10, 0.10, 0.05]", "min = [0.10, 0.10, -0.1]", "below the floor"),
         ("max = [0.80, 0.50, 0.60]", "max = [0.80, 0.50, 0.70]", "up to the motors"),
-        ("targets = [[0.400, 0.400, 0.150]]", "targets = [[0.2, 0.45, 0.15]]", "number 1"),
         ("[0.850, 0.610, 0.665], [0.850, 0.0", "[0.850, 0.0, 0.665], [0.850, 0.61", "rig frame"),
     ];
     for (old, new, expected) in cases {
