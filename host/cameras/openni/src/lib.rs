@@ -44,6 +44,7 @@ pub use camera::Camera;
 pub use error::OpenniError;
 pub use library::{DeviceInfo, OpenNi};
 pub use mode::{DepthUnit, Mode};
+pub use oni_file::is_recording;
 pub use picture::Pair;
 pub use plumb_timing::Sensor;
 pub use search::LIBRARY_VARIABLE;

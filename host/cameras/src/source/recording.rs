@@ -1,21 +1,18 @@
 //! Opening a recording of any format.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use plumb_frame::camera::Intrinsics;
 use thiserror::Error;
 
 use super::camera_source::CameraSource;
-use super::openni::{IntrinsicsSource, OpenNi, OpenniSource, OpenniSourceError, Settings, Target};
+use super::openni::{
+    IntrinsicsSource, OpenNi, OpenniSource, OpenniSourceError, Settings, Target, is_recording,
+};
 use super::realsense::{self, RealSense, RealsenseSource, RealsenseSourceError};
 use super::resolution::FileIntrinsics;
 use super::tum::{TumError, TumFolder};
 use super::webcam::VIDEO_ENDINGS;
-
-/// First bytes of a recording of OpenNI2.
-const ONI_MAGIC: &[u8; 4] = b"NI10";
 
 /// Open recording.
 pub struct OpenedRecording {
@@ -80,15 +77,17 @@ pub fn open_recording(
         let intrinsics = *source.intrinsics();
         return Ok(OpenedRecording { source: Box::new(source), intrinsics });
     }
-    if path.extension().is_some_and(|kind| kind == "bag" || kind == "db3") {
+    let kind = path.extension().unwrap_or_default();
+    if kind == "bag" || kind == "db3" {
         return open_realsense(path);
     }
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    if ending.is_some_and(|ending| VIDEO_ENDINGS.contains(&ending.as_str())) {
+    let ending = kind.to_string_lossy().to_ascii_lowercase();
+    if VIDEO_ENDINGS.contains(&ending.as_str()) {
         return open_video(path, intrinsics);
     }
-    if !is_oni(path) {
-        return Err(OpenRecordingError::Unknown { path: path.to_owned(), advice: advice(path) });
+    if kind != "oni" && !is_recording(path) {
+        let advice = advice(&ending);
+        return Err(OpenRecordingError::Unknown { path: path.to_owned(), advice });
     }
     let openni = OpenNi::load().map_err(OpenniSourceError::from)?;
     let target = Target::Recording(path.to_owned());
@@ -98,30 +97,23 @@ pub fn open_recording(
     Ok(OpenedRecording { source: Box::new(source), intrinsics })
 }
 
-/// Returns whether a file is a recording of OpenNI2, by its name or its first bytes.
-fn is_oni(path: &Path) -> bool {
-    let mut magic = [0; ONI_MAGIC.len()];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
-    path.extension().is_some_and(|kind| kind == "oni") || read.is_ok() && magic == *ONI_MAGIC
-}
-
-/// Returns, for a person, what a file that is no recording may be, by the ending of its name.
-fn advice(path: &Path) -> &'static str {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    match ending.as_deref() {
-        Some("mcap") => {
+/// Returns, for a person, what a file that is no recording may be, by the ending of its name in
+/// lower case.
+fn advice(ending: &str) -> &'static str {
+    match ending {
+        "mcap" => {
             "an MCAP recording is not read: play it with `ros2 bag play`, as a camera with \
              `source = \"ros2\"` in the rig file, or export its pictures into a folder with lists"
         }
-        Some("txt" | "csv") => "a list of pictures: give the folder that it is in",
-        Some("h264" | "264" | "h265" | "hevc" | "265") => {
+        "txt" | "csv" => "a list of pictures: give the folder that it is in",
+        "h264" | "264" | "h265" | "hevc" | "265" => {
             "a stream of video without a container: make a file of it with \
              `ffmpeg -i FILE -c copy video.mkv`"
         }
-        Some("zip" | "tar" | "gz" | "tgz" | "xz" | "bz2" | "zst" | "7z") => {
+        "zip" | "tar" | "gz" | "tgz" | "xz" | "bz2" | "zst" | "7z" => {
             "an archive: unpack it, and give the folder with the lists"
         }
-        Some("png" | "jpg" | "jpeg" | "pgm" | "ppm") => {
+        "png" | "jpg" | "jpeg" | "pgm" | "ppm" => {
             "one picture: a recording is a folder with a list of pictures, rgb.txt, whose lines \
              are `timestamp path`"
         }

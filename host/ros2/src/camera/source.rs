@@ -32,6 +32,13 @@ const CHECK: Duration = Duration::from_millis(100);
 /// moves.
 const HEARING: Duration = Duration::from_secs(1);
 
+/// Ratios of the clock of the stamps to this computer's.
+const CLOCK_RATES: std::ops::RangeInclusive<f64> = 0.7..=1.4;
+
+/// Time of pictures after which a wrong rate of their clock is certain. Before, it may be that some
+/// of them came late.
+const JUDGING: Duration = Duration::from_secs(4);
+
 /// Time from exposure to the earliest arrival of a picture where nothing else is set, seconds.
 const LATENCY: f64 = 0.045;
 
@@ -166,13 +173,6 @@ impl Ros2Camera {
         Ok(frame)
     }
 }
-
-/// Ratios of the clock of the stamps to this computer's.
-const CLOCK_RATES: std::ops::RangeInclusive<f64> = 0.7..=1.4;
-
-/// Time of pictures after which a wrong rate of their clock is certain. Before, it may be that some
-/// of them came late.
-const JUDGING: Duration = Duration::from_secs(4);
 
 /// Stamp and arrival of a picture.
 type Taken = (f64, Instant);

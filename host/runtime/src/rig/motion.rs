@@ -67,8 +67,8 @@ impl MotionRules {
     /// The first rule that the motion breaks.
     pub fn check(&self, place: Point3<f64>, velocity: Vector3<f64>) -> Result<(), MotionError> {
         self.check_workspace(place, 0.0)?;
-        let Some(size) = &self.size else { return Ok(()) };
         self.check_triangle(place)?;
+        let Some(size) = &self.size else { return Ok(()) };
         for (position, motor) in size.motors.iter().zip(MOTORS) {
             // The speed of the cable is the ball's along it.
             let cable = place - position;

@@ -67,6 +67,13 @@ pub(crate) enum OniFileError {
     Damaged { pictures: u32, at: u64, what: &'static str },
 }
 
+/// Returns whether the regular file at `path` begins as a recording of OpenNI2 does.
+pub fn is_recording(path: &Path) -> bool {
+    let mut magic = [0; FILE_MAGIC.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    read.is_ok() && magic == *FILE_MAGIC
+}
+
 /// Checks the records of the file at `path`: everything that the library's player relies on.
 ///
 /// # Errors

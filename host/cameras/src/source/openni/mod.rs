@@ -14,6 +14,7 @@ use super::resolution::{FileIntrinsics, UnfitIntrinsics};
 
 mod settings;
 
+pub(super) use plumb_openni::is_recording;
 pub use plumb_openni::{LIBRARY_VARIABLE, OpenNi, Settings, Target};
 pub use settings::{IntrinsicsFrom, OpenniSettings};
 

@@ -69,12 +69,11 @@ impl TumFolder {
         let (colour_list, depth_list) = lists(folder, intrinsics.intrinsics.has_depth())?;
         let mut pending = VecDeque::new();
         let mut depth = Vec::new();
-        if let Some(list) = depth_list {
-            for entry in read_list(folder, list)? {
-                match entry {
-                    Ok(entry) => depth.push(entry),
-                    Err(error) => pending.push_back(Pending::Bad(error)),
-                }
+        let depth_entries = depth_list.map_or(Ok(Vec::new()), |list| read_list(folder, list))?;
+        for entry in depth_entries {
+            match entry {
+                Ok(entry) => depth.push(entry),
+                Err(error) => pending.push_back(Pending::Bad(error)),
             }
         }
         depth.sort_by(|a, b| a.time.total_cmp(&b.time));

@@ -19,8 +19,7 @@ use plumb_frame::camera::Camera;
 
 use self::finding::Document;
 use super::conversion::Conversion;
-use super::quantity::Corner;
-use super::{REFERENCE, Rig, Simulation};
+use super::{MotionError, REFERENCE, Rig, Simulation};
 
 pub use self::board::BoardCheck;
 pub use self::finding::{Finding, Severity};
@@ -45,38 +44,38 @@ pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>
     if let Some(file) = camera {
         findings.extend(camera_file(&file));
     }
-    let has_errors =
-        |findings: &[Finding]| findings.iter().any(|finding| finding.severity == Severity::Error);
-    if !has_errors(&findings) {
-        findings.extend(seen(path));
-    }
-    if !has_errors(&findings) {
-        findings.extend(simulated(path, &text, simulation));
+    if findings.iter().all(|finding| finding.severity == Severity::Warning) {
+        findings.extend(together(path, &text, simulation));
     }
     findings
 }
 
-/// Checks what the camera of a rig file without errors would see.
-fn seen(path: &Path) -> Vec<Finding> {
+/// Checks a rig file and its camera file, both without errors, together: what the camera would see,
+/// and the simulated rig.
+fn together(path: &Path, text: &str, simulation: SimulationCheck<'_>) -> Vec<Finding> {
     let Ok(rig) = Rig::read(path) else { return Vec::new() };
     let file = &rig.camera.file;
-    let Ok(text) = read_text(file, MAX_BYTES) else { return Vec::new() };
-    let Ok(camera) = camera_file::parse(file, &text) else { return Vec::new() };
-    view::findings(&Document::new(file, &text, camera_file::REFERENCE), &camera, &rig)
+    let Ok(camera_text) = read_text(file, MAX_BYTES) else { return Vec::new() };
+    let Ok(camera) = camera_file::parse(file, &camera_text) else { return Vec::new() };
+    let document = Document::new(file, &camera_text, camera_file::REFERENCE);
+    let mut findings = view::findings(&document, &camera, &rig);
+    findings.extend(simulated(&Document::new(path, text, REFERENCE), &rig, &camera, simulation));
+    findings
 }
 
-/// Checks the simulated rig of a file without errors, where its camera renders that rig.
-fn simulated(path: &Path, text: &str, check: SimulationCheck<'_>) -> Option<Finding> {
-    let rig = Rig::read(path).ok()?;
+/// Checks the simulated rig of a file, where its camera renders that rig.
+fn simulated(
+    document: &Document<'_>,
+    rig: &Rig,
+    camera: &Camera,
+    check: SimulationCheck<'_>,
+) -> Option<Finding> {
     let simulation = rig.simulation.as_ref()?;
     if rig.camera.source(true).ok()? != SourceName::Simulated {
         return None;
     }
-    let camera = read_text(&rig.camera.file, MAX_BYTES).ok()?;
-    let camera = camera_file::parse(&rig.camera.file, &camera).ok()?;
-    let error = check(&rig, simulation, &camera).err()?;
+    let error = check(rig, simulation, camera).err()?;
     let problem = format!("cannot be simulated: {}", ErrorChain(&*error));
-    let document = Document::new(path, text, REFERENCE);
     Some(document.finding(Severity::Error, &["simulation"], problem))
 }
 
@@ -145,11 +144,11 @@ fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     if rig.targets.is_empty() {
         return vec![document.out_of_range(&["targets"], "has no target")];
     }
-    let (min, max) = (rig.workspace.min.map(Corner::get), rig.workspace.max.map(Corner::get));
-    let is_inside = |target: &[Coordinate; 3]| {
-        (0..3).all(|axis| (min[axis]..=max[axis]).contains(&target[axis].get()))
+    let rules = rig.motion_rules();
+    let is_outside = |target: &[Coordinate; 3]| {
+        rules.target(target.map(Coordinate::get)) == Err(MotionError::Workspace)
     };
-    let outside = rig.targets.iter().enumerate().filter(|(_, target)| !is_inside(target));
+    let outside = rig.targets.iter().enumerate().filter(|(_, target)| is_outside(target));
     let findings = outside.map(|(index, target)| {
         let [x, y, z] = target.map(|coordinate| coordinate.get());
         let problem =

@@ -5,7 +5,7 @@ use plumb_cameras::toml_file::Coordinate;
 
 use super::finding::{Document, Finding, Severity};
 use crate::rig::quantity::{Corner, TravelLimit};
-use crate::rig::{FULL_STEPS_PER_REVOLUTION, Rig};
+use crate::rig::{FULL_STEPS_PER_REVOLUTION, MotionError, Rig};
 
 /// Travel beyond which the limits protect little, in multiples of what the workspace takes.
 const LARGEST_TRAVEL: f64 = 2.0;
@@ -84,8 +84,10 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
         found.push(warning(&[size.key], problem));
     }
     found.extend(workspace_warnings(document, rig, &size));
-    let outside =
-        |target: &[Coordinate; 3]| !size.contains(Point3::from(target.map(Coordinate::get)));
+    let rules = rig.motion_rules();
+    let outside = |target: &[Coordinate; 3]| {
+        rules.target(target.map(Coordinate::get)) == Err(MotionError::Triangle)
+    };
     for (index, target) in rig.targets.iter().enumerate().filter(|(_, target)| outside(target)) {
         let [x, y, z] = target.map(Coordinate::get);
         let problem = format!(

@@ -14,7 +14,7 @@ const FIELDS_OF_VIEW: std::ops::RangeInclusive<f64> = 3.0..=150.0;
 const ASPECTS: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 /// Largest distance of a camera from the workspace, metres. Depth cameras reach 10 m.
 const FARTHEST_M: f64 = 30.0;
-/// Diameters of the ball in the picture, pixels; at least: the detector finds smaller ones seldom.
+/// Least diameter of the ball in the picture, pixels. The detector seldom finds smaller ones.
 const LEAST_PIXELS: f64 = 4.0;
 /// Values of the depth picture at the workspace. Fewer units are too coarse, and it has 16 bits.
 const DEPTHS: std::ops::RangeInclusive<f64> = 100.0..=65_534.0;
@@ -59,11 +59,12 @@ impl<'a> View<'a> {
         };
         let corner = |corner: [Corner; 3]| Point3::from(corner.map(Corner::get));
         let (min, max) = (corner(rig.workspace.min), corner(rig.workspace.max));
-        let between = |thirds: usize, axis: usize| {
-            let share = (thirds / 3_usize.pow(axis as u32) % 3) as f64 / 2.0;
+        // Each digit of the number, in base 3, is the place along an axis.
+        let along = |number: usize, axis: usize| {
+            let share = (number / 3_usize.pow(axis as u32) % 3) as f64 / 2.0;
             min[axis] + (max[axis] - min[axis]) * share
         };
-        let places = (0..27).map(|n| Point3::from([0, 1, 2].map(|axis| between(n, axis))));
+        let places = (0..27).map(|number| Point3::from([0, 1, 2].map(|axis| along(number, axis))));
         let middle = nalgebra::center(&min, &max);
         Self { document, camera, size, places: places.collect(), middle }
     }
