@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector3};
 use crate::curve::{Curve, Section};
 use crate::quintic::Quintic;
 use crate::simplify::{Simplified, simplify};
-use crate::trajectory::{PathError, Run};
+use crate::trajectory::{PathError, Run, Waypoints};
 
 /// Distance of the middle of the Bézier curve from the corner, as a share of d·|v - u| with u and v
 /// the directions before and after the corner: (1 + 5·2/3 + 10·1/3) / 32.
@@ -42,6 +42,8 @@ struct Side {
     to: Vector3<f64>,
     direction: Vector3<f64>,
     length: f64,
+    /// Largest speed, m/s.
+    speed: f64,
 }
 
 /// Corner between two sides.
@@ -54,9 +56,9 @@ enum Corner {
 }
 
 impl Side {
-    fn new(from: Vector3<f64>, to: Vector3<f64>) -> Self {
+    fn new(from: Vector3<f64>, to: Vector3<f64>, speed: f64) -> Self {
         let length = (to - from).norm();
-        Self { from, to, direction: (to - from) / length, length }
+        Self { from, to, direction: (to - from) / length, length, speed }
     }
 
     /// Returns the line between the rounded corners at both ends; `None` where they meet.
@@ -102,21 +104,21 @@ impl Corner {
     }
 }
 
-/// Returns the curve that passes `places` within `tolerance`, metres: with fewer corners where
-/// places are dense, and with rounded ones. A loop goes from the last place back to the first. It
-/// begins in the middle of the first side, or near to it where places are dense.
-pub(crate) fn blend(places: &[Point3<f64>], tolerance: f64, run: Run) -> Result<Curve, PathError> {
-    let stations = Stations::new(places, run)?;
-    let (Stations { places, stops }, deviation) = stations.simplified(SIMPLIFIED_SHARE * tolerance);
-    let tolerance = tolerance - deviation;
-    let sides: Vec<Side> = places.windows(2).map(|pair| Side::new(pair[0], pair[1])).collect();
+/// Returns the curve that passes the places of `waypoints` within their tolerance: with fewer
+/// corners where places are dense, and with rounded ones. A loop goes from the last place back to
+/// the first. It begins in the middle of the first side, or near to it where places are dense.
+pub(crate) fn blend(waypoints: &Waypoints, run: Run) -> Result<Curve, PathError> {
+    let stations = Stations::new(waypoints, run)?;
+    let (stations, deviation) = stations.simplified(SIMPLIFIED_SHARE * waypoints.tolerance);
+    let tolerance = waypoints.tolerance - deviation;
+    let sides = stations.sides();
     let count = sides.len();
     let next = |i: usize| (i + 1) % count;
     let is_closed = run == Run::Loop;
     let corners: Vec<Corner> = (0..count)
         .map(|i| match i + 1 == count && !is_closed {
             true => Corner::Stop,
-            false if stops.contains(&(i + 1)) => Corner::Stop,
+            false if stations.0[i + 1].stops => Corner::Stop,
             false => Corner::between(&sides[i], &sides[next(i)], tolerance),
         })
         .collect();
@@ -126,8 +128,9 @@ pub(crate) fn blend(places: &[Point3<f64>], tolerance: f64, run: Run) -> Result<
             0 if !is_closed => 0.0,
             _ => corners[(i + count - 1) % count].cut(),
         };
-        chain.push(side.line(before, corners[i].cut()));
-        chain.push(corners[i].curve(side, &sides[next(i)]));
+        chain.push(side.line(before, corners[i].cut()), side.speed);
+        let after = &sides[next(i)];
+        chain.push(corners[i].curve(side, after), side.speed.min(after.speed));
         chain.stops = matches!(corners[i], Corner::Stop);
     }
     Ok(chain.curve(is_closed))
@@ -142,9 +145,9 @@ struct Chain {
 }
 
 impl Chain {
-    fn push(&mut self, polynomial: Option<Quintic>) {
+    fn push(&mut self, polynomial: Option<Quintic>, speed: f64) {
         let Some(polynomial) = polynomial else { return };
-        self.sections.push(Section { polynomial, stops: std::mem::take(&mut self.stops) });
+        self.sections.push(Section { polynomial, stops: std::mem::take(&mut self.stops), speed });
     }
 
     /// Returns the curve. The stop after the last section of a loop is before the first one.
@@ -156,23 +159,30 @@ impl Chain {
     }
 }
 
-/// Places of a path.
-struct Stations {
-    /// The places, metres; those of a loop from the middle of the first side back to it.
-    places: Vec<Vector3<f64>>,
-    /// Numbers of the places at which the ball stops, rising; not the two ends.
-    stops: Vec<usize>,
+/// Place of a path.
+#[derive(Debug, Clone, Copy)]
+struct Station {
+    /// The place, metres.
+    place: Vector3<f64>,
+    /// Whether the ball stops there; the ends of a path do not count.
+    stops: bool,
+    /// Largest speed from here to the next place, m/s.
+    speed: f64,
 }
+
+/// Places of a path; those of a loop from the middle of the first side back to it.
+struct Stations(Vec<Station>);
 
 impl Stations {
     /// Makes the places of a path. The ball stops where a place follows itself.
-    fn new(path: &[Point3<f64>], run: Run) -> Result<Self, PathError> {
-        let near = |a: &Vector3<f64>, b: &Vector3<f64>| (a - b).norm() < LEAST_DISTANCE_M;
-        let mut stations: Vec<(Vector3<f64>, bool)> = Vec::new();
-        for Point3 { coords } in path {
+    fn new(waypoints: &Waypoints, run: Run) -> Result<Self, PathError> {
+        let near = |a: &Station, b: &Vector3<f64>| (a.place - b).norm() < LEAST_DISTANCE_M;
+        let speeds = waypoints.speeds.iter().copied().chain(std::iter::repeat(f64::INFINITY));
+        let mut stations: Vec<Station> = Vec::new();
+        for (&Point3 { coords: place }, speed) in waypoints.places.iter().zip(speeds) {
             match stations.last_mut() {
-                Some((last, stops)) if near(last, coords) => *stops = true,
-                _ => stations.push((*coords, false)),
+                Some(last) if near(last, &place) => (last.stops, last.speed) = (true, speed),
+                _ => stations.push(Station { place, stops: false, speed }),
             }
         }
         if stations.len() < 2 {
@@ -180,41 +190,57 @@ impl Stations {
         }
         if run == Run::Loop {
             let (first, last) = (stations[0], stations[stations.len() - 1]);
-            if near(&first.0, &last.0) {
+            if near(&first, &last.place) {
                 stations.pop();
-                stations[0].1 |= last.1;
+                stations[0].stops |= last.stops;
             }
-            let middle = (stations[0].0 + stations[1].0) / 2.0;
+            let middle = (stations[0].place + stations[1].place) / 2.0;
+            let middle = Station { place: middle, stops: false, speed: first.speed };
             stations.rotate_left(1);
-            stations.insert(0, (middle, false));
-            stations.push((middle, false));
+            stations.insert(0, middle);
+            stations.push(middle);
         }
-        let inner = 1..stations.len() - 1;
-        let stops = inner.filter(|&number| stations[number].1).collect();
-        Ok(Self { places: stations.into_iter().map(|(place, _)| place).collect(), stops })
+        Ok(Self(stations))
     }
 
-    /// Returns the places with fewer corners between the stops, and the largest distance of a place
-    /// that was left out, metres.
+    /// Returns the straight lines between the places.
+    fn sides(&self) -> Vec<Side> {
+        let pairs = self.0.windows(2);
+        pairs.map(|pair| Side::new(pair[0].place, pair[1].place, pair[0].speed)).collect()
+    }
+
+    /// Returns the places with fewer corners between those at which the ball stops or gets another
+    /// speed, and the largest distance of a place that was left out, metres.
     fn simplified(&self, tolerance: f64) -> (Self, f64) {
-        let mut few = Self { places: vec![self.places[0]], stops: Vec::new() };
+        let mut few = vec![self.0[0]];
         let mut largest = 0.0_f64;
         let mut from = 0;
-        for &to in self.stops.iter().chain([&(self.places.len() - 1)]) {
-            let Simplified { stations, deviation } = simplify(&self.places[from..=to], tolerance);
-            few.places.extend(&stations[1..]);
-            few.stops.push(few.places.len() - 1);
+        for to in 1..self.0.len() {
+            let Station { stops, speed, .. } = self.0[to];
+            if !(stops || speed != self.0[from].speed || to == self.0.len() - 1) {
+                continue;
+            }
+            let places: Vec<_> = self.0[from..=to].iter().map(|station| station.place).collect();
+            let Simplified { stations, deviation } = simplify(&places, tolerance);
+            let speed = self.0[from].speed;
+            let between = &stations[1..stations.len() - 1];
+            few.extend(between.iter().map(|&place| Station { place, stops: false, speed }));
+            few.push(self.0[to]);
             largest = largest.max(deviation);
             from = to;
         }
-        few.stops.pop();
-        (few, largest)
+        (Self(few), largest)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Returns the curve through places without speeds of their own.
+    fn blend(places: &[Point3<f64>], tolerance: f64, run: Run) -> Result<Curve, PathError> {
+        super::blend(&Waypoints { places: places.to_vec(), speeds: Vec::new(), tolerance }, run)
+    }
 
     fn corner(degrees: f64) -> Vec<Point3<f64>> {
         let angle = degrees.to_radians();

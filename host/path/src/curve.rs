@@ -39,6 +39,8 @@ struct Piece {
     lengths: [f64; PARTS],
     /// Whether the ball must stop at the begin of the piece.
     stops: bool,
+    /// Largest speed, m/s.
+    speed: f64,
 }
 
 /// Piece of a curve: a polynomial.
@@ -47,6 +49,8 @@ pub(crate) struct Section {
     pub(crate) polynomial: Quintic,
     /// Whether the ball must stop where the section begins: its tangent jumps there.
     pub(crate) stops: bool,
+    /// Largest speed, beside that of the whole curve, m/s; infinite where there is none.
+    pub(crate) speed: f64,
 }
 
 /// Place, unit tangent and curvature vector of a curve.
@@ -61,14 +65,15 @@ pub(crate) struct CurvePoint {
 }
 
 impl Piece {
-    fn new(polynomial: Quintic, start: f64, stops: bool) -> Self {
+    fn new(section: Section, start: f64) -> Self {
+        let Section { polynomial, stops, speed } = section;
         let mut length = 0.0;
         let lengths = std::array::from_fn(|part| {
             let [from, to] = [part, part + 1].map(|edge| edge as f64 / PARTS as f64);
             length += arc_length(&polynomial, from, to);
             length
         });
-        Self { polynomial, start, lengths, stops }
+        Self { polynomial, start, lengths, stops, speed }
     }
 
     fn length(&self) -> f64 {
@@ -102,7 +107,7 @@ impl Curve {
     pub(crate) fn new(sections: Vec<Section>, is_closed: bool) -> Self {
         let mut start = 0.0;
         let piece = |section: Section| {
-            let piece = Piece::new(section.polynomial, start, section.stops);
+            let piece = Piece::new(section, start);
             start += piece.length();
             piece
         };
@@ -136,6 +141,7 @@ impl Curve {
                 from: piece.start + if part == 0 { 0.0 } else { piece.lengths[part - 1] },
                 to: piece.start + piece.lengths[part],
                 stops: piece.stops && part == 0,
+                speed: piece.speed,
             })
         })
     }
@@ -150,6 +156,8 @@ pub(crate) struct Interval {
     pub(crate) to: f64,
     /// Whether the ball must stop at the begin.
     pub(crate) stops: bool,
+    /// Largest speed, beside that of the whole curve, m/s.
+    pub(crate) speed: f64,
 }
 
 #[cfg(test)]
@@ -165,7 +173,7 @@ mod tests {
         };
         let places: Vec<_> = (0..=64).map(place).collect();
         let pieces = interpolate(&places, &[1.0; 64], Ends::Periodic);
-        let section = |polynomial| Section { polynomial, stops: false };
+        let section = |polynomial| Section { polynomial, stops: false, speed: f64::INFINITY };
         Curve::new(pieces.into_iter().map(section).collect(), true)
     }
 

@@ -1,19 +1,28 @@
-//! Paths from CSV files.
+//! Paths from files: CSV, or G-code ([`CodeMistake`] lists its words).
 //!
-//! The first line names the columns: `x,y,z` for waypoints, or `t,x,y,z` for places with time
-//! stamps; metres in the rig frame, and seconds. A line that is repeated is a pause.
+//! The first line of a CSV file names the columns: `x,y,z` for waypoints, or `t,x,y,z` for places
+//! with time stamps; metres in the rig frame, and seconds. A line that is repeated is a pause.
 
 use nalgebra::Point3;
 use thiserror::Error;
 
+use crate::gcode;
 use crate::table::{self, Table};
 use crate::trajectory::{MAX_COORDINATE_M, Sample};
+
+pub use crate::gcode::{CodeMistake, CodeProblem};
 
 /// Contents of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PathFile {
-    /// Waypoints, metres.
-    Waypoints(Vec<Point3<f64>>),
+    /// Waypoints.
+    Waypoints {
+        /// The places, metres.
+        places: Vec<Point3<f64>>,
+        /// Speed from each place to the next, m/s, infinite where the file has none; empty for a
+        /// CSV file.
+        speeds: Vec<f64>,
+    },
     /// Places with time stamps.
     Samples(Vec<Sample>),
 }
@@ -38,6 +47,12 @@ pub enum PathFileError {
     /// Lines have mistakes.
     #[error("{}", listed(.0))]
     Lines(Vec<LineMistake>),
+    /// Lines of G-code have mistakes.
+    #[error("{}", listed(.0))]
+    Code(Vec<CodeMistake>),
+    /// G-code has no motion.
+    #[error("no places: this is G-code without G0 or G1 to a place of which X, Y and Z are known")]
+    NoMotion,
 }
 
 /// Mistake in a line.
@@ -90,9 +105,8 @@ pub enum LineMistake {
 const MAX_LISTED: usize = 20;
 
 /// Returns a line for each mistake, without those above [`MAX_LISTED`].
-fn listed(mistakes: &[LineMistake]) -> String {
-    let mut lines: Vec<String> =
-        mistakes.iter().take(MAX_LISTED).map(LineMistake::to_string).collect();
+fn listed<M: ToString>(mistakes: &[M]) -> String {
+    let mut lines: Vec<String> = mistakes.iter().take(MAX_LISTED).map(M::to_string).collect();
     if let Some(more) = mistakes.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
         lines.push(format!("{more} more mistakes"));
     }
@@ -123,12 +137,24 @@ struct Row {
     position: Point3<f64>,
 }
 
+/// Returns the path of a program in G-code.
+fn of_program(program: gcode::Program) -> Result<PathFile, PathFileError> {
+    let gcode::Program { places, speeds } = program;
+    if places.is_empty() {
+        return Err(PathFileError::NoMotion);
+    }
+    Ok(PathFile::Waypoints { places, speeds })
+}
+
 /// Parses the text of a file.
 ///
 /// # Errors
 /// Where the first line names other columns, there are no places, or lines have mistakes; all of
 /// them at once.
 pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
+    if gcode::is_gcode(text) {
+        return of_program(gcode::parse(text).map_err(PathFileError::Code)?);
+    }
     let mut table = Table::of(text);
     let columns = columns(&mut table)?;
     let (mut rows, mut mistakes) = (Vec::new(), Vec::new());
@@ -145,7 +171,10 @@ pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
         return Err(PathFileError::Empty);
     }
     Ok(match columns {
-        Columns::Places => PathFile::Waypoints(rows.iter().map(|row| row.position).collect()),
+        Columns::Places => {
+            let places = rows.iter().map(|row| row.position).collect();
+            PathFile::Waypoints { places, speeds: Vec::new() }
+        }
         Columns::Timed => {
             let sample = |row: &Row| Sample { time: row.time, position: row.position };
             PathFile::Samples(rows.iter().map(sample).collect())
@@ -211,7 +240,7 @@ mod tests {
     fn waypoints_and_samples_are_read() {
         let places = "# a path\nx, y, z\n0.4,0.3,0.2\n\n0.5, -0.1, 0.3\n";
         let expected = vec![Point3::new(0.4, 0.3, 0.2), Point3::new(0.5, -0.1, 0.3)];
-        assert_eq!(parse(places), Ok(PathFile::Waypoints(expected)));
+        assert_eq!(parse(places), Ok(PathFile::Waypoints { places: expected, speeds: Vec::new() }));
         let timed = "t,x,y,z\n0,0.4,0.3,0.2\n1.5,0.5,-0.1,0.3\n";
         let sample = |time, [x, y, z]: [f64; 3]| Sample { time, position: Point3::new(x, y, z) };
         let expected = vec![sample(0.0, [0.4, 0.3, 0.2]), sample(1.5, [0.5, -0.1, 0.3])];
@@ -221,7 +250,8 @@ mod tests {
     #[test]
     fn spreadsheets_of_other_languages_and_pauses_are_read() {
         let expected = [[0.42, 0.24, 0.3], [0.54, 0.24, 0.3], [0.54, 0.24, 0.3]].map(Point3::from);
-        let expected = Ok(PathFile::Waypoints(expected.to_vec()));
+        let (places, speeds) = (expected.to_vec(), Vec::new());
+        let expected = Ok(PathFile::Waypoints { places, speeds });
         let lines = "0.42,0.24,0.3\n0.54,0.24,0.3\n0.54,0.24,0.3\n";
         assert_eq!(parse(&format!("\u{feff}X,Y,Z\n{lines}")), expected);
         let commas = format!("x,y,z\n{lines}").replace(',', ";").replace('.', ",");

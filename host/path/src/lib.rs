@@ -4,7 +4,7 @@
 //! - [`shape`]: shapes for trying: circle, line, figure of eight, square, spline.
 //! - [`moving`]: a target that moves in the world.
 //! - [`tracker`]: where such a target was and will be, by the places that somebody tells.
-//! - [`file`](mod@file): paths from CSV files, as waypoints or with time stamps.
+//! - [`file`](mod@file): paths from CSV files, as waypoints or with time stamps, and from G-code.
 //! - [`check`](mod@check): whether a trajectory keeps its limits and stays where the ball may be.
 //!
 //! A path of waypoints is a chain of straight lines. Where waypoints are dense, some are left out
@@ -22,7 +22,8 @@
 //! use plumb_path::trajectory::{Limits, Run, Trajectory, Waypoints};
 //!
 //! let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 0.4, 0.3]];
-//! let waypoints = Waypoints { places: corners.map(Point3::from).to_vec(), tolerance: 0.005 };
+//! let places = corners.map(Point3::from).to_vec();
+//! let waypoints = Waypoints { places, speeds: Vec::new(), tolerance: 0.005 };
 //! let limits = Limits::with_speed(0.05);
 //! let trajectory = Trajectory::through(&waypoints, &limits, Run::Once)?;
 //! let end = trajectory.at(trajectory.duration());
@@ -38,6 +39,7 @@ pub mod check;
 mod corner;
 mod curve;
 pub mod file;
+mod gcode;
 pub mod moving;
 mod profile;
 mod quintic;

@@ -98,13 +98,14 @@ fn interval_bounds(
     largest_cell: f64,
     shares: &Shares,
 ) -> impl Iterator<Item = Node> {
-    let Interval { from, to, stops } = *interval;
+    let Interval { from, to, stops, speed } = *interval;
+    let shares = Shares { speed: shares.speed.min(speed), ..*shares };
     let cells = ((to - from) / largest_cell).ceil().max(LEAST_CELLS);
     let half = (to - from) / cells / 2.0;
     (0..cells as usize).map(move |i| {
         let s = from + 2.0 * half * i as f64;
         let points = [0.0, 1.0, 2.0].map(|n| curve.at(s + n * half));
-        let (speed, acceleration) = bound(&points, half, shares);
+        let (speed, acceleration) = bound(&points, half, &shares);
         Node { s, stops: stops && i == 0, speed, acceleration }
     })
 }

@@ -129,7 +129,7 @@ impl Shape {
 
     fn waypoints(&self, places: &[[f64; 2]]) -> Waypoints {
         let places = places.iter().map(|place| Point3::from(self.place(*place, 0.0))).collect();
-        Waypoints { places, tolerance: self.tolerance }
+        Waypoints { places, speeds: Vec::new(), tolerance: self.tolerance }
     }
 
     /// Returns the trajectory along the periodic spline through these places.
@@ -142,7 +142,7 @@ impl Shape {
         // Chord lengths as steps keep the speed over the parameter nearly constant.
         let steps: Vec<f64> = places.windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
         let pieces = interpolate(places, &steps, Ends::Periodic);
-        let section = |polynomial| Section { polynomial, stops: false };
+        let section = |polynomial| Section { polynomial, stops: false, speed: f64::INFINITY };
         let sections = pieces.into_iter().map(section).collect();
         Trajectory::along(Curve::new(sections, run == Run::Loop), limits)
     }

@@ -86,6 +86,9 @@ pub enum Run {
 pub struct Waypoints {
     /// Places in their order, metres.
     pub places: Vec<Point3<f64>>,
+    /// Largest speed from each place to the next one, m/s, beside that of the whole path. Where
+    /// there are fewer, or one is infinite, there is none of its own.
+    pub speeds: Vec<f64>,
     /// Largest distance of the path from a waypoint, metres. At 0 the ball stops at each corner.
     pub tolerance: f64,
 }
@@ -172,7 +175,8 @@ pub enum PathError {
 
 impl Trajectory {
     /// Returns the trajectory along straight lines between the waypoints, with rounded corners.
-    /// Waypoints within a fifth of the tolerance of the line between others make no corner. A loop
+    /// Waypoints within a fifth of the tolerance of the line between others make no corner, unless
+    /// the speed changes there. A loop
     /// goes from the last waypoint back to the first one, and begins in the middle of the first
     /// side, or near to it where waypoints are dense. The ball stops at a turn of more than 160°
     /// and where a waypoint is repeated.
@@ -181,12 +185,17 @@ impl Trajectory {
     /// Where there are fewer than two waypoints in different places, or a number is out of its
     /// range; where the ball is under way for more than a day.
     pub fn through(waypoints: &Waypoints, limits: &Limits, run: Run) -> Result<Self, PathError> {
-        let Waypoints { places, tolerance } = waypoints;
+        let Waypoints { places, speeds, tolerance } = waypoints;
         check_near(places)?;
+        if let Some(&value) =
+            speeds.iter().find(|it| !(LIMITS.contains(it) || **it == f64::INFINITY))
+        {
+            return Err(PathError::Limit { name: "speed", value });
+        }
         if !(0.0..=MAX_COORDINATE_M).contains(tolerance) {
             return Err(PathError::Far { name: "the tolerance", value: *tolerance });
         }
-        Self::along(blend(places, *tolerance, run)?, limits)
+        Self::along(blend(waypoints, run)?, limits)
     }
 
     /// Returns the trajectory along a curve; a loop where the curve is closed.

@@ -106,7 +106,7 @@ proptest! {
         limits in limits(),
         run in runs(),
     ) {
-        let waypoints = Waypoints { places: places.clone(), tolerance };
+        let waypoints = Waypoints { places: places.clone(), speeds: Vec::new(), tolerance };
         let trajectory = Trajectory::through(&waypoints, &limits, run).unwrap();
         assert_within(&trajectory, &limits);
         let mut corners = places.clone();
@@ -218,7 +218,7 @@ fn knots_every_150_ms_are_enough_for_a_tenth_of_a_millimetre() {
 #[test]
 fn a_corner_is_passed_in_motion_and_a_straight_line_at_full_speed() {
     let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 0.5, 0.3]].map(Point3::from);
-    let waypoints = Waypoints { places: corners.to_vec(), tolerance: 0.005 };
+    let waypoints = Waypoints { places: corners.to_vec(), speeds: Vec::new(), tolerance: 0.005 };
     let limits = Limits::with_speed(0.05);
     let trajectory = Trajectory::through(&waypoints, &limits, Run::Once).unwrap();
     let moments = moments(&trajectory, 0.01);
@@ -228,6 +228,48 @@ fn a_corner_is_passed_in_motion_and_a_straight_line_at_full_speed() {
     let moving = &moments[100..moments.len() - 100];
     let slowest = moving.iter().map(|it| it.velocity.norm()).fold(f64::INFINITY, f64::min);
     assert!((0.02..0.05).contains(&slowest), "{slowest}");
+}
+
+/// Speed of each leg: the ball keeps them on the straight lines, and the lower one in a corner. On
+/// one line the change of speed is no corner that is left out.
+#[test]
+fn each_leg_keeps_a_speed_of_its_own() {
+    let bent = [[0.2, 0.2], [0.4, 0.2], [0.4, 0.4], [0.6, 0.4]];
+    let straight = [[0.2, 0.2], [0.4, 0.2], [0.6, 0.2], [0.8, 0.2]];
+    let limits = Limits::with_speed(0.08);
+    for path in [bent, straight] {
+        let places: Vec<_> = path.iter().map(|[x, y]| Point3::new(*x, *y, 0.3)).collect();
+        let speeds = vec![0.05, 0.02, f64::INFINITY];
+        let waypoints = Waypoints { places: places.clone(), speeds, tolerance: 0.005 };
+        for run in [Run::Once, Run::Loop] {
+            let trajectory = Trajectory::through(&waypoints, &limits, run).unwrap();
+            assert_within(&trajectory, &limits);
+            let mut fastest = [0.0_f64; 3];
+            for moment in moments(&trajectory, 0.01) {
+                for (leg, fastest) in fastest.iter_mut().enumerate() {
+                    let (from, to) = (places[leg], places[leg + 1]);
+                    let along = (moment.position - from).dot(&(to - from).normalize());
+                    let is_here = distance_to_segment(moment.position, from, to) < 1e-6
+                        && (0.03..0.17).contains(&along);
+                    *fastest = if is_here { fastest.max(moment.velocity.norm()) } else { *fastest };
+                }
+            }
+            // The way back of the loop on one line has no speed of its own.
+            let expected = match (run, path == straight) {
+                (Run::Loop, true) => [0.08; 3],
+                _ => [0.05, 0.02, 0.08],
+            };
+            for (found, expected) in fastest.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-9, "{run:?} {fastest:?} {expected:?}");
+            }
+        }
+    }
+    let wrong = Waypoints {
+        places: vec![Point3::origin(), Point3::new(0.1, 0.0, 0.0)],
+        speeds: vec![0.0],
+        tolerance: 0.005,
+    };
+    assert!(Trajectory::through(&wrong, &limits, Run::Once).is_err());
 }
 
 /// Waypoints on a circle of 10 cm: the ball passes them at full speed, however dense they are.
@@ -240,7 +282,7 @@ fn dense_waypoints_do_not_slow_the_ball_down() {
             Point3::new(0.1 * angle.cos(), 0.1 * angle.sin(), 0.3)
         };
         let places: Vec<Point3<f64>> = (0..count).map(place).collect();
-        let waypoints = Waypoints { places, tolerance: 0.005 };
+        let waypoints = Waypoints { places, speeds: Vec::new(), tolerance: 0.005 };
         let trajectory = Trajectory::through(&waypoints, &limits, Run::Once).unwrap();
         assert_within(&trajectory, &limits);
         // 0.4 m, with the start and the end.
@@ -255,7 +297,7 @@ fn dense_waypoints_do_not_slow_the_ball_down() {
 #[test]
 fn the_first_breach_is_named_with_its_place() {
     let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3]].map(Point3::from);
-    let waypoints = Waypoints { places: corners.to_vec(), tolerance: 0.0 };
+    let waypoints = Waypoints { places: corners.to_vec(), speeds: Vec::new(), tolerance: 0.0 };
     let limits = Limits::with_speed(0.05);
     let trajectory = Trajectory::through(&waypoints, &limits, Run::Once).unwrap();
     let left = |moment: &Moment| match moment.position.x < 0.4 {
@@ -331,14 +373,17 @@ proptest! {
 #[test]
 fn wrong_input_is_refused() {
     let places = vec![Point3::new(0.3, 0.2, 0.3), Point3::new(0.6, 0.2, 0.3)];
-    let waypoints = Waypoints { places, tolerance: 0.005 };
+    let waypoints = Waypoints { places, speeds: Vec::new(), tolerance: 0.005 };
     let limits = Limits::with_speed(0.0);
     let error = Trajectory::through(&waypoints, &limits, Run::Once).unwrap_err();
     assert_eq!(error, PathError::Limit { name: "speed", value: 0.0 });
     let error = shape(ShapeKind::Circle, 1e308).trajectory(&slow(), Run::Once).unwrap_err();
     assert_eq!(error, PathError::Size(1e308));
-    let far =
-        Waypoints { places: vec![Point3::origin(), Point3::new(0.0, 1e6, 0.0)], tolerance: 0.0 };
+    let far = Waypoints {
+        places: vec![Point3::origin(), Point3::new(0.0, 1e6, 0.0)],
+        speeds: Vec::new(),
+        tolerance: 0.0,
+    };
     let error = Trajectory::through(&far, &slow(), Run::Once).unwrap_err();
     assert_eq!(error, PathError::Far { name: "a coordinate", value: 1e6 });
     let sample = |time| Sample { time, position: Point3::new(time, 0.0, 0.3) };
@@ -363,7 +408,7 @@ fn a_path_of_more_than_a_day_is_refused() {
     assert!((hours(error) - 4e14 / 3600.0).abs() < 1.0);
     let places = vec![Point3::new(0.3, 0.2, 0.3), Point3::new(0.6, 0.2, 0.3)];
     let slow = Limits::with_speed(1e-9);
-    let waypoints = Waypoints { places, tolerance: 0.005 };
+    let waypoints = Waypoints { places, speeds: Vec::new(), tolerance: 0.005 };
     for run in [Run::Once, Run::Loop] {
         let error = Trajectory::through(&waypoints, &slow, run).unwrap_err();
         assert!(hours(error) > 80_000.0);

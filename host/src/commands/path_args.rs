@@ -14,15 +14,17 @@ use plumb_path::trajectory::{
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::PathPlan;
 
+use super::print::tell;
 use super::{Failure, bad_input, numbers};
 
 #[derive(Args)]
 pub(super) struct PathArgs {
     /// Path that the ball follows: a file with the columns x,y,z (waypoints, metres) or t,x,y,z
-    /// (with times, seconds), or one of circle, line, eight, square, spline
-    #[arg(long, value_name = "FILE.csv|SHAPE")]
+    /// (with times, seconds), G-code (G0 and G1), or one of circle, line, eight, square, spline
+    #[arg(long, value_name = "FILE|SHAPE")]
     path: Option<String>,
-    /// Speed along the path, above 0, to 2 m/s; lower in corners. A file with times has its own
+    /// Speed along the path, above 0, to 2 m/s; lower in corners, and where G-code has a lower
+    /// feed. A file with times has its own
     #[arg(
         long,
         default_value_t = 0.05,
@@ -129,12 +131,22 @@ impl PathArgs {
         let text = read_text(file, MAX_BYTES)?;
         let in_file = |message: String| bad_input(format!("{}: {message}", file.display()));
         let trajectory = match parse(&text).map_err(|error| in_file(error.to_string()))? {
-            PathFile::Waypoints(places) => {
-                let waypoints = Waypoints { places, tolerance: self.tolerance };
+            PathFile::Waypoints { places, speeds } => {
+                tell_slower(&speeds, limits.speed);
+                let waypoints = Waypoints { places, speeds, tolerance: self.tolerance };
                 Trajectory::through(&waypoints, limits, run)
             }
             PathFile::Samples(samples) => Trajectory::through_samples(&samples, run),
         };
         trajectory.map_err(|error: PathError| in_file(error.to_string()))
+    }
+}
+
+/// Says that the feeds of a file are above the speed of the path, m/s.
+fn tell_slower(feeds: &[f64], speed: f64) {
+    let feeds = feeds.iter().copied().filter(|feed| feed.is_finite());
+    let highest = feeds.fold(0.0, f64::max);
+    if highest > speed {
+        tell!("the file's feeds reach {highest:.3} m/s; the ball follows at --speed {speed} m/s");
     }
 }

@@ -37,8 +37,12 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     fs::write(folder.path().join("bad.csv"), "x,y,z\n0.5,0.3,0.3\n0.5,o.3,0.3\n").unwrap();
     fs::write(folder.path().join("one.csv"), "x,y,z\n0.5,0.3,0.3\n").unwrap();
     fs::write(folder.path().join("fast.csv"), "t,x,y,z\n0,0.5,0.3,0.3\n0.3,0.5,0.3,0.4\n").unwrap();
+    fs::write(folder.path().join("arc.nc"), "G0 X500 Y300 Z300\nG2 X510 I5 J0\n").unwrap();
+    fs::write(folder.path().join("up.nc"), "G0 X500 Y300 Z300\nG1 Z3000 F60\n").unwrap();
     for (path, more, named) in [
-        ("bad.csv", &[][..], "bad.csv: line 3, column y: 'o.3' is no finite number"),
+        ("arc.nc", &[][..], "arc.nc: line 2: G2 (an arc) is not read"),
+        ("up.nc", &[], "up.nc: the path is not possible at"),
+        ("bad.csv", &[], "bad.csv: line 3, column y: 'o.3' is no finite number"),
         ("one.csv", &[], "one.csv: the path has 1 places, but needs 2 or more"),
         ("fast.csv", &[], "fast.csv: the path is not possible at"),
         ("none.csv", &[], "'none.csv' is no shape"),

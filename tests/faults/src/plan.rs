@@ -222,7 +222,8 @@ impl Plan {
         let start = Task::paper().start;
         let half = (self.targets[0] - start) * FIRST_SIDE;
         let places = [start - half, start + half].into_iter().chain(self.targets.iter().copied());
-        let waypoints = Waypoints { places: places.collect(), tolerance: CORNER_M };
+        let waypoints =
+            Waypoints { places: places.collect(), speeds: Vec::new(), tolerance: CORNER_M };
         let trajectory = Trajectory::through(&waypoints, &Limits::with_speed(speed), Run::Loop);
         let trajectory = trajectory.expect("places apart from each other");
         Some(PathPlan::new(trajectory, waits, &self.rig()).expect("a path that the rig allows"))

@@ -54,8 +54,9 @@ pub fn run(input: &[u8]) {
 
 fn trajectory(file: &PathFile, run: Run) -> Result<Trajectory, PathError> {
     match file {
-        PathFile::Waypoints(places) => {
-            let waypoints = Waypoints { places: places.clone(), tolerance: TOLERANCE };
+        PathFile::Waypoints { places, speeds } => {
+            let (places, speeds) = (places.clone(), speeds.clone());
+            let waypoints = Waypoints { places, speeds, tolerance: TOLERANCE };
             Trajectory::through(&waypoints, &LIMITS, run)
         }
         PathFile::Samples(samples) => Trajectory::through_samples(samples, run),
@@ -70,7 +71,7 @@ fn check_trajectory(trajectory: &Trajectory, file: &PathFile) {
         return;
     }
     let checked = check(trajectory, &LIMITS, |_| Ok::<(), PathError>(()));
-    let PathFile::Waypoints(_) = file else {
+    let PathFile::Waypoints { .. } = file else {
         // With times of its own a path may be too fast, which the check tells.
         let accepted = checked.is_ok();
         assert!(!accepted || moments(span).all(|time| is_finite(&trajectory.at(time))));

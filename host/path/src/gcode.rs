@@ -1,0 +1,378 @@
+//! Paths in G-code: straight motions (G0, G1) with their units and feeds. Meaning of the words:
+//! NIST IR 6556, "The NIST RS274NGC interpreter, version 3", 2000.
+//!
+//! | word | meaning |
+//! |---|---|
+//! | G0, G1 | a straight line to X, Y, Z; with G1 at the feed F. They hold for the lines below |
+//! | G20, G21 | inches, millimetres (the default) |
+//! | G90, G91 | places (the default), or distances from the place before |
+//! | F | feed, millimetres or inches a minute |
+//! | M2, M30 | the end |
+//! | N, `;`, `( )`, `%` | a line's number, comments, the ends of a tape |
+//!
+//! G17, G40, G49, G54, G80 and G94 change nothing here. Any other word is a mistake: without it the
+//! path would be another one.
+
+use nalgebra::{Point3, Vector3};
+use thiserror::Error;
+
+/// Length of an inch, metres.
+const INCH_M: f64 = 0.0254;
+/// Length of a millimetre, metres.
+const MILLIMETRE_M: f64 = 0.001;
+/// Seconds of a minute.
+const MINUTE_S: f64 = 60.0;
+/// Codes that choose what Plumb does anyway: the plane XY, no compensation of a tool's radius or
+/// length, the first system of coordinates, no cycle, feeds in units a minute.
+const WITHOUT_EFFECT: [&str; 6] = ["G17", "G40", "G49", "G54", "G80", "G94"];
+/// Names of codes that people have in their files.
+const NAMES: [(&str, &str); 18] = [
+    ("G2", "an arc"),
+    ("G3", "an arc"),
+    ("G4", "a dwell"),
+    ("G5", "a spline"),
+    ("G10", "a setting"),
+    ("G18", "another plane"),
+    ("G19", "another plane"),
+    ("G28", "a return to home"),
+    ("G53", "machine coordinates"),
+    ("G92", "a shift of the origin"),
+    ("G93", "feeds in inverse time"),
+    ("M0", "a pause"),
+    ("M3", "a spindle"),
+    ("M4", "a spindle"),
+    ("M5", "a spindle"),
+    ("M104", "a heater"),
+    ("M106", "a fan"),
+    ("M109", "a heater"),
+];
+
+/// Places of a path with the speeds between them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Program {
+    /// Places, metres.
+    pub(crate) places: Vec<Point3<f64>>,
+    /// Speed from each place to the next, m/s; infinite for G0 and where no feed was stated.
+    pub(crate) speeds: Vec<f64>,
+}
+
+/// Mistake in a line of G-code.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("line {line}: {problem}")]
+pub struct CodeMistake {
+    /// Line, from 1.
+    pub line: u64,
+    /// What is wrong.
+    pub problem: CodeProblem,
+}
+
+/// What is wrong with a line of G-code.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum CodeProblem {
+    /// A code is not read.
+    #[error(
+        "{code}{} is not read; a path has G0 and G1, G20, G21, G90, G91, F, X, Y, Z",
+        name(.code)
+    )]
+    Code {
+        /// The code, such as `G2`.
+        code: String,
+    },
+    /// A character begins no word.
+    #[error("'{0}' begins no word: a letter and a number, such as X12.5")]
+    Character(char),
+    /// A letter has no number.
+    #[error("{0} has no number")]
+    Number(char),
+    /// A comment has no end.
+    #[error("a comment has no end: `)` is missing")]
+    Comment,
+    /// A feed is not above 0.
+    #[error("the feed is {0}: it must be above 0")]
+    Feed(f64),
+    /// Coordinates have no code.
+    #[error("X, Y or Z without G0 or G1 in this line or above")]
+    NoMotion,
+    /// A distance begins nowhere.
+    #[error("G91 needs a place to begin at: state X, Y and Z with G90 first")]
+    NoPlace,
+}
+
+/// Returns the name of a code in parentheses; nothing where there is none.
+fn name(code: &str) -> String {
+    let of = |(known, name): &(&str, &str)| (*known == code).then(|| format!(" ({name})"));
+    let is_extruder = code.starts_with('E');
+    NAMES
+        .iter()
+        .find_map(of)
+        .or(is_extruder.then(|| " (an extruder)".to_owned()))
+        .unwrap_or_default()
+}
+
+/// Checks whether a text is G-code: its first line that is no comment begins with a word.
+pub(crate) fn is_gcode(text: &str) -> bool {
+    let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
+    let first = lines.find(|line| !(line.is_empty() || line.starts_with([';', '(', '%'])));
+    first.is_some_and(|line| {
+        let mut characters = line.chars().filter(|character| !character.is_whitespace());
+        let (letter, next) = (characters.next(), characters.next());
+        letter.is_some_and(|letter| "GMNOTFSXYZ".contains(letter.to_ascii_uppercase()))
+            && next.is_some_and(|next| next.is_ascii_digit() || "+-.".contains(next))
+            && !line.contains(',')
+    })
+}
+
+/// Parses G-code. The path begins at the first place of which X, Y and Z are known.
+///
+/// # Errors
+/// All mistakes, in the order of the lines.
+pub(crate) fn parse(text: &str) -> Result<Program, Vec<CodeMistake>> {
+    let mut machine = Machine::default();
+    let mut mistakes = Vec::new();
+    for (line, text) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
+        let read = words(text).and_then(|words| machine.read(&words));
+        mistakes.extend(read.err().map(|problem| CodeMistake { line, problem }));
+        if machine.has_ended {
+            break;
+        }
+    }
+    if mistakes.is_empty() { Ok(machine.program) } else { Err(mistakes) }
+}
+
+/// Letter with its number, such as `X12.5`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Word {
+    letter: char,
+    number: f64,
+}
+
+impl Word {
+    /// Returns the code without zeros at its begin: `G1` for `G01`.
+    fn code(self) -> String {
+        format!("{}{}", self.letter, self.number)
+    }
+}
+
+/// Returns the words of a line without its comments.
+fn words(line: &str) -> Result<Vec<Word>, CodeProblem> {
+    let line = without_comments(line)?;
+    let mut rest = line.trim_start();
+    let mut words = Vec::new();
+    while let Some(letter) = rest.chars().next() {
+        if letter == '%' {
+            break;
+        }
+        if !letter.is_ascii_alphabetic() {
+            return Err(CodeProblem::Character(letter));
+        }
+        let letter = letter.to_ascii_uppercase();
+        let after = rest[1..].trim_start();
+        let is_part = |character: char| character.is_ascii_digit() || "+-.".contains(character);
+        let end = after.find(|character| !is_part(character)).unwrap_or(after.len());
+        let number = after[..end].parse().map_err(|_| CodeProblem::Number(letter))?;
+        words.push(Word { letter, number });
+        rest = after[end..].trim_start();
+    }
+    Ok(words)
+}
+
+/// Returns a line without its comments, `( )` and what follows a `;`.
+fn without_comments(line: &str) -> Result<String, CodeProblem> {
+    let mut rest = line.split(';').next().unwrap_or_default();
+    let mut kept = String::new();
+    while let Some((before, comment)) = rest.split_once('(') {
+        kept += before;
+        rest = comment.split_once(')').ok_or(CodeProblem::Comment)?.1;
+    }
+    Ok(kept + rest)
+}
+
+/// Kind of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Motion {
+    /// As fast as the limits of the path allow.
+    Rapid,
+    /// At the feed.
+    Feed,
+}
+
+/// What the lines above have set.
+struct Machine {
+    program: Program,
+    /// Length of a unit, metres.
+    unit: f64,
+    is_relative: bool,
+    motion: Option<Motion>,
+    /// Speed of G1, m/s; infinite before the first feed.
+    feed: f64,
+    /// Place along each axis, metres; `None` before it was stated.
+    place: [Option<f64>; 3],
+    has_ended: bool,
+}
+
+impl Default for Machine {
+    fn default() -> Self {
+        Self {
+            program: Program::default(),
+            unit: MILLIMETRE_M,
+            is_relative: false,
+            motion: None,
+            feed: f64::INFINITY,
+            place: [None; 3],
+            has_ended: false,
+        }
+    }
+}
+
+impl Machine {
+    /// Carries out a line: its settings, then its motion.
+    fn read(&mut self, words: &[Word]) -> Result<(), CodeProblem> {
+        let mut axes = [None; 3];
+        let mut feed = None;
+        for &word in words {
+            match word.letter {
+                'G' | 'M' => self.set(word)?,
+                'F' => feed = Some(word.number),
+                'X' => axes[0] = Some(word.number),
+                'Y' => axes[1] = Some(word.number),
+                'Z' => axes[2] = Some(word.number),
+                'N' | 'O' => {}
+                _ => return Err(CodeProblem::Code { code: word.code() }),
+            }
+        }
+        if let Some(feed) = feed {
+            if feed <= 0.0 {
+                return Err(CodeProblem::Feed(feed));
+            }
+            self.feed = feed * self.unit / MINUTE_S;
+        }
+        if axes == [None; 3] { Ok(()) } else { self.go(axes) }
+    }
+
+    /// Carries out a code.
+    fn set(&mut self, word: Word) -> Result<(), CodeProblem> {
+        match word.code().as_str() {
+            "G0" => self.motion = Some(Motion::Rapid),
+            "G1" => self.motion = Some(Motion::Feed),
+            "G20" => self.unit = INCH_M,
+            "G21" => self.unit = MILLIMETRE_M,
+            "G90" => self.is_relative = false,
+            "G91" => self.is_relative = true,
+            "M2" | "M30" => self.has_ended = true,
+            code if WITHOUT_EFFECT.contains(&code) => {}
+            code => return Err(CodeProblem::Code { code: code.to_owned() }),
+        }
+        Ok(())
+    }
+
+    /// Goes to a place, in units of the program.
+    fn go(&mut self, axes: [Option<f64>; 3]) -> Result<(), CodeProblem> {
+        let motion = self.motion.ok_or(CodeProblem::NoMotion)?;
+        for (place, stated) in self.place.iter_mut().zip(axes) {
+            let Some(stated) = stated.map(|units| units * self.unit) else { continue };
+            let from = if self.is_relative { place.ok_or(CodeProblem::NoPlace)? } else { 0.0 };
+            *place = Some(from + stated);
+        }
+        let [Some(x), Some(y), Some(z)] = self.place else { return Ok(()) };
+        let place = Point3::from(Vector3::new(x, y, z));
+        match self.program.places.last() {
+            // A line that does not move is no stop.
+            Some(last) if *last == place => return Ok(()),
+            Some(_) => self.program.speeds.push(match motion {
+                Motion::Rapid => f64::INFINITY,
+                Motion::Feed => self.feed,
+            }),
+            None => {}
+        }
+        self.program.places.push(place);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(text: &str) -> Vec<[f64; 3]> {
+        let program = parse(text).unwrap();
+        assert_eq!(program.speeds.len(), program.places.len().saturating_sub(1));
+        program.places.iter().map(|place| [place.x, place.y, place.z]).collect()
+    }
+
+    fn mistakes(text: &str) -> Vec<String> {
+        parse(text).unwrap_err().iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_program_of_a_machinist_is_a_path() {
+        let text = "%\nO1 (square)\nN10 G21 G90 G17 G94\nN20 G0 Z300. ; up\nN30 X400 Y200\n\
+                    N40 G01 X600 F1200\nN50 Y300.5\nN60 g0x400y200 (back)\nN70 M30\nG2 X0\n%\n";
+        let program = parse(text).unwrap();
+        let expected = [[0.4, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 0.3005, 0.3], [0.4, 0.2, 0.3]];
+        for (place, expected) in program.places.iter().zip(expected) {
+            assert!((place - Point3::from(expected)).norm() < 1e-12, "{place}");
+        }
+        assert_eq!(program.places.len(), 4);
+        // 1200 mm a minute are 20 mm/s.
+        assert_eq!(program.speeds.len(), 3);
+        assert!((program.speeds[0] - 0.02).abs() < 1e-12 && program.speeds[1] == program.speeds[0]);
+        assert_eq!(program.speeds[2], f64::INFINITY);
+    }
+
+    #[test]
+    fn inches_and_distances_are_read() {
+        let inches = places("G20 G90\nG1 X10 Y5 Z12\nG91\nX1\nY-1 Z.5\nG90 X10\n");
+        let expected = [[10.0, 5.0, 12.0], [11.0, 5.0, 12.0], [11.0, 4.0, 12.5], [10.0, 4.0, 12.5]];
+        for (place, expected) in inches.iter().zip(expected) {
+            for (metres, inches) in place.iter().zip(expected) {
+                assert!((metres - 0.0254 * inches).abs() < 1e-12, "{place:?}");
+            }
+        }
+        assert_eq!(inches.len(), 4);
+        // The feed is in the units that hold where it is stated.
+        let speeds = parse("G20 G1 X1 Y1 Z1 F60\nX2\nG21 X0\nF60 X1\n").unwrap().speeds;
+        for (speed, expected) in speeds.iter().zip([0.0254, 0.0254, 0.001]) {
+            assert!((speed - expected).abs() < 1e-12, "{speeds:?}");
+        }
+    }
+
+    #[test]
+    fn every_mistake_is_told_with_its_line_and_the_name_of_the_code() {
+        let found = mistakes(
+            "G21\nX1\nG1 X1 Y1 Z1 F0\nG2 X3 I1 J1\nG1 X5 E0.2\nG1 X\nG1 X1,5\nM3 S1000\nG28\n\
+             (open\nG38.2 Z1\n",
+        );
+        let expected = [
+            (2, "without G0 or G1"),
+            (3, "feed is 0"),
+            (4, "G2 (an arc)"),
+            (5, "E0.2 (an extruder)"),
+            (6, "X has no number"),
+            (7, "','"),
+            (8, "M3 (a spindle)"),
+            (9, "G28 (a return to home)"),
+            (10, "no end"),
+            (11, "G38.2"),
+        ];
+        assert_eq!(found.len(), expected.len(), "{found:#?}");
+        for (found, (line, words)) in found.iter().zip(expected) {
+            assert!(found.starts_with(&format!("line {line}: ")), "{found}");
+            assert!(found.contains(words), "{found}: {words}");
+        }
+        assert!(mistakes("G91 G1 X1\n")[0].contains("G90 first"));
+    }
+
+    #[test]
+    fn tables_are_no_gcode() {
+        for text in
+            ["x,y,z\n1,2,3\n", "t;x;y;z\n", "", "X,Y,Z\n", "# x\n", "x y z\n", "0.1,0.2,0.3"]
+        {
+            assert!(!is_gcode(text), "{text}");
+        }
+        for text in
+            ["G0 X1", "\u{feff}g1x1", "; by a slicer\n\nG21", "%\n(a)\nN1 G0", "M3\n", "X-1"]
+        {
+            assert!(is_gcode(text), "{text}");
+        }
+    }
+}
