@@ -51,9 +51,9 @@ pub enum TumError {
         /// Most lines that are read.
         limit: usize,
     },
-    /// A line of a list of images is not `timestamp path`.
+    /// A line of a list of images is something else.
     #[error(
-        "{}:{line}: {text:?} is not `timestamp path` (seconds, of at most 1e10, then a file)",
+        "{}:{line}: {text:?} is not `{form}` (seconds, of at most 1e10, then a file)",
         .path.display()
     )]
     Line {
@@ -61,6 +61,8 @@ pub enum TumError {
         path: PathBuf,
         /// Number of the line, from 1.
         line: usize,
+        /// What a line of this list is.
+        form: &'static str,
         /// Beginning of the line.
         text: String,
     },

@@ -28,14 +28,41 @@ pub(super) struct Entry {
     pub(super) path: PathBuf,
 }
 
-/// Reads the lines of the list `name` in `folder`. A line that is no entry is an error of its own.
+/// Colour picture with its depth picture, a line of an association file.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Pair {
+    /// The colour picture; its time is that of the pair.
+    pub(super) colour: Entry,
+    /// Path of the depth picture.
+    pub(super) depth: PathBuf,
+}
+
+/// Lines of a list; one that is no entry is an error of its own.
+pub(super) type Lines<T> = Vec<Result<T, TumError>>;
+
+/// Reads the list `name` in `folder`.
 ///
 /// # Errors
 /// Where the list cannot be read or is too long.
-pub(super) fn read_list(
+pub(super) fn read_list(folder: &Path, name: &str) -> Result<Lines<Entry>, TumError> {
+    read_lines(folder, name, "timestamp path", parse_entry)
+}
+
+/// Reads the association file `name` in `folder`.
+///
+/// # Errors
+/// As [`read_list`].
+pub(super) fn read_pairs(folder: &Path, name: &str) -> Result<Lines<Pair>, TumError> {
+    read_lines(folder, name, "timestamp path timestamp path", parse_pair)
+}
+
+/// Reads the lines of the file `name` in `folder`, of this `form`.
+fn read_lines<T>(
     folder: &Path,
     name: &str,
-) -> Result<Vec<Result<Entry, TumError>>, TumError> {
+    form: &'static str,
+    parse: impl Fn(&Path, &str) -> Option<T>,
+) -> Result<Lines<T>, TumError> {
     let path = folder.join(name);
     let bytes = bounded_read::read(&path, MAX_LIST_BYTES)?;
     let text = String::from_utf8_lossy(&bytes);
@@ -48,9 +75,10 @@ pub(super) fn read_list(
         .map(|(i, line)| (i + 1, line.trim()))
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
         .map(|(line, text)| {
-            parse_entry(folder, text).ok_or_else(|| TumError::Line {
+            parse(folder, text).ok_or_else(|| TumError::Line {
                 path: path.clone(),
                 line,
+                form,
                 text: bounded_read::excerpt(text),
             })
         })
@@ -73,6 +101,23 @@ fn parse_entry(folder: &Path, line: &str) -> Option<Entry> {
     let whole = folder.join(rest);
     let path = if first == rest || whole.exists() { whole } else { folder.join(first) };
     (time.abs() <= MAX_TIME).then_some(Entry { time, path })
+}
+
+/// Parses `timestamp path timestamp path` of a colour and a depth picture, as TUM's `associate.py`
+/// prints it: the picture with "depth" in its path is that of depth, and the second one where that
+/// tells nothing. `None` where the line is something else.
+fn parse_pair(folder: &Path, line: &str) -> Option<Pair> {
+    let fields: Vec<&str> = line.split_whitespace().collect();
+    let [first_time, first, second_time, second] = fields[..] else { return None };
+    let entry = |time: &str, path: &str| parse_entry(folder, &format!("{time} {path}"));
+    let (first, second) = (entry(first_time, first)?, entry(second_time, second)?);
+    let is_depth = |entry: &Entry| {
+        let path = entry.path.strip_prefix(folder).unwrap_or(&entry.path);
+        path.to_string_lossy().to_lowercase().contains("depth")
+    };
+    let is_swapped = is_depth(&first) && !is_depth(&second);
+    let (colour, depth) = if is_swapped { (second, first) } else { (first, second) };
+    Some(Pair { colour, depth: depth.path })
 }
 
 /// Returns the entry of `sorted` (by time) nearest to `time`; `None` where it differs by more than

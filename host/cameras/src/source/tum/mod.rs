@@ -1,8 +1,10 @@
 //! Recordings in the TUM RGB-D format: a folder with the lists `rgb.txt` and `depth.txt`, or
-//! `color.txt` and `aligned_depth.txt`. A camera without depth has the first only.
+//! `color.txt` and `aligned_depth.txt`. A camera without depth has the first only. In place of both
+//! there may be an association file, `associations.txt`.
 //!
 //! A line of a list is `timestamp path`: seconds, and a file relative to the folder. `#` starts a
-//! comment. Colour is PNG, JPEG, PGM or PPM; depth is 16-bit PNG or PGM, registered to colour.
+//! comment. A line of an association file is `timestamp path timestamp path`. Colour is PNG, JPEG,
+//! PGM or PPM; depth is 16-bit PNG or PGM, registered to colour.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -14,7 +16,7 @@ use plumb_frame::image::{Image, ImageSize};
 use super::camera_source::CameraSource;
 use super::error::{InvalidFrame, SourceError};
 use super::resolution::FileIntrinsics;
-use list::{Entry, nearest, read_list};
+use list::{Entry, Pair, nearest, read_list, read_pairs};
 
 mod error;
 mod image_file;
@@ -29,6 +31,10 @@ const COLOUR_LISTS: [&str; 3] = ["rgb.txt", "color.txt", "colour.txt"];
 
 /// Names of the list of depth pictures, registered to colour.
 const DEPTH_LISTS: [&str; 2] = ["depth.txt", "aligned_depth.txt"];
+
+/// Names of the list of pairs of pictures, where there is no list of colour pictures.
+const ASSOCIATIONS: [&str; 4] =
+    ["associations.txt", "association.txt", "associate.txt", "assoc.txt"];
 
 /// Recording in a TUM RGB-D folder: one frame for each line of the list of colour pictures, in the
 /// order of their times.
@@ -62,35 +68,20 @@ impl TumFolder {
     /// the errors for invalid lines (those of the depth pictures first).
     ///
     /// # Errors
-    /// Where there is no list of colour pictures, or none of depth pictures and the camera has
-    /// depth; where a list cannot be read, or is longer than [`MAX_LINES`] or [`MAX_LIST_BYTES`].
+    /// Where there is no list of colour pictures and no association file, or no list of depth
+    /// pictures and the camera has depth; where a list cannot be read, or is longer than
+    /// [`MAX_LINES`] or [`MAX_LIST_BYTES`].
     pub fn open(folder: &Path, intrinsics: impl Into<FileIntrinsics>) -> Result<Self, TumError> {
         let intrinsics = intrinsics.into();
-        let (colour_list, depth_list) = lists(folder, intrinsics.intrinsics.has_depth())?;
-        let mut pending = VecDeque::new();
-        let mut depth = Vec::new();
-        let depth_entries = depth_list.map_or(Ok(Vec::new()), |list| read_list(folder, list))?;
-        for entry in depth_entries {
-            match entry {
-                Ok(entry) => depth.push(entry),
-                Err(error) => pending.push_back(Pending::Bad(error)),
+        let pending = match lists(folder, intrinsics.intrinsics.has_depth())? {
+            Lists::Apart { colour, depth } => with_nearest_depth(folder, colour, depth)?,
+            Lists::Associated(name) => {
+                in_order(read_pairs(folder, name)?.into_iter().map(|pair| {
+                    let Pair { colour: Entry { time, path: colour }, depth } = pair?;
+                    Ok((time, Pending::Frame { time, colour, depth: Some(depth) }))
+                }))
             }
-        }
-        depth.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let mut last = f64::NEG_INFINITY;
-        let frame = |entry| match entry {
-            Ok(Entry { time, path }) => {
-                last = time;
-                let depth = nearest(&depth, time).map(|d| d.path.clone());
-                (time, Pending::Frame { time, colour: path, depth })
-            }
-            // It keeps its place after the picture before it.
-            Err(error) => (last, Pending::Bad(error)),
         };
-        let mut frames: Vec<(f64, Pending)> =
-            read_list(folder, colour_list)?.into_iter().map(frame).collect();
-        frames.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        pending.extend(frames.into_iter().map(|(_, frame)| frame));
         Ok(Self { intrinsics, pending, first_size: None, now: 0.0 })
     }
 
@@ -133,11 +124,69 @@ impl TumFolder {
     }
 }
 
-/// Returns the names of the lists in `folder`: of colour, and of depth where it has one.
+/// Returns the frames of a list of colour pictures, each with the depth picture nearest in time,
+/// after the invalid lines of the list of depth pictures.
 ///
 /// # Errors
-/// Where there is no list of colour, or none of depth for a camera that has depth.
-fn lists(folder: &Path, has_depth: bool) -> Result<(&'static str, Option<&'static str>), TumError> {
+/// Where a list cannot be read or is too long.
+fn with_nearest_depth(
+    folder: &Path,
+    colour: &str,
+    depth: Option<&str>,
+) -> Result<VecDeque<Pending>, TumError> {
+    let mut pending = VecDeque::new();
+    let mut depths = Vec::new();
+    for entry in depth.map_or(Ok(Vec::new()), |list| read_list(folder, list))? {
+        match entry {
+            Ok(entry) => depths.push(entry),
+            Err(error) => pending.push_back(Pending::Bad(error)),
+        }
+    }
+    depths.sort_by(|a, b| a.time.total_cmp(&b.time));
+    pending.extend(in_order(read_list(folder, colour)?.into_iter().map(|entry| {
+        let Entry { time, path: colour } = entry?;
+        let depth = nearest(&depths, time).map(|depth| depth.path.clone());
+        Ok((time, Pending::Frame { time, colour, depth }))
+    })));
+    Ok(pending)
+}
+
+/// Returns the frames of a list with their times, seconds, in the order of those. An invalid line
+/// keeps its place after the picture before it.
+fn in_order(lines: impl Iterator<Item = Result<(f64, Pending), TumError>>) -> VecDeque<Pending> {
+    let mut last = f64::NEG_INFINITY;
+    let mut frames: Vec<(f64, Pending)> = lines
+        .map(|line| match line {
+            Ok((time, frame)) => {
+                last = time;
+                (time, frame)
+            }
+            Err(error) => (last, Pending::Bad(error)),
+        })
+        .collect();
+    frames.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    frames.into_iter().map(|(_, frame)| frame).collect()
+}
+
+/// Names of the lists of a recording.
+enum Lists {
+    /// Those of colour, and of depth where the recording has it.
+    Apart { colour: &'static str, depth: Option<&'static str> },
+    /// That of the pairs of pictures.
+    Associated(&'static str),
+}
+
+/// Returns the names of the lists in `folder`.
+///
+/// # Errors
+/// Where there is no list of colour and no association file, or no list of depth for a camera that
+/// has depth.
+fn lists(folder: &Path, has_depth: bool) -> Result<Lists, TumError> {
+    if list::present(folder, &COLOUR_LISTS).is_none()
+        && let Some(name) = list::present(folder, &ASSOCIATIONS)
+    {
+        return Ok(Lists::Associated(name));
+    }
     let folder_or_usual = |names: &[&'static str]| {
         // What is no folder has its own error when the list is read.
         list::present(folder, names).or((!folder.is_dir()).then_some(names[0]))
@@ -153,7 +202,7 @@ fn lists(folder: &Path, has_depth: bool) -> Result<(&'static str, Option<&'stati
         let advice = "; for a camera without depth set `depth_scale = \"none\"` in its file";
         return Err(missing(&DEPTH_LISTS, advice));
     }
-    Ok((colour, depth))
+    Ok(Lists::Apart { colour, depth })
 }
 
 impl CameraSource for TumFolder {

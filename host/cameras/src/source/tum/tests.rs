@@ -207,3 +207,39 @@ fn the_clock_stands_at_the_last_frame() {
     assert_eq!((lost.stamp(), lost.is_over(), source.now()), (Some(10.5), false, 10.5));
     assert!(Playback::new(source).is_live());
 }
+
+/// Returns the colour and the depth of each frame of an association file in this order of fields.
+fn associated(lines: &str) -> Vec<(f64, u8, u16)> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, value) in [("a.png", 10), ("b.png", 20)] {
+        save_colour(&folder, name, 32, value);
+        let depth = format!("depth_{name}");
+        save_depth(&folder, &depth, 32, u16::from(value) * 100);
+    }
+    std::fs::write(folder.path().join("associations.txt"), lines).unwrap();
+    let mut source = TumFolder::open(folder.path(), INTRINSICS).unwrap();
+    let mut found = Vec::new();
+    while let Some(frame) = source.next_frame().unwrap() {
+        let colour = frame.colour().pixels()[0][0];
+        found.push((frame.time(), colour, frame.depth().pixels()[0]));
+    }
+    found
+}
+
+#[test]
+fn association_files_pair_the_pictures_in_both_orders() {
+    // The pair counts, not the time: 0.5 s are between its pictures.
+    let expected = [(1.0, 10, 1000), (2.0, 20, 2000)];
+    assert_eq!(associated("2 b.png 2.5 depth_b.png\n# a\n1 a.png 1.5 depth_a.png\n"), expected);
+    assert_eq!(associated("1.5 depth_a.png 1 a.png\n2.5 depth_b.png 2 b.png\n"), expected);
+}
+
+#[test]
+fn a_line_of_an_association_file_that_is_something_else_is_an_error_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("associations.txt"), "1 a.png 1.5\n").unwrap();
+    let mut source = TumFolder::open(folder.path(), INTRINSICS).unwrap();
+    let error = ErrorChain(&source.next_frame().unwrap_err()).to_string();
+    assert!(error.contains("associations.txt:1") && error.contains("path timestamp"), "{error}");
+    assert!(source.next_frame().unwrap().is_none());
+}
