@@ -19,6 +19,8 @@ use crate::marker::{self, Marker, MarkerSearch};
 
 /// Least number of markers that agree on the board's place.
 const MIN_MARKERS: usize = 3;
+/// Least number of markers of another board.
+const MIN_FOREIGN: usize = 4;
 /// Markers below which the enlarged image is searched too.
 const FEW_MARKERS: usize = 10;
 /// Enlargement of the image for small markers.
@@ -60,6 +62,18 @@ pub enum BoardError {
         /// Markers that can be read and agree with each other.
         markers: usize,
     },
+    /// The picture shows another board: its markers are of another dictionary, or at other places.
+    #[error(
+        "the picture shows another board: {unknown} of its markers are none of the dictionary \
+         DICT_4X4_50's first 17, and {misplaced} are at other places. Use the one of 7 x 5 squares \
+         that `plumb calibrate --print-board board.pdf` writes"
+    )]
+    Other {
+        /// Markers with a code that the board does not have.
+        unknown: usize,
+        /// Markers of the board that are not at their places.
+        misplaced: usize,
+    },
     /// The board is seen in a mirror.
     #[error(
         "the picture shows the board mirrored: turn the camera's mirroring off (a mirrored picture \
@@ -92,18 +106,41 @@ impl From<opencv::Error> for ProcessingError {
 /// Finds the board's inner corners in an image.
 ///
 /// # Errors
-/// If the board is not seen or mirrored, or an image operation fails.
+/// If the board is not seen or mirrored or another one, or an image operation fails.
 pub fn find_corners(image: &ColourImage, board: &Board) -> Result<Vec<BoardCorner>, BoardError> {
     let grey = grey(image).map_err(ProcessingError::from)?;
     let search = markers(&grey).map_err(ProcessingError::from)?;
     if search.mirrored > search.markers.len() {
         return Err(BoardError::Mirrored);
     }
-    let Some(map) = agreed_map(&search.markers, board) else {
+    let map = agreed_map(&search.markers, board);
+    check_kind(&search, board, map.as_ref())?;
+    let Some(map) = map else {
         return Err(BoardError::NotSeen { markers: search.markers.len().min(MIN_MARKERS - 1) });
     };
     let map = BoardMap::new(&search.markers, board, map);
     Ok(refined(&grey, board, &map).map_err(ProcessingError::from)?)
+}
+
+/// Checks that the markers are not those of another board, of which `map` may fit a few.
+///
+/// # Errors
+/// [`BoardError::Other`] where more markers have codes that the board does not have, or are at
+/// other places, than are at theirs.
+fn check_kind(
+    search: &MarkerSearch,
+    board: &Board,
+    map: Option<&Matrix3<f64>>,
+) -> Result<(), BoardError> {
+    let is_near =
+        |marker: &&Marker| map.is_some_and(|map| distance(marker, board, map) < NEAR_MARKER);
+    let near = search.markers.iter().filter(is_near).count();
+    let (unknown, misplaced) = (search.unknown, search.markers.len() - near);
+    let foreign = unknown + misplaced;
+    if foreign >= MIN_FOREIGN && foreign > near {
+        return Err(BoardError::Other { unknown, misplaced });
+    }
+    Ok(())
 }
 
 /// Returns the image in grey.

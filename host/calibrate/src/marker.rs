@@ -33,6 +33,8 @@ struct SearchParameters {
     min_contrast: f64,
     /// Most white cells in the black border, of 20.
     max_border_errors: usize,
+    /// Least side of a marker whose code is sure, pixels: 5 for each cell.
+    sure_side: f64,
 }
 
 const PARAMETERS: SearchParameters = SearchParameters {
@@ -45,6 +47,7 @@ const PARAMETERS: SearchParameters = SearchParameters {
     cell_margin: 2,
     min_contrast: 20.0,
     max_border_errors: 2,
+    sure_side: 30.0,
 };
 
 /// A marker in an image.
@@ -63,29 +66,54 @@ pub(crate) struct MarkerSearch {
     pub(crate) markers: Vec<Marker>,
     /// Number of markers that are seen in a mirror.
     pub(crate) mirrored: usize,
+    /// Number of large markers whose code is none of the board's: those of another dictionary, or
+    /// of a board with more markers.
+    pub(crate) unknown: usize,
 }
 
 /// Contents of an outline of four corners.
 enum Content {
     Marker(Marker),
     Mirrored(usize),
+    /// A code that is none of the board's.
+    Unknown,
     Nothing,
 }
 
 /// Searches an 8-bit grey image for markers.
 pub(crate) fn search(grey: &Mat) -> opencv::Result<MarkerSearch> {
     let (mut markers, mut mirrored) = (Vec::<Marker>::new(), Vec::new());
+    let mut unknown = Vec::<[Point2<f64>; 4]>::new();
     for window in PARAMETERS.windows {
         for corners in quadrangles(grey, window)? {
             match read(grey, corners)? {
                 Content::Marker(marker) => add(&mut markers, marker),
                 Content::Mirrored(id) if !mirrored.contains(&id) => mirrored.push(id),
-                Content::Mirrored(_) | Content::Nothing => {}
+                Content::Unknown if is_new(&unknown, &corners) => unknown.push(corners),
+                Content::Mirrored(_) | Content::Unknown | Content::Nothing => {}
             }
         }
     }
     markers.sort_by_key(|marker| marker.id);
-    Ok(MarkerSearch { markers, mirrored: mirrored.len() })
+    // One that is read by another threshold is known.
+    unknown.retain(|corners| markers.iter().all(|marker| !is_within(corners, &marker.corners)));
+    Ok(MarkerSearch { markers, mirrored: mirrored.len(), unknown: unknown.len() })
+}
+
+/// Returns whether a quadrangle is large enough for its code to be sure, and is none of `known`.
+fn is_new(known: &[[Point2<f64>; 4]], corners: &[Point2<f64>; 4]) -> bool {
+    side(corners) >= PARAMETERS.sure_side && known.iter().all(|other| !is_within(corners, other))
+}
+
+/// Returns whether the middle of a quadrangle is within half a side of that of another one.
+fn is_within(corners: &[Point2<f64>; 4], other: &[Point2<f64>; 4]) -> bool {
+    let middle = |corners: &[Point2<f64>; 4]| nalgebra::center(&corners[0], &corners[2]);
+    (middle(corners) - middle(other)).norm() < side(other) / 2.0
+}
+
+/// Returns the side of a quadrangle, pixels: that of a square with the same area.
+fn side(corners: &[Point2<f64>; 4]) -> f64 {
+    (area(corners) / 2.0).max(0.0).sqrt()
 }
 
 /// Adds a marker. Of several with one number the largest is the marker's outer edge.
@@ -142,7 +170,7 @@ fn read(grey: &Mat, corners: [Point2<f64>; 4]) -> opencv::Result<Content> {
         return Ok(Content::Marker(Marker { id: reading.id, corners }));
     }
     let mirrored = identify(mirrored(code));
-    Ok(mirrored.map_or(Content::Nothing, |reading| Content::Mirrored(reading.id)))
+    Ok(mirrored.map_or(Content::Unknown, |reading| Content::Mirrored(reading.id)))
 }
 
 /// Returns the quadrangle as a square image.

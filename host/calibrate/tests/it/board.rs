@@ -171,6 +171,68 @@ fn images_without_a_board_or_with_a_mirrored_one_are_refused() {
     assert!(matches!(error, BoardError::Mirrored), "{error}");
 }
 
+/// Returns a picture of a board, face on, whose squares have this side, pixels. Its markers have 5
+/// by 5 cells in a black border, as in OpenCV's dictionaries `DICT_5X5`.
+fn board_of_another_dictionary(side: usize) -> ColourImage {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let codes: Vec<u32> = (0..64).map(|_| random.random()).collect();
+    Image::from_fn(640, 480, |u, v| {
+        let (column, row) = (u / side, v / side);
+        let (x, y) = (u % side, v % side);
+        let margin = side / 8;
+        let is_marker = (column + row) % 2 == 1;
+        let is_inner = |k: usize| (margin..side - margin).contains(&k);
+        let is_black = if !is_marker {
+            true
+        } else if is_inner(x) && is_inner(y) {
+            let cell = |k: usize| (k - margin) * 7 / (side - 2 * margin);
+            let is_border = |k: usize| k == 0 || k == 6;
+            let (cell_x, cell_y) = (cell(x), cell(y));
+            let bit = || codes[row * 8 + column] >> ((cell_y - 1) * 5 + cell_x - 1) & 1 == 0;
+            is_border(cell_x) || is_border(cell_y) || bit()
+        } else {
+            false
+        };
+        [if is_black { 35 } else { 215 }; 3]
+    })
+}
+
+#[test]
+fn another_board_is_named() {
+    let error = find_corners(&board_of_another_dictionary(80), &Board::SHEET).unwrap_err();
+    // A code of 5 by 5 cells may be read as one of 4 by 4.
+    assert!(matches!(error, BoardError::Other { unknown: 20.., misplaced: ..4 }), "{error}");
+
+    // The same markers at other places: columns of squares are exchanged.
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    let distance = 0.4;
+    let pose = placed([319.5, 239.5], distance, [0.0; 3]);
+    let colour = frame(&pose, &mut random).colour().clone();
+    find_corners(&colour, &Board::SHEET).unwrap();
+    let square = Board::SHEET.square() * INTRINSICS.fx / distance;
+    let left = 319.5 - 3.5 * square;
+    let exchanged = Image::from_fn(640, 480, |u, v| {
+        let column = ((u as f64 - left) / square).floor();
+        let moved = match column as i32 {
+            0 | 3 if column >= 0.0 => 2.0 * square,
+            2 | 5 => -2.0 * square,
+            _ => 0.0,
+        };
+        colour.get((u as f64 + moved).round() as usize, v).unwrap()
+    });
+    let error = find_corners(&exchanged, &Board::SHEET).unwrap_err();
+    assert!(matches!(error, BoardError::Other { unknown: 0, misplaced: 8.. }), "{error}");
+
+    // A few markers of another board beside the whole one do not matter.
+    let far = placed([220.0, 240.0], 0.7, [0.1, 1.0, 0.0]);
+    let colour = frame(&far, &mut random).colour().clone();
+    let other = board_of_another_dictionary(80);
+    let both = Image::from_fn(640, 480, |u, v| {
+        if u < 480 { colour.get(u, v).unwrap() } else { other.get(u, v).unwrap() }
+    });
+    assert!(find_corners(&both, &Board::SHEET).unwrap().len() > 20);
+}
+
 #[test]
 fn a_board_that_moves_is_refused() {
     let mut random = ChaCha8Rng::seed_from_u64(7);

@@ -24,6 +24,8 @@ const MIN_MOVEMENT: f64 = 0.06;
 /// Largest mean movement of the corners between two pictures of a board that is held still, in
 /// widths of the picture: 1.5 pixels of 640.
 const MAX_SHAKE: f64 = 0.0025;
+/// Pictures in a row without the board, after which the reason is told: 3 s at 30 Hz.
+const TOLD_AFTER: u32 = 90;
 /// Pictures in a row that show nothing new, after which the collection ends: 40 s at 30 Hz.
 const MAX_IDLE: u32 = 1200;
 
@@ -33,17 +35,18 @@ pub(super) struct Shown {
     pub(super) view: LensView,
 }
 
-/// Searches the board in a picture; `None` where it is not seen.
-fn shown(picture: ColourImage, name: String) -> Result<Option<Shown>, Failure> {
+/// Searches the board in a picture. Where it is not seen, or another one is, the reason.
+fn shown(picture: ColourImage, name: String) -> Result<Result<Shown, String>, Failure> {
     let corners = match find_corners(&picture, &Board::SHEET) {
         Ok(corners) => corners,
-        Err(BoardError::NotSeen { .. }) => return Ok(None),
+        Err(BoardError::NotSeen { .. }) => return Ok(Err("the board is not seen".to_owned())),
+        Err(error @ BoardError::Other { .. }) => return Ok(Err(error.to_string())),
         Err(error) => return Err(error.into()),
     };
     let places = Board::SHEET.corners();
     let seen = |id: usize, image| SeenCorner { id, board: places[id], image, depth: None };
     let corners = corners.iter().map(|corner| seen(corner.id, corner.image)).collect();
-    Ok(Some(Shown { picture, view: LensView { name, corners } }))
+    Ok(Ok(Shown { picture, view: LensView { name, corners } }))
 }
 
 /// Reads the pictures of a folder in the order of their names. A file that is no picture, a picture
@@ -79,8 +82,8 @@ pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
             }
         };
         match shown(picture, name.clone())? {
-            Some(shown) => all.push(shown),
-            None => tell!("{name}: the board is not seen; left out"),
+            Ok(shown) => all.push(shown),
+            Err(why) => tell!("{name}: {why}; left out"),
         }
     }
     tell!("the board is seen in {} of {} pictures", all.len(), paths.len());
@@ -128,9 +131,16 @@ pub(super) fn from_camera(
         let Some(frame) = view.next_picture(&Stage::Lens { number: number / 2 })? else { break };
         number += 1;
         let name = format!("picture {}", kept.len() + 1);
-        let Some(seen) = shown(frame.colour().clone(), name)? else {
-            (idle, last) = (idle + 1, None);
-            continue;
+        let seen = match shown(frame.colour().clone(), name)? {
+            Ok(seen) => seen,
+            Err(why) => {
+                // Once, while nothing is taken yet: another board in the hand.
+                if idle == TOLD_AFTER && kept.is_empty() {
+                    tell!("{why}");
+                }
+                (idle, last) = (idle + 1, None);
+                continue;
+            }
         };
         let width = seen.picture.width() as f64;
         let moved = |other: &Shown| movement(&seen.view, &other.view) / width;
