@@ -46,6 +46,14 @@ fn outputs_for_viewers() {
     }
 }
 
+#[cfg(not(feature = "import"))]
+#[test]
+fn calibrations_of_other_programs() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = refusal(&["calibrate", "rig.toml", "--import", "lens.yaml"], folder.path());
+    assert!(text.contains("--features import"), "{text}");
+}
+
 #[cfg(not(feature = "ros2"))]
 #[test]
 fn ros_2() {

@@ -2,6 +2,7 @@
 
 mod choice;
 mod clicks;
+mod import;
 mod lens;
 mod options;
 mod output;
@@ -33,6 +34,7 @@ use super::print::tell;
 use super::rig_args::RIG_VARIABLE;
 use super::{DetectorName, FAILED, Failure, bad_input, failed, numbers, print};
 use clicks::Clicks;
+use import::ImportOptions;
 use lens::LensOptions;
 use options::{BoardOptions, MotorOptions, PlaceOptions};
 use output::CameraFile;
@@ -47,7 +49,8 @@ use view::{Stage, View};
 /// beside the camera file. Nothing moves: no microcontroller is needed.
 ///
 /// --lens finds the intrinsics and the distortion of the lens from pictures of the printed board
-/// at many places. Do that before the pose.
+/// at many places. Do that before the pose. --import takes a lens or a pose that another program
+/// has found.
 ///
 /// Examples:
 ///   plumb calibrate --print-board board.pdf
@@ -57,10 +60,11 @@ use view::{Stage, View};
 ///   plumb calibrate rig.toml --ball
 ///   plumb calibrate rig.toml --lens
 ///   plumb calibrate rig.toml --lens --pictures photos
+///   plumb calibrate rig.toml --import camera_info.yaml
 #[derive(Parser)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
 #[command(group(clap::ArgGroup::new("way").required(true)
-    .args(["board", "motors", "ball", "lens", "print_board"])))]
+    .args(["board", "motors", "ball", "lens", "import", "print_board"])))]
 pub(crate) struct Args {
     /// The rig file (TOML, SI units)
     #[arg(env = RIG_VARIABLE, hide_env_values = true, required_unless_present = "print_board")]
@@ -104,6 +108,8 @@ pub(crate) struct Args {
     place_options: PlaceOptions,
     #[command(flatten)]
     lens_options: LensOptions,
+    #[command(flatten)]
+    import_options: ImportOptions,
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
@@ -115,6 +121,10 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let text = read_text(&rig.camera.file, MAX_BYTES)?;
     let camera = camera_file::parse(&rig.camera.file, &text)?;
     let camera_file = CameraFile { path: &rig.camera.file, text: &text };
+    if let Some(path) = &args.import_options.import {
+        let (input, answers) = ((path.as_path(), &args.import_options), (args.yes, args.json));
+        return import::import(input, (&rig, &camera), &camera_file, answers);
+    }
     if args.lens {
         let (rig, answers) = ((file.as_path(), &rig, camera), (args.yes, args.json));
         return lens::calibrate(&args.lens_options, rig, &camera_file, answers);
@@ -205,7 +215,9 @@ fn from_board(options: &BoardOptions, view: &mut View) -> Result<Found, Failure>
         match find_corners(frame.colour(), &board) {
             Ok(corners) => views.push(BoardView::new(&corners, frame)),
             // A single picture may be blurred.
-            Err(error @ BoardError::NotSeen { .. }) => last = Some(error),
+            Err(error @ (BoardError::NotSeen { .. } | BoardError::Other { .. })) => {
+                last = Some(error);
+            }
             Err(error) => return Err(error.into()),
         }
     }

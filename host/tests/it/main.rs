@@ -11,6 +11,7 @@ mod emulate;
 mod errors;
 mod exit_codes;
 mod full_disk;
+mod import;
 mod init;
 mod inputs;
 mod killed;

@@ -3,7 +3,8 @@
 //! ```text
 //! protocol <- core <- { firmware, emulator }
 //! frame <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb;   protocol <- runtime
-//! cameras <- calibrate <- plumb;   image <- plumb;   frame <- vision <- { bench, plumb, tests }
+//! cameras <- calibrate <- plumb;   frame <- import <- plumb;   image <- plumb
+//! frame <- vision <- { bench, plumb, tests }
 //! { emulator, frame, cameras, path, runtime } <- sim <- { bench, plumb, tests }
 //! ```
 //!
@@ -65,6 +66,7 @@ const CRATES: &[Rule] = &[
         uses: &["plumb-cameras", "plumb-frame", "plumb-pictures"],
         tests_use: &[],
     },
+    Rule { name: "plumb-import", uses: &["plumb-frame"], tests_use: &[] },
     Rule {
         name: "plumb-runtime",
         uses: &["plumb-cameras", "plumb-frame", "plumb-path", "plumb-protocol", "plumb-timing"],
@@ -141,6 +143,7 @@ const CRATES: &[Rule] = &[
             "plumb-cameras",
             "plumb-foxglove",
             "plumb-image",
+            "plumb-import",
             "plumb-page",
             "plumb-path",
             "plumb-pictures",

@@ -2,7 +2,7 @@
 
 use plumb_cameras::source::resolution;
 use plumb_cameras::source::ros2::Ros2CameraSettings;
-use plumb_frame::camera::{Distortion, DistortionCoefficients, Intrinsics};
+use plumb_frame::camera::{CoefficientsError, Distortion, DistortionCoefficients, Intrinsics};
 use plumb_frame::image::ImageSize;
 
 use super::error::Ros2CameraError;
@@ -135,31 +135,26 @@ fn is_rectified(topic: &str) -> bool {
     raw.rsplit('/').next().is_some_and(|name| RECTIFIED.contains(&name))
 }
 
-/// Returns the distortion of a lens that has one. Zeros after the fifth coefficient are left out: a
-/// model with more coefficients is then `plumb_bob`.
+/// Returns the distortion of a lens that has one. A model with more coefficients, those after the
+/// fifth 0, is `plumb_bob`.
 fn distortion(info: &CameraInfo, topic: &str) -> Result<Option<Distortion>, Ros2CameraError> {
     let topic = || topic.to_owned();
-    let used =
-        info.d.iter().rposition(|coefficient| *coefficient != 0.0).map_or(0, |last| last + 1);
-    let coefficients = &info.d[..info.d.len().min(used.max(5))];
-    let is_plumb_bob = info.distortion_model == PLUMB_BOB
-        || info.distortion_model == RATIONAL && coefficients.len() <= 5;
+    let coefficients = DistortionCoefficients::from_slice(&info.d);
+    let is_higher = matches!(coefficients, Err(CoefficientsError::Higher { .. }));
+    let is_plumb_bob =
+        info.distortion_model == PLUMB_BOB || info.distortion_model == RATIONAL && !is_higher;
     if !is_plumb_bob {
         let model = info.distortion_model.clone();
         return Err(Ros2CameraError::DistortionModel { topic: topic(), model });
     }
-    if let Some(&value) = coefficients.iter().find(|coefficient| !coefficient.is_finite()) {
-        return Err(Ros2CameraError::DistortionNumber { topic: topic(), value });
-    }
-    let coefficients = match *coefficients {
-        [k1, k2, p1, p2] => [k1, k2, p1, p2, 0.0],
-        [k1, k2, p1, p2, k3] => [k1, k2, p1, p2, k3],
-        _ => {
-            let count = info.d.len();
-            return Err(Ros2CameraError::DistortionCount { topic: topic(), count });
+    coefficients.map(Distortion::new).map_err(|error| match error {
+        CoefficientsError::Number(value) => {
+            Ros2CameraError::DistortionNumber { topic: topic(), value }
         }
-    };
-    Ok(Distortion::new(DistortionCoefficients::from_array(coefficients)))
+        CoefficientsError::Count(_) | CoefficientsError::Higher { .. } => {
+            Ros2CameraError::DistortionCount { topic: topic(), count: info.d.len() }
+        }
+    })
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ use crate::commands::print::tell;
 use crate::commands::{FAILED, Failure, failed, numbers, print};
 
 /// Ways that exclude the options.
-const NOT_LENS: [&str; 4] = ["board", "motors", "ball", "print_board"];
+const NOT_LENS: [&str; 5] = ["board", "motors", "ball", "import", "print_board"];
 /// Pictures of the board for the lens.
 #[derive(Args)]
 #[command(next_help_heading = "With --lens")]

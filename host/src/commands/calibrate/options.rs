@@ -15,9 +15,9 @@ use crate::commands::{Failure, bad_input, numbers};
 
 // The ways that exclude an option. With `requires` clap accepts the option: it waives a requirement
 // that conflicts with another argument.
-const NOT_BOARD: [&str; 4] = ["motors", "ball", "lens", "print_board"];
-const NOT_MOTORS: [&str; 4] = ["board", "ball", "lens", "print_board"];
-const NOT_BALL: [&str; 4] = ["board", "motors", "lens", "print_board"];
+const NOT_BOARD: [&str; 5] = ["motors", "ball", "lens", "import", "print_board"];
+const NOT_MOTORS: [&str; 5] = ["board", "ball", "lens", "import", "print_board"];
+const NOT_BALL: [&str; 5] = ["board", "motors", "lens", "import", "print_board"];
 
 /// Parses numbers of a range with commas between them.
 fn list<const N: usize>(text: &str, range: &Range) -> Result<[f64; N], String> {

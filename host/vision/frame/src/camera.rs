@@ -5,7 +5,9 @@ use nalgebra::{Isometry3, Matrix2, Point2, Point3};
 use crate::distortion::checked_places;
 use crate::image::ImageSize;
 
-pub use crate::distortion::{Distortion, DistortionCoefficients, DistortionError};
+pub use crate::distortion::{
+    CoefficientsError, Distortion, DistortionCoefficients, DistortionError,
+};
 
 /// Intrinsics of a colour picture and of the depth registered to it: a pinhole camera with the
 /// distortion of its lens.

@@ -33,7 +33,50 @@ pub struct DistortionCoefficients {
     pub k3: f64,
 }
 
+/// Numbers that are no [`DistortionCoefficients`].
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum CoefficientsError {
+    /// There are too few of them.
+    #[error("{0} coefficients are there, but 4 or 5 are needed: k1, k2, p1, p2, k3")]
+    Count(usize),
+    /// One of them is no number.
+    #[error("a coefficient is {0}: it must be a finite number")]
+    Number(f64),
+    /// A coefficient after the fifth is not 0, as in OpenCV's models with 8, 12 or 14.
+    #[error("coefficient {place} is {value}: only the first five may differ from 0")]
+    Higher {
+        /// Its place, from 1.
+        place: usize,
+        /// Its value.
+        value: f64,
+    },
+}
+
 impl DistortionCoefficients {
+    /// Makes the coefficients of a list in OpenCV's order: k1, k2, p1, p2, and k3, which may be
+    /// left out. Zeros may follow: a longer model is then this one.
+    ///
+    /// # Errors
+    /// If there are fewer than four, or one of them is not finite, or not 0 after the fifth.
+    pub fn from_slice(coefficients: &[f64]) -> Result<Self, CoefficientsError> {
+        let [first, further] = match coefficients.split_at_checked(5) {
+            Some((first, further)) => [first, further],
+            None => [coefficients, &[]],
+        };
+        if let Some(index) = further.iter().position(|coefficient| *coefficient != 0.0) {
+            let (place, value) = (first.len() + index + 1, further[index]);
+            return Err(CoefficientsError::Higher { place, value });
+        }
+        if let Some(&value) = first.iter().find(|coefficient| !coefficient.is_finite()) {
+            return Err(CoefficientsError::Number(value));
+        }
+        match *first {
+            [k1, k2, p1, p2] => Ok(Self { k1, k2, p1, p2, k3: 0.0 }),
+            [k1, k2, p1, p2, k3] => Ok(Self { k1, k2, p1, p2, k3 }),
+            _ => Err(CoefficientsError::Count(coefficients.len())),
+        }
+    }
+
     /// Makes the coefficients of an array in OpenCV's order: k1, k2, p1, p2, k3.
     pub fn from_array([k1, k2, p1, p2, k3]: [f64; 5]) -> Self {
         Self { k1, k2, p1, p2, k3 }

@@ -1,0 +1,70 @@
+//! Lens of a camera.
+
+use plumb_frame::camera::{Distortion, DistortionCoefficients};
+use plumb_frame::image::ImageSize;
+
+use crate::error::ImportError;
+
+/// Names of OpenCV's model with five coefficients: in ROS, and in kalibr, which has four.
+const KNOWN_MODELS: [&str; 2] = ["plumb_bob", "radtan"];
+/// Names of its extension to eight coefficients, the last three of which may be 0.
+const EXTENDED_MODELS: [&str; 1] = ["rational_polynomial"];
+/// Names for a lens without distortion.
+const NO_MODELS: [&str; 2] = ["none", ""];
+
+/// Pinhole camera with the distortion of its lens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImportedLens {
+    /// Focal length along the rows, pixels.
+    pub fx: f64,
+    /// Focal length along the columns, pixels.
+    pub fy: f64,
+    /// Column of the principal point, pixels.
+    pub cx: f64,
+    /// Row of the principal point, pixels.
+    pub cy: f64,
+    /// Distortion; `None` for a lens without one.
+    pub distortion: Option<Distortion>,
+    /// Size of the pictures that the lens was calibrated with; `None` where the file does not say.
+    pub size: Option<ImageSize>,
+}
+
+impl ImportedLens {
+    /// Makes the lens of focal lengths and principal point (fx, fy, cx, cy; pixels) with the
+    /// coefficients of a distortion in OpenCV's order.
+    ///
+    /// # Errors
+    /// If a number is not finite, a focal length is not above 0, or there are too few or too many
+    /// coefficients.
+    pub(crate) fn new(
+        pinhole: [f64; 4],
+        coefficients: &[f64],
+        size: Option<ImageSize>,
+    ) -> Result<Self, ImportError> {
+        let [fx, fy, cx, cy] = pinhole;
+        let is_possible = pinhole.iter().all(|number| number.is_finite()) && fx > 0.0 && fy > 0.0;
+        if !is_possible {
+            return Err(ImportError::Pinhole { fx, fy, cx, cy });
+        }
+        let distortion = match coefficients {
+            [] => None,
+            some => Distortion::new(DistortionCoefficients::from_slice(some)?),
+        };
+        Ok(Self { fx, fy, cx, cy, distortion, size })
+    }
+}
+
+/// Checks that a lens has a model of distortion that Plumb has.
+///
+/// # Errors
+/// [`ImportError::Model`] where it has another one and a distortion.
+pub(crate) fn check_model(model: &str, coefficients: &[f64]) -> Result<(), ImportError> {
+    let is_known = KNOWN_MODELS.contains(&model)
+        || EXTENDED_MODELS.contains(&model)
+        || NO_MODELS.contains(&model);
+    let is_straight = coefficients.iter().all(|coefficient| *coefficient == 0.0);
+    if is_known || is_straight {
+        return Ok(());
+    }
+    Err(ImportError::Model { model: model.to_owned() })
+}

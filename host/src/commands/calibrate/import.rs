@@ -1,0 +1,38 @@
+//! `plumb calibrate --import`: a lens or a pose that another program calibrated: the options.
+
+#[cfg_attr(feature = "import", path = "import/present.rs")]
+#[cfg_attr(not(feature = "import"), path = "import/absent.rs")]
+mod work;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use plumb_vision::image::ImageSize;
+
+pub(super) use work::import;
+
+/// Calibration of another program.
+#[derive(Args)]
+#[command(next_help_heading = "With --import")]
+pub(super) struct ImportOptions {
+    /// Take the lens or the pose from a calibration file of another program: ROS
+    /// (camera_calibration, a printed CameraInfo), kalibr, OpenCV (YAML), easy_handeye
+    #[arg(long, value_name = "FILE", value_parser = work::file)]
+    pub(super) import: Option<PathBuf>,
+    /// Camera in a file of kalibr with several, such as cam1
+    #[arg(long, value_name = "NAME", requires = "import")]
+    import_camera: Option<String>,
+    /// Size of the pictures, such as 1280x720, where the file does not have it; each 1 to 65535
+    /// pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size, requires = "import")]
+    import_size: Option<ImageSize>,
+}
+
+/// Parses the size of a picture, "WIDTHxHEIGHT".
+fn size(text: &str) -> Result<ImageSize, String> {
+    let side = |text: &str| text.parse::<u16>().ok().filter(|side| *side > 0).map(usize::from);
+    let sides =
+        text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    let (width, height) = sides.ok_or("width and height with an x between them, 1280x720")?;
+    Ok(ImageSize { width, height })
+}

@@ -1,0 +1,30 @@
+//! A program without the files of other programs.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use plumb_runtime::rig::Rig;
+use plumb_vision::camera::Camera;
+
+use super::super::output::CameraFile;
+use super::ImportOptions;
+use crate::commands::{Failure, bad_input};
+
+/// Reason to refuse the option.
+const ABSENT: &str = "this program was built without the calibrations of others; build it with \
+                      cargo build --release -p plumb --features import";
+
+/// Refuses the option `--import`.
+pub(super) fn file(_: &str) -> Result<PathBuf, String> {
+    Err(ABSENT.to_owned())
+}
+
+/// Imports nothing: the option was refused.
+pub(in super::super) fn import(
+    _: (&Path, &ImportOptions),
+    _: (&Rig, &Camera),
+    _: &CameraFile<'_>,
+    _: (bool, bool),
+) -> Result<ExitCode, Failure> {
+    Err(bad_input(ABSENT))
+}

@@ -1,0 +1,130 @@
+//! Reads the calibration of another program, and writes it into the camera file.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use plumb_calibrate::camera_text::{with_lens, with_pose};
+use plumb_cameras::bounded_read::read_text;
+use plumb_cameras::camera_file;
+use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_import::{Choice, Content, Imported, ImportedLens, ImportedPose, read};
+use plumb_runtime::rig::Rig;
+use plumb_runtime::rig::check::implausible;
+use plumb_vision::camera::{Camera, Intrinsics};
+use plumb_vision::image::ImageSize;
+use serde::Serialize;
+
+use super::super::output::CameraFile;
+use super::ImportOptions;
+use crate::commands::old_file::OldFile;
+use crate::commands::print::{result, tell};
+use crate::commands::{FAILED, Failure, bad_input};
+
+/// Result as a line of JSON.
+#[derive(Serialize)]
+struct Report {
+    program: String,
+    /// What is taken: "lens" or "pose".
+    content: &'static str,
+    notes: Vec<String>,
+    /// What is not plausible about the camera file with it.
+    findings: Vec<String>,
+    written: bool,
+}
+
+/// Reads the path of the calibration file.
+pub(super) fn file(text: &str) -> Result<PathBuf, String> {
+    Ok(text.into())
+}
+
+/// Takes the lens or the pose of the calibration file, and writes it into the camera file of `rig`,
+/// if the user agrees. `is_agreed` answers for him; `is_json` ends with a line of JSON.
+///
+/// # Errors
+/// Where the file cannot be read, is of no known program, or has a lens or a pose that a camera
+/// file cannot have.
+pub(in super::super) fn import(
+    (path, options): (&Path, &ImportOptions),
+    (rig, camera): (&Rig, &Camera),
+    camera_file: &CameraFile<'_>,
+    (is_agreed, is_json): (bool, bool),
+) -> Result<ExitCode, Failure> {
+    let choice = options.import_camera.as_deref().map_or(Choice::Only, Choice::Named);
+    let in_file = |error| bad_input(format!("{}: {error}", path.display()));
+    let imported = read(&read_text(path, MAX_BYTES)?, choice).map_err(in_file)?;
+    let comment = format!("plumb calibrate --import: {}", imported.program);
+    let old = camera_file.text;
+    let (content, text) = match &imported.content {
+        Content::Lens(lens) => {
+            let size = lens.size.or(options.import_size).ok_or_else(|| without_size(path))?;
+            ("lens", with_lens(old, (&intrinsics(lens, camera), size), &comment)?)
+        }
+        Content::Pose(pose) => ("pose", with_pose(old, &pose.pose, &comment)?),
+    };
+    camera_file::parse(camera_file.path, &text)?;
+    let findings = implausible(rig, &text).iter().map(ToString::to_string).collect();
+    let mut report = Report::new(&imported, content, findings);
+    report.tell(&imported.content, options.import_size);
+    let old_file = OldFile { path: camera_file.path, text: old };
+    report.written = old_file.offer(&text, &format!("the {content}"), is_agreed)?;
+    if is_json {
+        result(serde_json::to_string(&report)?)?;
+    }
+    Ok(if report.written { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+}
+
+/// Returns the failure of a lens for pictures of an unknown size.
+fn without_size(path: &Path) -> Failure {
+    bad_input(format!(
+        "{}: the size of the pictures is not in the file, and a lens is wrong for another one: say \
+         it with --import-size, such as 1280x720",
+        path.display()
+    ))
+}
+
+/// Returns the intrinsics of a lens with the depth scale of the camera file.
+fn intrinsics(lens: &ImportedLens, camera: &Camera) -> Intrinsics {
+    let ImportedLens { fx, fy, cx, cy, distortion, .. } = *lens;
+    Intrinsics { fx, fy, cx, cy, depth_scale: camera.intrinsics.depth_scale, distortion }
+}
+
+impl Report {
+    fn new(imported: &Imported, content: &'static str, findings: Vec<String>) -> Self {
+        let program = imported.program.to_string();
+        Self { program, content, notes: imported.notes.clone(), findings, written: false }
+    }
+
+    /// Prints the report for a person. `stated` is the size of the pictures by the command line.
+    fn tell(&self, content: &Content, stated: Option<ImageSize>) {
+        match content {
+            Content::Lens(lens) => tell_lens(&self.program, lens, stated),
+            Content::Pose(pose) => tell_pose(&self.program, pose),
+        }
+        for note in &self.notes {
+            tell!("  note: {note}");
+        }
+        for finding in &self.findings {
+            tell!("  {finding}");
+        }
+    }
+}
+
+fn tell_lens(program: &str, lens: &ImportedLens, stated: Option<ImageSize>) {
+    tell!("lens, by {program}");
+    let ImportedLens { fx, fy, cx, cy, .. } = lens;
+    tell!("  fx {fx:.2}, fy {fy:.2}, cx {cx:.2}, cy {cy:.2} px");
+    let [k1, k2, p1, p2, k3] =
+        lens.distortion.map(|it| it.coefficients()).unwrap_or_default().to_array();
+    tell!("  k1 {k1:.5}, k2 {k2:.5}, p1 {p1:.5}, p2 {p2:.5}, k3 {k3:.5}");
+    if let Some(ImageSize { width, height }) = lens.size.or(stated) {
+        tell!("  for pictures of {width}x{height}");
+    }
+    tell!("  a pose that was found with other intrinsics is wrong: calibrate it again");
+}
+
+fn tell_pose(program: &str, found: &ImportedPose) {
+    tell!("pose of `{}` in `{}`, by {program}", found.camera, found.base);
+    let (t, q) = (found.pose.translation.vector, found.pose.rotation.coords);
+    tell!("  translation [{:.4}, {:.4}, {:.4}] m", t.x, t.y, t.z);
+    tell!("  quaternion  [{:.5}, {:.5}, {:.5}, {:.5}] (x, y, z, w)", q.x, q.y, q.z, q.w);
+}
