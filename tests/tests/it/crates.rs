@@ -184,6 +184,7 @@ const CRATES: &[Rule] = &[
             "plumb-adversary",
             "plumb-cameras",
             "plumb-core",
+            "plumb-import",
             "plumb-openni",
             "plumb-page",
             "plumb-path",

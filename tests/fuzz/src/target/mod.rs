@@ -2,6 +2,8 @@
 
 pub mod board;
 #[cfg(feature = "host")]
+pub mod calibration;
+#[cfg(feature = "host")]
 pub mod camera_file;
 pub mod configuration;
 pub mod frames;
@@ -56,6 +58,8 @@ pub const TARGETS: &[Target] = &[
     rig_file::TARGET,
     #[cfg(feature = "host")]
     camera_file::TARGET,
+    #[cfg(feature = "host")]
+    calibration::TARGET,
     #[cfg(feature = "host")]
     tum_folder::TARGET,
     #[cfg(feature = "host")]
