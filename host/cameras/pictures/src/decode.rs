@@ -100,6 +100,16 @@ pub fn size(bytes: &[u8]) -> Option<ImageSize> {
     Header::read(bytes).map(|header| header.size())
 }
 
+/// Returns whether an image has grey pixels, by its header; `false` where the bytes are no image.
+pub fn is_grey(bytes: &[u8]) -> bool {
+    match Header::read(bytes) {
+        Some(Header::Png(_)) => png::is_grey(bytes),
+        Some(Header::Jpeg(header)) => header.is_grey(),
+        Some(Header::Netpbm(header)) => header.is_grey(),
+        None => false,
+    }
+}
+
 /// Header of an image.
 enum Header<'a> {
     Png(ImageSize),

@@ -33,7 +33,7 @@ pub enum Ros2CameraError {
         /// Number of publishers.
         count: usize,
     },
-    /// No picture has come since the camera was opened.
+    /// No picture with all that belongs to it has come since the camera was opened.
     #[error("no picture came within {} s: {missing}", .waited.as_secs())]
     NoPicture {
         /// Time that was waited.

@@ -1,6 +1,6 @@
 //! Pictures from messages.
 
-use plumb_frame::image::{ColourImage, DepthImage, Image as Pixels, ImageSize};
+use plumb_frame::image::{Bgr, ColourImage, DepthImage, Image as Pixels, ImageSize};
 use plumb_pictures::bayer::{self, BayerOrder};
 use plumb_pictures::decode::{self, DecodeError};
 use plumb_pictures::raw::{self, InverseDepth};
@@ -62,10 +62,7 @@ impl Picture {
     pub(crate) fn colour(&self, topic: &str) -> Result<ColourImage, Ros2CameraError> {
         match self {
             Self::Raw(raw) => raw_colour(raw, topic),
-            Self::Compressed(file) if file.format.starts_with("mono") => {
-                Err(grey(topic, &file.format))
-            }
-            Self::Compressed(file) => decode::colour(&file.data).map_err(damage(topic)),
+            Self::Compressed(file) => compressed_colour(file, topic),
         }
     }
 
@@ -84,25 +81,50 @@ impl Picture {
 
 /// Decodes a colour picture of bytes without a format.
 fn raw_colour(raw: &Image, topic: &str) -> Result<ColourImage, Ros2CameraError> {
-    let size = size(raw);
-    let bayer = |order| {
-        let pixels = bayer::bgr_of_bayer(&packed(raw, 1, topic)?, size, order);
-        pixels.ok_or_else(|| layout(raw, topic))
-    };
-    let pixels = match raw.encoding.to_ascii_lowercase().as_str() {
+    let name = raw.encoding.to_ascii_lowercase();
+    if let Some(order) = bayer_order(&name) {
+        let pixels = bayer::bgr_of_bayer(&packed(raw, 1, topic)?, size(raw), order);
+        return picture(pixels.ok_or_else(|| layout(raw, topic))?, size(raw));
+    }
+    let pixels = match name.as_str() {
         "rgb8" => raw::bgr_of_rgb(&packed(raw, 3, topic)?),
         "bgr8" => packed(raw, 3, topic)?.as_chunks().0.to_vec(),
         "rgba8" => raw::bgr_of_rgba(&packed(raw, 4, topic)?),
         "bgra8" => raw::bgr_of_bgra(&packed(raw, 4, topic)?),
         "yuv422" | "uyvy" => raw::bgr_of_uyvy(&packed(raw, 2, topic)?),
         "yuv422_yuy2" | "yuyv" => raw::bgr_of_yuyv(&packed(raw, 2, topic)?),
-        "bayer_rggb8" => bayer(BayerOrder::Rggb)?,
-        "bayer_bggr8" => bayer(BayerOrder::Bggr)?,
-        "bayer_gbrg8" => bayer(BayerOrder::Gbrg)?,
-        "bayer_grbg8" => bayer(BayerOrder::Grbg)?,
         "mono8" | "mono16" => return Err(grey(topic, &raw.encoding)),
         _ => return Err(encoding(&raw.encoding, topic, COLOURS)),
     };
+    picture(pixels, size(raw))
+}
+
+/// Decodes a colour picture of `compressed_image_transport`. It stores the pixels of a Bayer filter
+/// as a grey picture whose format is as `bayer_rggb8; jpeg compressed `.
+fn compressed_colour(file: &CompressedImage, topic: &str) -> Result<ColourImage, Ros2CameraError> {
+    let decoded = decode::colour(&file.data).map_err(damage(topic))?;
+    if !decode::is_grey(&file.data) {
+        return Ok(decoded);
+    }
+    let format = file.format.to_ascii_lowercase();
+    let order = bayer_order(format.split(';').next().unwrap_or_default().trim());
+    let bytes: Vec<u8> = decoded.pixels().iter().map(|&[value, ..]| value).collect();
+    let pixels = order.and_then(|order| bayer::bgr_of_bayer(&bytes, decoded.size(), order));
+    picture(pixels.ok_or_else(|| grey(topic, &file.format))?, decoded.size())
+}
+
+/// Returns the order of the Bayer filter in an encoding of 8 bits, in small letters.
+fn bayer_order(encoding: &str) -> Option<BayerOrder> {
+    match encoding {
+        "bayer_rggb8" => Some(BayerOrder::Rggb),
+        "bayer_bggr8" => Some(BayerOrder::Bggr),
+        "bayer_gbrg8" => Some(BayerOrder::Gbrg),
+        "bayer_grbg8" => Some(BayerOrder::Grbg),
+        _ => None,
+    }
+}
+
+fn picture(pixels: Vec<Bgr>, size: ImageSize) -> Result<ColourImage, Ros2CameraError> {
     Ok(Pixels::new(size.width, size.height, pixels)?)
 }
 
@@ -290,6 +312,25 @@ mod tests {
             let error = colour(name, 1, &[0; 2]).unwrap_err();
             assert!(error.contains("a picture of 1x2"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_grey_file_is_refused_unless_it_has_the_pixels_of_a_bayer_filter() {
+        let of = |format: &str, data: &[u8]| {
+            let (format, data) = (format.to_owned(), data.to_vec());
+            let header = image("", 0, &[]).header;
+            let file = CompressedImage { header, format, data };
+            Picture::Compressed(file).colour("/colour").map_err(|error| error.to_string())
+        };
+        let mosaic = b"P5 2 2 255 \x64\x32\xc8\x64";
+        let picture = of("bayer_gbrg8; png compressed ", mosaic).unwrap();
+        assert_eq!(picture.pixels(), [[50, 100, 200]; 4]);
+        for format in ["mono8; jpeg compressed ", "jpeg", "bayer_rggb16; png compressed "] {
+            let error = of(format, mosaic).unwrap_err();
+            assert!(error.contains(&format!("/colour: the pictures are grey (`{format}`)")));
+        }
+        let colour = b"P6 1 1 255 \x03\x02\x01";
+        assert_eq!(of("bayer_rggb8; jpeg compressed bgr8", colour).unwrap().pixels(), [[1, 2, 3]]);
     }
 
     /// Returns the depth of two pixels in a file of this format.

@@ -216,7 +216,7 @@ impl Reception {
     }
 
     /// Returns, for a person, what may be missing: topics that nobody publishes, and the image
-    /// topics of the domain.
+    /// topics of the domain. `apart` is the difference of the stamps of colour and depth, seconds.
     pub(crate) fn missing(&self, apart: Option<f64>) -> String {
         let silent = self.peers().filter(|peers| peers.count() == 0).map(Peers::topic);
         let silent: Vec<&str> = silent.collect();
@@ -241,6 +241,18 @@ impl Reception {
         format!(
             "nobody publishes {} (image topics in the domain {domain}: {present})",
             silent.join(", ")
+        )
+    }
+
+    /// Returns, for a person, what is missing where pictures come.
+    pub(crate) fn missing_description(&self) -> String {
+        if self.info.peers.count() == 0 {
+            return self.missing(None);
+        }
+        format!(
+            "pictures come, but nothing on {}: its node must publish the camera's description with \
+             each picture, or keep it (durability transient local)",
+            self.info_name()
         )
     }
 

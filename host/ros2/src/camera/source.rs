@@ -217,6 +217,15 @@ impl Opening {
         };
         Some((lens, self.pictures.take()?))
     }
+
+    /// Returns, for a person, what is missing.
+    fn missing(&self, intake: &Intake, settings: &Ros2CameraSettings) -> String {
+        let needs_description = settings.intrinsics == IntrinsicsFrom::Device;
+        if needs_description && self.pictures.is_some() && self.published.is_none() {
+            return intake.reception.missing_description();
+        }
+        intake.missing()
+    }
 }
 
 /// Origin of the intrinsics, and the first pictures.
@@ -246,7 +255,7 @@ fn first_pictures(
             return Ok(opened);
         }
     }
-    Err(Ros2CameraError::NoPicture { waited: limit, missing: intake.missing() })
+    Err(Ros2CameraError::NoPicture { waited: limit, missing: opening.missing(intake, settings) })
 }
 
 impl CameraSource for Ros2Camera {

@@ -2,8 +2,8 @@
 
     python camera.py DOMAIN [--plumb PATH] [--type TYPE] [--compressed] [--no-depth]
                             [--depth-delay SECONDS] [--focal PIXELS] [--wait] [--info-once]
-                            [--compressed-depth] [--clock-rate RATE] [--clock-zero SECONDS]
-                            [--stamps FILE]
+                            [--no-info] [--compressed-depth] [--clock-rate RATE]
+                            [--clock-zero SECONDS] [--stamps FILE]
 
 With --plumb it starts an emulated board on the terminal `board` and shows the ball where the
 board's motors let it hang (host/examples/stream_rig.py). Without, the ball hangs still at the
@@ -13,10 +13,10 @@ raw pictures. --compressed publishes colour as PNG on the topic of compressed pi
 --depth-delay publishes depth at least so long after the colour of the same stamp. --focal states
 this focal length, which the pictures do not have. --wait publishes the first picture after the
 signal SIGUSR1. --info-once publishes the description once, before anything else, and keeps it for
-readers that come later. --compressed-depth publishes depth as compressed_depth_image_transport
-does. --clock-rate lets the stamps run so many times as fast as this computer's clock, --clock-zero
-lets them begin at this time. --stamps appends seconds and nanoseconds of each stamp of colour to a
-file, before it is published.
+readers that come later. --no-info announces the description and sends none. --compressed-depth
+publishes depth as compressed_depth_image_transport does. --clock-rate lets the stamps run so many
+times as fast as this computer's clock, --clock-zero lets them begin at this time. --stamps appends
+seconds and nanoseconds of each stamp of colour to a file, before it is published.
 """
 
 import argparse
@@ -127,7 +127,7 @@ class Node:
         if self.has_depth_files:
             depth, kind = f"{depth}/compressedDepth", messages.CompressedImage
         self.depth = options.depth and self.writer(depth, kind, SENSOR_DATA)
-        self.is_info_due, self.is_info_once = True, options.info_once
+        self.is_info_due, self.is_info_once = options.has_info, options.info_once
         qos = LATCHED if self.is_info_once else RELIABLE
         self.info = self.writer(f"{NAME}/color/camera_info", messages.CameraInfo, qos)
 
@@ -168,6 +168,7 @@ def main():
     options.add_argument("--focal", type=float, default=stream_rig.FOCAL)
     options.add_argument("--wait", action="store_true")
     options.add_argument("--info-once", action="store_true")
+    options.add_argument("--no-info", dest="has_info", action="store_false")
     options.add_argument("--compressed-depth", action="store_true")
     options.add_argument("--clock-rate", type=float, default=1.0)
     options.add_argument("--clock-zero", type=float)

@@ -224,6 +224,19 @@ fn a_description_that_is_sent_once_is_received_and_kept() {
 }
 
 #[test]
+fn a_description_that_does_not_come_is_named() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let folder = folder();
+    let _camera = Camera::start(&domain, folder.path(), &["--no-info"]);
+    let limit = Duration::from_secs(5);
+    let error = try_open(domain.number(), limit).err().unwrap().to_string();
+    for part in ["nothing on /camera/camera/color/camera_info", "transient local"] {
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+#[test]
 fn a_clock_that_runs_slower_is_refused_with_its_rate() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(domain) = Domain::reserve() else { return };
@@ -232,8 +245,7 @@ fn a_clock_that_runs_slower_is_refused_with_its_rate() {
         [("0.8", "at 0.80 times the rate"), ("0", "stand still"), ("-1", "run backwards")]
     {
         let _camera = Camera::start(&domain, folder.path(), &[&format!("--clock-rate={rate}")]);
-        let settings = Ros2CameraSettings::default();
-        let error = try_open(domain.number(), &settings).err().unwrap().to_string();
+        let error = try_open(domain.number(), FIRST_PICTURE).err().unwrap().to_string();
         for part in ["/camera/camera/color/image_raw", words, "use_sim_time", "--rate"] {
             assert!(error.contains(part), "{rate}: {error}");
         }
@@ -259,14 +271,14 @@ fn a_frame_whose_depth_comes_late_is_old() {
 
 /// Opens the camera with the topics of realsense-ros.
 fn open(domain: u16) -> Ros2Camera {
-    try_open(domain, &Ros2CameraSettings::default()).unwrap()
+    try_open(domain, FIRST_PICTURE).unwrap()
 }
 
-/// Opens the camera with these settings.
-fn try_open(domain: u16, settings: &Ros2CameraSettings) -> Result<Ros2Camera, Ros2CameraError> {
+/// Does the same, and waits for the first picture for `limit` at most.
+fn try_open(domain: u16, limit: Duration) -> Result<Ros2Camera, Ros2CameraError> {
     let network = Network { domain, interface: Some(IpAddr::V4(Ipv4Addr::LOCALHOST)) };
     let intrinsics = camera_file::paper().unwrap().intrinsics;
-    Ros2Camera::open(settings, &network, intrinsics, FIRST_PICTURE)
+    Ros2Camera::open(&Ros2CameraSettings::default(), &network, intrinsics, limit)
 }
 
 #[test]
