@@ -13,14 +13,16 @@ use plumb_runtime::wall_clock::{FrameTime, RunClock};
 use rustdds::mio1::Waker;
 
 use crate::ledger::Ledger;
+use crate::message::Time;
 use crate::status::RunStatus;
 use crate::targets::MovingStatus;
 
 /// The ball in a frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample {
-    /// Wall clock at the exposure of the frame, nanoseconds since 1970.
-    pub(crate) stamp: u64,
+    /// Stamp of the colour picture as its node has sent it; for another camera the wall clock at
+    /// the exposure of the frame.
+    pub(crate) stamp: Time,
     /// Position of the ball; `None` if it is unknown.
     pub(crate) position: Option<Gaussian3>,
 }
@@ -85,9 +87,11 @@ impl Feed {
     /// Writes the record of a frame.
     pub(crate) fn frame(&self, record: &FrameRecord) {
         let position = record.observation.and_then(|ball| ball.position);
-        let clock = record.frame.as_ref().map(|frame| frame.time());
-        let mut state = self.state();
-        let stamp = state.clock.stamp_frame(FrameTime { run: record.time, clock });
+        let (frame, mut state) = (record.frame.as_ref(), self.state());
+        let clock = frame.map(|frame| frame.time());
+        let exposed = state.clock.stamp_frame(FrameTime { run: record.time, clock });
+        let sent = frame.and_then(|frame| frame.sender_stamp());
+        let stamp = sent.map_or(Time::from_nanoseconds(exposed), Time::from);
         state.sample = Some(Sample { stamp, position });
         state.status.note_frame(record, Instant::now());
         drop(state);

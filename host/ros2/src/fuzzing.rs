@@ -6,7 +6,7 @@ use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use serde::de::DeserializeOwned;
 
 use crate::camera::lens;
-use crate::camera::picture::{self, Colour};
+use crate::camera::picture::{self, Picture};
 use crate::message::sensor::{CameraInfo, CompressedImage, Image};
 
 /// Topic in the messages of errors.
@@ -26,10 +26,13 @@ fn read<M: DeserializeOwned>(bytes: &[u8]) -> Option<M> {
 /// order. Returns whether one was decoded.
 pub fn camera(bytes: &[u8]) -> bool {
     let raw = read::<Image>(bytes);
-    let depth = raw.as_ref().is_some_and(|raw| picture::depth(raw, TOPIC).is_ok());
-    let colour = raw.is_some_and(|raw| Colour::Raw(raw).decode(TOPIC).is_ok());
     let file = read::<CompressedImage>(bytes);
-    let file = file.is_some_and(|file| Colour::Compressed(file).decode(TOPIC).is_ok());
+    let pictures = [raw.map(Picture::Raw), file.map(Picture::Compressed)];
+    let pictured = pictures.iter().flatten().fold(false, |any, picture| {
+        // Both, whatever the first one returns.
+        let decoded = [picture.colour(TOPIC).is_ok(), picture.depth(TOPIC).is_ok()];
+        any || decoded.contains(&true)
+    });
     let described = read::<CameraInfo>(bytes).is_some_and(|info| {
         let Some(size) = lens::picture_size(&info) else { return false };
         // A picture of this size was decoded before.
@@ -37,5 +40,5 @@ pub fn camera(bytes: &[u8]) -> bool {
         let settings = Ros2CameraSettings::default();
         is_possible && lens::intrinsics(&info, size, picture::DEPTH_SCALE, &settings).is_ok()
     });
-    depth || colour || file || described
+    pictured || described
 }

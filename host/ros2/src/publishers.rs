@@ -52,8 +52,7 @@ impl Publishers {
 
     /// Publishes a sample: the ball where its position is known, and the transforms.
     pub(crate) fn publish_sample(&self, sample: &Sample) {
-        let stamp = Time::from_nanoseconds(sample.stamp);
-        let header = Header { stamp, frame_id: self.namespace.frame("rig") };
+        let header = Header { stamp: sample.stamp, frame_id: self.namespace.frame("rig") };
         if let Some(position) = &sample.position {
             let (point, header) = (position.mean.into(), header.clone());
             let pose = PoseWithCovarianceStamped { header: header.clone(), pose: position.into() };

@@ -1,4 +1,4 @@
-//! Decoding of images: PNG, JPEG, PGM and PPM. Images that are too large are refused before they
+//! Decoding of images: PNG, JPEG, PGM and PPM, and depth in RVL. Images that are too large are refused before they
 //! are decoded.
 //!
 //! A PNG file of 100 kB may have 30000 x 30000 pixels, which take gigabytes when decoded.
@@ -9,9 +9,12 @@
 mod jpeg;
 mod netpbm;
 mod png;
+mod rvl;
 
 use plumb_frame::image::{Bgr, ColourImage, DepthImage, ImageError, ImageSize};
 use thiserror::Error;
+
+pub use rvl::rvl_depth;
 
 /// Most pixels of an image. Colour and depth of that size take 250 MB, and up to 300 MB more while
 /// they are decoded.
@@ -33,6 +36,9 @@ pub enum DecodeError {
         /// What sets it apart.
         kind: &'static str,
     },
+    /// A depth image in RVL is damaged.
+    #[error("no depth picture in RVL, or a damaged one")]
+    Rvl,
     /// The image has too many pixels.
     #[error("{size} pixels; at most {MAX_PIXELS} are decoded")]
     TooManyPixels {
@@ -92,6 +98,16 @@ pub fn depth(bytes: &[u8]) -> Result<DepthImage, DecodeError> {
 /// or damaged.
 pub fn size(bytes: &[u8]) -> Option<ImageSize> {
     Header::read(bytes).map(|header| header.size())
+}
+
+/// Returns whether an image has grey pixels, by its header; `false` where the bytes are no image.
+pub fn is_grey(bytes: &[u8]) -> bool {
+    match Header::read(bytes) {
+        Some(Header::Png(_)) => png::is_grey(bytes),
+        Some(Header::Jpeg(header)) => header.is_grey(),
+        Some(Header::Netpbm(header)) => header.is_grey(),
+        None => false,
+    }
 }
 
 /// Header of an image.

@@ -5,13 +5,14 @@
 //!
 //! - [`decode`]: images of files, which are refused where they are too large.
 //! - [`jpeg`], [`png`]: encoding.
-//! - [`raw`]: pixels of bytes without a format.
+//! - [`raw`]: pixels of bytes without a format, and [`bayer`]: those behind a Bayer filter.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
 use std::error::Error;
 
+pub mod bayer;
 pub mod decode;
 pub mod jpeg;
 pub mod png;

@@ -46,8 +46,39 @@ fn bgr(y: u8, u: u8, v: u8) -> Bgr {
 /// left out.
 pub fn depth_of_millimetres(bytes: &[u8], is_little: bool) -> Vec<u16> {
     let number = if is_little { u16::from_le_bytes } else { u16::from_be_bytes };
-    let known = |value| if value == u16::MAX { 0 } else { value };
     bytes.as_chunks().0.iter().map(|&bytes| known(number(bytes))).collect()
+}
+
+/// Makes 65535, which some cameras send for an unknown depth, 0.
+pub fn known_depth(mut depth: DepthImage) -> DepthImage {
+    depth.pixels_mut().iter_mut().for_each(|value| *value = known(*value));
+    depth
+}
+
+/// Returns a known depth value, and 0 for an unknown one.
+fn known(value: u16) -> u16 {
+    if value == u16::MAX { 0 } else { value }
+}
+
+/// Inverse depth in whole numbers, as ROS's `compressed_depth_image_transport` has it: a number of
+/// `scale / depth + offset`, with the depth in metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InverseDepth {
+    /// Scale, metres, above 0.
+    pub scale: f32,
+    /// Offset.
+    pub offset: f32,
+}
+
+impl InverseDepth {
+    /// Returns the depth (millimetres) of an image of such numbers. 0, and what is no depth above 0
+    /// and below 65.535 m, becomes 0, unknown.
+    pub fn millimetres(self, mut numbers: DepthImage) -> DepthImage {
+        for value in numbers.pixels_mut().iter_mut().filter(|value| **value != 0) {
+            *value = millimetres(self.scale / (f32::from(*value) - self.offset));
+        }
+        numbers
+    }
 }
 
 /// Returns the depth values (millimetres) of `bytes`, metres in four bytes each, the lower one
@@ -55,11 +86,13 @@ pub fn depth_of_millimetres(bytes: &[u8], is_little: bool) -> Vec<u16> {
 /// Bytes after the last whole value are left out.
 pub fn depth_of_metres(bytes: &[u8], is_little: bool) -> Vec<u16> {
     let number = if is_little { f32::from_le_bytes } else { f32::from_be_bytes };
-    let millimetres = |metres: f32| {
-        let value = (f64::from(metres) * 1e3).round();
-        if (0.0..f64::from(u16::MAX)).contains(&value) { value as u16 } else { 0 }
-    };
     bytes.as_chunks().0.iter().map(|&bytes| millimetres(number(bytes))).collect()
+}
+
+/// Converts metres to millimetres. What is no number, not above 0 or beyond 65.534 m becomes 0.
+fn millimetres(metres: f32) -> u16 {
+    let value = (f64::from(metres) * 1e3).round();
+    if (0.0..f64::from(u16::MAX)).contains(&value) { value as u16 } else { 0 }
 }
 
 /// Returns the depth values of `bytes`, two each, the lower one first. A byte after the last whole
@@ -109,5 +142,27 @@ mod tests {
         assert_eq!(depth_of_metres(&metres.map(f32::to_le_bytes).concat(), true), expected);
         assert_eq!(depth_of_metres(&metres.map(f32::to_be_bytes).concat(), false), expected);
         assert_eq!(depth_of_millimetres(&[0x12, 0x34, 0xff, 0xff, 1], false), [0x1234, 0]);
+    }
+
+    #[test]
+    fn inverse_depth_becomes_millimetres() {
+        // Depth of 2, 4 and 0.5 m with ROS's usual parameters: a quantisation of 100, up to 10 m.
+        let (scale, offset) = (100.0 * 101.0, 1.0 - 100.0 * 101.0 / 10.0);
+        let number = |depth: f32| (scale / depth + offset).round() as u16;
+        let numbers = [number(2.0), number(4.0), 0, number(0.5), number(10.0)];
+        let image = DepthImage::new(5, 1, numbers.to_vec()).unwrap();
+        let depth = InverseDepth { scale, offset }.millimetres(image);
+        let worst = [2000, 4000, 0, 500, 9990].iter().zip(depth.pixels());
+        assert!(worst.clone().all(|(a, b): (&u16, &u16)| a.abs_diff(*b) <= 10), "{worst:?}");
+        // A number at the offset is at infinity, one below it behind the camera.
+        let image = DepthImage::new(3, 1, vec![5, 4, 6]).unwrap();
+        let depth = InverseDepth { scale: 3.0, offset: 5.0 }.millimetres(image);
+        assert_eq!(depth.pixels(), [0, 0, 3000]);
+    }
+
+    #[test]
+    fn the_largest_depth_is_unknown() {
+        let image = DepthImage::new(3, 1, vec![65_535, 65_534, 0]).unwrap();
+        assert_eq!(known_depth(image).pixels(), [0, 65_534, 0]);
     }
 }

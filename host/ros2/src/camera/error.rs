@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use plumb_cameras::source::ros2::TopicNameError;
 use plumb_cameras::source::{SourceError, UnfitIntrinsics};
 use plumb_frame::image::{ImageError, ImageSize};
 use plumb_pictures::decode::DecodeError;
@@ -32,7 +33,7 @@ pub enum Ros2CameraError {
         /// Number of publishers.
         count: usize,
     },
-    /// No picture has come since the camera was opened.
+    /// No picture with all that belongs to it has come since the camera was opened.
     #[error("no picture came within {} s: {missing}", .waited.as_secs())]
     NoPicture {
         /// Time that was waited.
@@ -49,7 +50,10 @@ pub enum Ros2CameraError {
         missing: String,
     },
     /// A picture has an encoding that Plumb does not read.
-    #[error("{topic}: the encoding is `{found}`, but {expected} is needed")]
+    #[error(
+        "{topic}: the encoding is `{found}`, but {expected} is needed: set it in the camera's \
+         node, or choose another topic in [camera.ros2] of the rig file"
+    )]
     Encoding {
         /// Name of the topic.
         topic: String,
@@ -57,6 +61,19 @@ pub enum Ros2CameraError {
         found: String,
         /// Encodings that Plumb reads.
         expected: &'static str,
+    },
+    /// Compressed depth has impossible parameters.
+    #[error(
+        "{topic}: the parameters of inverse depth are {scale} and {offset}, but the first one must \
+         be above 0, and both finite: is it the `compressedDepth` of image_transport?"
+    )]
+    InverseDepth {
+        /// Name of the topic.
+        topic: String,
+        /// Scale of inverse depth, metres.
+        scale: f32,
+        /// Offset.
+        offset: f32,
     },
     /// The bytes of a picture do not fit its size.
     #[error("{topic}: a picture of {size} with {bytes} bytes in rows of {step} bytes")]
@@ -205,9 +222,11 @@ pub enum Ros2CameraError {
     },
     /// The clock of the stamps does not run as this computer's.
     #[error(
-        "{topic}: the stamps run at {rate:.2} times the rate of this computer's clock. A bag must \
-         be played at its own rate (`ros2 bag play` without `--rate`), a simulator must run in \
-         real time, and a camera's node must stamp its pictures"
+        "{topic}: the stamps of the pictures {}, so that their age is unknown. A simulator with \
+         `use_sim_time` and /clock must run in real time (real-time factor 1) and not be paused; \
+         a bag must be played at its own rate (`ros2 bag play` without `--rate`, not paused); a \
+         camera's node must stamp each picture",
+        running(*.rate)
     )]
     ClockRate {
         /// Name of the topic.
@@ -215,6 +234,9 @@ pub enum Ros2CameraError {
         /// Seconds of the stamps in a second of this computer; 0 where they stand still.
         rate: f64,
     },
+    /// The name of a topic breaks the rules of ROS 2.
+    #[error(transparent)]
+    TopicName(#[from] TopicNameError),
     /// The time of a picture is unknown.
     #[error("the time of a picture is unknown")]
     Time(#[from] SenderClockError),
@@ -236,5 +258,16 @@ fn suggestion(aligned: &[String]) -> String {
                `depth_registration:=true`)"
             .to_owned(),
         topics => format!(", such as {}", topics.join(" or ")),
+    }
+}
+
+/// Returns the words for stamps that run at `rate` times the rate of this computer's clock.
+fn running(rate: f64) -> String {
+    if rate.abs() < 5e-3 {
+        "stand still".to_owned()
+    } else if rate < 0.0 {
+        "run backwards".to_owned()
+    } else {
+        format!("run at {rate:.2} times the rate of this computer's clock")
     }
 }

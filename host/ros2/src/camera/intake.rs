@@ -7,9 +7,9 @@ use plumb_frame::image::{ColourImage, DepthImage, ImageSize};
 
 use super::error::Ros2CameraError;
 use super::pairs::{Pairs, Stamped};
-use super::picture::{self, Colour};
-use super::reception::{Received, Reception};
-use crate::message::sensor::{CameraInfo, Image};
+use super::picture::Picture;
+use super::reception::{Description, Received, Reception};
+use crate::message::Time;
 use crate::network::Network;
 
 /// Parts of the names of topics with aligned depth: those of realsense-ros, and of image_pipeline
@@ -19,8 +19,8 @@ const ALIGNED: [&str; 2] = ["aligned_depth_to_color", "depth_registered"];
 /// Decoded pictures of one moment.
 #[derive(Debug)]
 pub(crate) struct Pictures {
-    /// Stamp of the colour picture, seconds on the clock of the camera's computer.
-    pub(crate) stamp: f64,
+    /// Stamp of the colour picture, on the clock of the camera's computer.
+    pub(crate) stamp: Time,
     /// When the colour picture arrived.
     pub(crate) arrival: Instant,
     /// Colour.
@@ -32,9 +32,9 @@ pub(crate) struct Pictures {
 /// Pictures of a camera as they come.
 pub(crate) struct Intake {
     pub(crate) reception: Reception,
-    pairs: Pairs<Colour, Image>,
+    pairs: Pairs<Picture, Picture>,
     /// The newest colour picture of a camera without depth.
-    newest: Option<Stamped<Colour>>,
+    newest: Option<Stamped<Picture>>,
 }
 
 impl Intake {
@@ -57,7 +57,7 @@ impl Intake {
     pub(crate) fn receive(
         &mut self,
         limit: Duration,
-        mut describe: impl FnMut(Box<CameraInfo>),
+        mut describe: impl FnMut(Description),
     ) -> Result<(), Ros2CameraError> {
         let (pairs, newest) = (&mut self.pairs, &mut self.newest);
         let has_depth = self.reception.depth_name().is_some();
@@ -89,16 +89,17 @@ impl Intake {
     pub(crate) fn take(&mut self) -> Result<Option<Pictures>, Ros2CameraError> {
         let name = self.reception.colour_name();
         let Some(depth_name) = self.reception.depth_name() else {
-            let Some(newest) = self.newest.take() else { return Ok(None) };
-            let Stamped { stamp, arrival, picture } = newest;
-            let colour = picture.decode(name)?;
+            let Some(Stamped { arrival, picture, .. }) = self.newest.take() else {
+                return Ok(None);
+            };
+            let (stamp, colour) = (picture.header().stamp, picture.colour(name)?);
             return Ok(Some(Pictures { stamp, arrival, colour, depth: None }));
         };
         let Some((colour, depth)) = self.pairs.take_newest() else { return Ok(None) };
         self.check_frames(&colour.picture, &depth.picture, depth_name)?;
-        let Stamped { stamp, arrival, picture } = colour;
-        let colour = picture.decode(name)?;
-        let depth = picture::depth(&depth.picture, depth_name)?;
+        let Stamped { arrival, picture, .. } = colour;
+        let (stamp, colour) = (picture.header().stamp, picture.colour(name)?);
+        let depth = depth.picture.depth(depth_name)?;
         check_size(depth_name, depth.size(), colour.size())?;
         Ok(Some(Pictures { stamp, arrival, colour, depth: Some(depth) }))
     }
@@ -110,12 +111,12 @@ impl Intake {
     /// [`Ros2CameraError::NotAligned`].
     fn check_frames(
         &self,
-        colour: &Colour,
-        depth: &Image,
+        colour: &Picture,
+        depth: &Picture,
         topic: &str,
     ) -> Result<(), Ros2CameraError> {
         let [colour, depth] =
-            [colour.frame(), &depth.header.frame_id].map(|it| it.trim_matches('/'));
+            [colour, depth].map(|picture| picture.header().frame_id.trim_matches('/'));
         if colour.is_empty() || depth.is_empty() || colour == depth {
             return Ok(());
         }

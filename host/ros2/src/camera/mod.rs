@@ -8,6 +8,7 @@ pub(crate) mod lens;
 mod pairs;
 mod period;
 pub(crate) mod picture;
+mod rate;
 mod reception;
 mod source;
 

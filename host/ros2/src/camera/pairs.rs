@@ -67,6 +67,7 @@ impl<C, D> Pairs<C, D> {
                 .min_by(|&a, &b| apart(&self.depth[a]).total_cmp(&apart(&self.depth[b])))?;
             self.apart = Some(apart(&self.depth[nearest]));
             if apart(&self.depth[nearest]) <= within {
+                self.apart = None;
                 let colour = self.colour.drain(..=index).next_back();
                 let depth = self.depth.drain(..=nearest).next_back();
                 return colour.zip(depth);
@@ -83,7 +84,7 @@ impl<C, D> Pairs<C, D> {
     }
 
     /// Returns the least difference of stamps that was found at the last attempt, seconds; `None`
-    /// before both kinds of pictures have come.
+    /// before both kinds of pictures have come, and after a pair.
     pub(crate) fn apart(&self) -> Option<f64> {
         self.apart
     }
@@ -139,6 +140,7 @@ mod tests {
         }
         pairs.add_colour(picture(3.0));
         assert_eq!(stamps(pairs.take_newest()), Some((2.0, 2.0)));
+        assert_eq!(pairs.apart(), None);
         assert_eq!(stamps(pairs.take_newest()), None);
         pairs.add_depth(picture(3.0));
         assert_eq!(stamps(pairs.take_newest()), Some((3.0, 3.0)));

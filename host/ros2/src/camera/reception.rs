@@ -4,12 +4,13 @@ use std::io;
 use std::time::Duration;
 
 use plumb_cameras::source::ros2::Ros2CameraSettings;
+use ros2_client::QosProfile;
 use rustdds::mio1::{Events, Poll, Token};
 use serde::de::DeserializeOwned;
 
 use super::error::Ros2CameraError;
 use super::pairs::Stamped;
-use super::picture::Colour;
+use super::picture::{self, Picture};
 use crate::member::Member;
 use crate::message::TypedMessage;
 use crate::message::sensor::{CameraInfo, CompressedImage, Image};
@@ -20,29 +21,57 @@ use crate::qos;
 use crate::senders::Sending;
 use crate::topic::{MessageOrigin, Topic};
 
-/// Subscribes to a topic, whose messages wake `poll` with `token`.
+/// Subscribes to a topic with this `qos`, whose messages wake `poll` with `token`.
 fn subscribe<M: TypedMessage + DeserializeOwned + 'static>(
     member: &mut Member,
     name: &str,
+    qos: &QosProfile,
     poll: &Poll,
     token: usize,
 ) -> Result<Topic<M>, Ros2CameraError> {
-    let mut topic = Topic::new(member, name, &qos::PICTURES)?;
+    let mut topic = Topic::new(member, name, qos)?;
     topic.register(poll.registry(), Token(token)).map_err(Ros2CameraError::Wait)?;
     Ok(topic)
 }
 
-/// Colour topic of either type.
-enum ColourTopic {
+/// Topic of pictures of either type.
+enum PictureTopic {
     Raw(Topic<Image>),
     Compressed(Topic<CompressedImage>),
 }
 
-impl ColourTopic {
+impl PictureTopic {
+    /// Subscribes to a topic, of the type that its name says, as [`subscribe`].
+    fn subscribe(
+        member: &mut Member,
+        name: &str,
+        poll: &Poll,
+        token: usize,
+    ) -> Result<Self, Ros2CameraError> {
+        Ok(if picture::is_compressed(name) {
+            Self::Compressed(subscribe(member, name, &qos::PICTURES, poll, token)?)
+        } else {
+            Self::Raw(subscribe(member, name, &qos::PICTURES, poll, token)?)
+        })
+    }
+
     fn peers(&self) -> &Peers {
         match self {
             Self::Raw(topic) => &topic.peers,
             Self::Compressed(topic) => &topic.peers,
+        }
+    }
+
+    /// Hands the pictures that have come to `take`.
+    fn receive(&mut self, mut take: impl FnMut(Stamped<Picture>)) {
+        let mut take = |picture: Picture, MessageOrigin { arrival, .. }| {
+            take(Stamped { stamp: picture.header().seconds(), arrival, picture });
+        };
+        match self {
+            Self::Raw(topic) => topic.receive(|image, origin| take(Picture::Raw(image), origin)),
+            Self::Compressed(topic) => {
+                topic.receive(|file, origin| take(Picture::Compressed(file), origin));
+            }
         }
     }
 }
@@ -50,20 +79,32 @@ impl ColourTopic {
 /// Message of a camera.
 pub(crate) enum Received {
     /// Colour picture.
-    Colour(Stamped<Colour>),
+    Colour(Stamped<Picture>),
     /// Depth picture.
-    Depth(Stamped<Image>),
+    Depth(Stamped<Picture>),
     /// Description of the camera.
-    Info(Box<CameraInfo>),
+    Info(Description),
+}
+
+/// Description of a camera.
+#[derive(Debug, Clone)]
+pub(crate) struct Description {
+    /// The message.
+    pub(crate) info: Box<CameraInfo>,
+    /// Whether the publisher keeps it for readers that come later, and may send it only once.
+    pub(crate) is_kept: bool,
 }
 
 /// Topics of a camera.
 pub(crate) struct Reception {
     poll: Poll,
     events: Events,
-    colour: ColourTopic,
-    depth: Option<Topic<Image>>,
+    colour: PictureTopic,
+    depth: Option<PictureTopic>,
     info: Topic<CameraInfo>,
+    /// The same topic, of the publishers that keep their message for readers that come later. DDS
+    /// connects no others to a reader that asks for it.
+    kept_info: Topic<CameraInfo>,
     member: Member,
 }
 
@@ -78,16 +119,14 @@ impl Reception {
     ) -> Result<Self, Ros2CameraError> {
         let mut member = network.join(&Namespace::default(), "plumb_camera")?;
         let poll = Poll::new().map_err(Ros2CameraError::Wait)?;
-        let name = settings.colour.as_str();
-        let colour = if name.ends_with("/compressed") {
-            ColourTopic::Compressed(subscribe(&mut member, name, &poll, 0)?)
-        } else {
-            ColourTopic::Raw(subscribe(&mut member, name, &poll, 0)?)
-        };
+        let colour = PictureTopic::subscribe(&mut member, &settings.colour, &poll, 0)?;
         let depth = settings.depth_topic();
-        let depth = depth.map(|name| subscribe(&mut member, name, &poll, 1)).transpose()?;
-        let info = subscribe(&mut member, &settings.info, &poll, 2)?;
-        Ok(Self { poll, events: Events::with_capacity(16), colour, depth, info, member })
+        let depth = depth.map(|name| PictureTopic::subscribe(&mut member, name, &poll, 1));
+        let depth = depth.transpose()?;
+        let info = subscribe(&mut member, &settings.info, &qos::PICTURES, &poll, 2)?;
+        let kept_info = subscribe(&mut member, &settings.info, &qos::LATCHED, &poll, 3)?;
+        let events = Events::with_capacity(16);
+        Ok(Self { poll, events, colour, depth, info, kept_info, member })
     }
 
     /// Returns whether the subscriptions are still in ROS 2.
@@ -102,7 +141,7 @@ impl Reception {
 
     /// Returns the name of the depth topic; `None` for a camera without depth.
     pub(crate) fn depth_name(&self) -> Option<&str> {
-        self.depth.as_ref().map(|topic| topic.peers.topic())
+        self.depth.as_ref().map(|topic| topic.peers().topic())
     }
 
     /// Returns the name of the topic with the camera's description.
@@ -125,29 +164,21 @@ impl Reception {
             }
             _ => {}
         }
-        self.info.receive(|info, _| take(Received::Info(Box::new(info))));
-        let mut colour = |stamp, MessageOrigin { arrival, .. }, picture| {
-            take(Received::Colour(Stamped { stamp, arrival, picture }));
+        let mut describe = |info, is_kept| {
+            take(Received::Info(Description { info: Box::new(info), is_kept }));
         };
-        match &mut self.colour {
-            ColourTopic::Raw(topic) => topic.receive(|image, origin| {
-                colour(image.header.seconds(), origin, Colour::Raw(image));
-            }),
-            ColourTopic::Compressed(topic) => topic.receive(|image, origin| {
-                colour(image.header.seconds(), origin, Colour::Compressed(image));
-            }),
-        }
+        self.kept_info.receive(|info, _| describe(info, true));
+        self.info.receive(|info, _| describe(info, false));
+        self.colour.receive(|picture| take(Received::Colour(picture)));
         if let Some(depth) = &mut self.depth {
-            depth.receive(|image, MessageOrigin { arrival, .. }| {
-                let stamp = image.header.seconds();
-                take(Received::Depth(Stamped { stamp, arrival, picture: image }));
-            });
+            depth.receive(|picture| take(Received::Depth(picture)));
         }
         Ok(())
     }
 
+    /// Returns the publishers on each topic.
     fn peers(&self) -> impl Iterator<Item = &Peers> {
-        let depth = self.depth.as_ref().map(|topic| &topic.peers);
+        let depth = self.depth.as_ref().map(PictureTopic::peers);
         [self.colour.peers()].into_iter().chain(depth).chain([&self.info.peers])
     }
 
@@ -185,7 +216,7 @@ impl Reception {
     }
 
     /// Returns, for a person, what may be missing: topics that nobody publishes, and the image
-    /// topics of the domain.
+    /// topics of the domain. `apart` is the difference of the stamps of colour and depth, seconds.
     pub(crate) fn missing(&self, apart: Option<f64>) -> String {
         let silent = self.peers().filter(|peers| peers.count() == 0).map(Peers::topic);
         let silent: Vec<&str> = silent.collect();
@@ -195,7 +226,11 @@ impl Reception {
                     "the stamps of colour and depth differ by {:.0} ms at least",
                     apart * 1e3
                 ),
-                None => "the topics have publishers, but not all of them send".to_owned(),
+                None => {
+                    "the topics have publishers, but not all of them send (is a simulator or a \
+                         bag paused?)"
+                        .to_owned()
+                }
             };
         }
         let domain = self.member.participant.domain_id();
@@ -206,6 +241,18 @@ impl Reception {
         format!(
             "nobody publishes {} (image topics in the domain {domain}: {present})",
             silent.join(", ")
+        )
+    }
+
+    /// Returns, for a person, what is missing where pictures come.
+    pub(crate) fn missing_description(&self) -> String {
+        if self.info.peers.count() == 0 {
+            return self.missing(None);
+        }
+        format!(
+            "pictures come, but nothing on {}: its node must publish the camera's description with \
+             each picture, or keep it (durability transient local)",
+            self.info_name()
         )
     }
 

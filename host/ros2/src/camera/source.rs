@@ -16,6 +16,8 @@ use super::exposure::ExposureClock;
 use super::intake::{Intake, Pictures, check_size};
 use super::lens;
 use super::picture::DEPTH_SCALE;
+use super::rate::{ClockRate, Finding};
+use super::reception::Description;
 use crate::message::sensor::CameraInfo;
 use crate::network::Network;
 
@@ -31,13 +33,6 @@ const CHECK: Duration = Duration::from_millis(100);
 /// Time after the first picture in which a second publisher on a topic is heard, before anything
 /// moves.
 const HEARING: Duration = Duration::from_secs(1);
-
-/// Ratios of the clock of the stamps to this computer's.
-const CLOCK_RATES: std::ops::RangeInclusive<f64> = 0.7..=1.4;
-
-/// Time of pictures after which a wrong rate of their clock is certain. Before, it may be that some
-/// of them came late.
-const JUDGING: Duration = Duration::from_secs(4);
 
 /// Time from exposure to the earliest arrival of a picture where nothing else is set, seconds.
 const LATENCY: f64 = 0.045;
@@ -88,6 +83,7 @@ impl Ros2Camera {
         if settings.rectified && settings.intrinsics == IntrinsicsFrom::File {
             return Err(Ros2CameraError::RectifiedFile);
         }
+        let settings = &settings.with_absolute_topics()?;
         let begin = Instant::now();
         let mut intake = Intake::start(settings, network)?;
         let (lens, pictures) = first_pictures(&mut intake, settings, calibrated.into(), limit)?;
@@ -148,7 +144,7 @@ impl Ros2Camera {
     fn receive(&mut self) -> Result<(), Ros2CameraError> {
         let (known, mut has_changed) = (self.description.as_deref(), false);
         let is_other = |info: &CameraInfo| known.is_some_and(|known| !lens::is_same(known, info));
-        self.intake.receive(CHECK, |info| has_changed |= is_other(&info))?;
+        self.intake.receive(CHECK, |it| has_changed |= is_other(&it.info))?;
         if has_changed {
             let topic = self.intake.reception.info_name().to_owned();
             return Err(Ros2CameraError::Described { topic });
@@ -164,25 +160,76 @@ impl Ros2Camera {
         let invalid = InvalidFrame::of(topic);
         let time = self
             .exposures
-            .taken(stamp, arrival)
+            .taken(stamp.seconds(), arrival)
             .map_err(|error| SourceError::new(Ros2CameraError::Time(error)))?;
         let ImageSize { width, height } = self.size;
         let depth = depth.unwrap_or_else(|| Image::filled(width, height, 0));
         let frame = RgbdFrame::new(time, colour, depth, self.intrinsics).map_err(invalid)?;
         self.last_frame = Instant::now();
-        Ok(frame)
+        Ok(frame.with_sender_stamp(Some(stamp.into())))
     }
 }
 
-/// Stamp and arrival of a picture.
-type Taken = (f64, Instant);
-
-/// Returns the ratio of the clock of the stamps to this computer's, by the first picture and the
-/// last one; 1 where they arrived at nearly the same time.
-fn clock_rate(first: Taken, last: Taken) -> f64 {
-    let passed = last.1.saturating_duration_since(first.1);
-    if passed < HEARING / 2 { 1.0 } else { (last.0 - first.0) / passed.as_secs_f64() }
+/// What has come before the camera is open.
+#[derive(Default)]
+struct Opening {
+    pictures: Option<Pictures>,
+    /// The newest description: the camera may begin again with another mode.
+    published: Option<Box<CameraInfo>>,
+    /// The newest description that its publisher keeps. It may come only once.
+    kept: Option<Box<CameraInfo>>,
+    clock: ClockRate,
+    /// When the first pictures were decoded.
+    first: Option<Instant>,
 }
+
+impl Opening {
+    /// Notes a description of the camera.
+    fn describe(&mut self, Description { info, is_kept }: Description) {
+        if is_kept {
+            self.kept = Some(info.clone());
+        }
+        self.published = Some(info);
+    }
+
+    /// Notes decoded pictures.
+    fn add(&mut self, pictures: Pictures) {
+        self.clock.add(pictures.stamp.seconds(), pictures.arrival);
+        self.first.get_or_insert_with(Instant::now);
+        self.pictures = Some(pictures);
+    }
+
+    /// Drops what may be another camera's.
+    fn forget(&mut self) {
+        (self.pictures, self.clock) = (None, ClockRate::default());
+        self.published = self.kept.clone();
+    }
+
+    /// Returns the intrinsics' origin and the newest pictures, once they are certain.
+    fn take(&mut self, settings: &Ros2CameraSettings, file: &FileIntrinsics) -> Option<Opened> {
+        let is_heard = self.first.is_some_and(|first| first.elapsed() >= HEARING);
+        if !is_heard || self.clock.finding() != Finding::Right {
+            return None;
+        }
+        let lens = match settings.intrinsics {
+            IntrinsicsFrom::File => Lens::Calibrated(*file),
+            IntrinsicsFrom::Device => Lens::Published(self.published.clone()?),
+        };
+        Some((lens, self.pictures.take()?))
+    }
+
+    /// Returns, for a person, what is missing.
+    fn missing(&self, intake: &Intake, settings: &Ros2CameraSettings) -> String {
+        let needs_description = settings.intrinsics == IntrinsicsFrom::Device;
+        if needs_description && self.pictures.is_some() && self.published.is_none() {
+            return intake.reception.missing_description();
+        }
+        intake.missing()
+    }
+}
+
+/// Origin of the intrinsics, and the first pictures.
+type Opened = (Lens, Pictures);
 
 /// Waits for the first pictures and the origin of their intrinsics.
 fn first_pictures(
@@ -190,38 +237,25 @@ fn first_pictures(
     settings: &Ros2CameraSettings,
     calibrated: FileIntrinsics,
     limit: Duration,
-) -> Result<(Lens, Pictures), Ros2CameraError> {
-    let (begin, mut pictures, mut first) = (Instant::now(), None, None);
-    let (mut published, mut first_taken) = (None, None);
+) -> Result<Opened, Ros2CameraError> {
+    let (begin, mut opening) = (Instant::now(), Opening::default());
     while begin.elapsed() < limit {
-        // The newest one: the camera may begin again with another mode.
-        intake.receive(CHECK, |info| published = Some(info))?;
+        intake.receive(CHECK, |description| opening.describe(description))?;
         intake.reception.check_types()?;
-        if intake.check_senders()? {
-            pictures = intake.take()?.or(pictures);
-        } else {
-            (pictures, published, first_taken) = (None, None, None);
+        if !intake.check_senders()? {
+            opening.forget();
+        } else if let Some(pictures) = intake.take()? {
+            opening.add(pictures);
         }
-        let taken = pictures.as_ref().map(|pictures: &Pictures| (pictures.stamp, pictures.arrival));
-        first_taken = first_taken.or(taken);
-        let rate = first_taken.zip(taken).map_or(1.0, |(first, last)| clock_rate(first, last));
-        let is_right = CLOCK_RATES.contains(&rate);
-        first = first.or(pictures.as_ref().map(|_| Instant::now()));
-        let is_heard = first.is_some_and(|first: Instant| first.elapsed() >= HEARING);
-        let lens = match settings.intrinsics {
-            IntrinsicsFrom::File => Some(Lens::Calibrated(calibrated)),
-            IntrinsicsFrom::Device => published.clone().map(Lens::Published),
-        };
-        match (lens, pictures.take()) {
-            (Some(lens), Some(pictures)) if is_heard && is_right => return Ok((lens, pictures)),
-            (_, present) => pictures = present,
-        }
-        if !is_right && first.is_some_and(|first| first.elapsed() >= JUDGING) {
+        if let Finding::Wrong(rate) = opening.clock.finding() {
             let topic = intake.reception.colour_name().to_owned();
             return Err(Ros2CameraError::ClockRate { topic, rate });
         }
+        if let Some(opened) = opening.take(settings, &calibrated) {
+            return Ok(opened);
+        }
     }
-    Err(Ros2CameraError::NoPicture { waited: limit, missing: intake.missing() })
+    Err(Ros2CameraError::NoPicture { waited: limit, missing: opening.missing(intake, settings) })
 }
 
 impl CameraSource for Ros2Camera {
@@ -252,24 +286,5 @@ impl CameraSource for Ros2Camera {
 
     fn clock(&self) -> Option<LiveClock> {
         Some(self.clock.clone())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_rate_of_a_clock_is_that_of_its_stamps() {
-        let begin = Instant::now();
-        let rate = |stamp: f64, seconds: f64| {
-            clock_rate((100.0, begin), (stamp, begin + Duration::from_secs_f64(seconds)))
-        };
-        for (stamp, expected) in [(102.0, 1.0), (101.0, 0.5), (100.0, 0.0), (98.0, -1.0)] {
-            assert!((rate(stamp, 2.0) - expected).abs() < 1e-6, "{stamp}");
-            assert_eq!(CLOCK_RATES.contains(&expected), expected == 1.0);
-        }
-        // A camera of less than a picture a second.
-        assert_eq!(rate(100.0, 0.0), 1.0);
     }
 }

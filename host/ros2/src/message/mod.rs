@@ -4,6 +4,7 @@ pub(crate) mod diagnostic;
 pub(crate) mod geometry;
 pub(crate) mod sensor;
 
+use plumb_frame::frame::SenderStamp;
 use ros2_client::MessageTypeName;
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +36,23 @@ impl Time {
         let sec = i32::try_from(time / NANOSECONDS).unwrap_or(i32::MAX);
         Self { sec, nanosec: (time % NANOSECONDS) as u32 }
     }
+
+    /// Returns the seconds since 1970.
+    pub(crate) fn seconds(self) -> f64 {
+        f64::from(self.sec) + f64::from(self.nanosec) * 1e-9
+    }
+}
+
+impl From<SenderStamp> for Time {
+    fn from(stamp: SenderStamp) -> Self {
+        Self { sec: stamp.seconds, nanosec: stamp.nanoseconds }
+    }
+}
+
+impl From<Time> for SenderStamp {
+    fn from(time: Time) -> Self {
+        Self { seconds: time.sec, nanoseconds: time.nanosec }
+    }
 }
 
 /// Nanoseconds of a second.
@@ -52,7 +70,7 @@ pub(crate) struct Header {
 impl Header {
     /// Returns the time, seconds since 1970.
     pub(crate) fn seconds(&self) -> f64 {
-        f64::from(self.stamp.sec) + f64::from(self.stamp.nanosec) * 1e-9
+        self.stamp.seconds()
     }
 }
 

@@ -1,7 +1,9 @@
 """A camera's node of ROS 2 on Cyclone DDS, for host/tests/it/ros2/.
 
     python camera.py DOMAIN [--plumb PATH] [--type TYPE] [--compressed] [--no-depth]
-                            [--depth-delay SECONDS] [--focal PIXELS] [--wait]
+                            [--depth-delay SECONDS] [--focal PIXELS] [--wait] [--info-once]
+                            [--no-info] [--compressed-depth] [--clock-rate RATE]
+                            [--clock-zero SECONDS] [--stamps FILE]
 
 With --plumb it starts an emulated board on the terminal `board` and shows the ball where the
 board's motors let it hang (host/examples/stream_rig.py). Without, the ball hangs still at the
@@ -10,7 +12,11 @@ data, which is best effort. --type CompressedImage publishes colour with that ty
 raw pictures. --compressed publishes colour as PNG on the topic of compressed pictures.
 --depth-delay publishes depth at least so long after the colour of the same stamp. --focal states
 this focal length, which the pictures do not have. --wait publishes the first picture after the
-signal SIGUSR1.
+signal SIGUSR1. --info-once publishes the description once, before anything else, and keeps it for
+readers that come later. --no-info announces the description and sends none. --compressed-depth
+publishes depth as compressed_depth_image_transport does. --clock-rate lets the stamps run so many
+times as fast as this computer's clock, --clock-zero lets them begin at this time. --stamps appends
+seconds and nanoseconds of each stamp of colour to a file, before it is published.
 """
 
 import argparse
@@ -28,7 +34,7 @@ from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl._machinery import PlainCdrV2SequenceOfPrimitiveMachine as SequenceMachine
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
-from peer import RELIABLE, SENSOR_DATA
+from peer import LATCHED, RELIABLE, SENSOR_DATA
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "examples"))
 import stream_rig  # noqa: E402
@@ -50,9 +56,9 @@ SLOW, SequenceMachine.serialize = SequenceMachine.serialize, write_sequence
 
 
 def header(stamp):
-    seconds = int(stamp)
+    """Returns the header of a picture of the time `stamp`, nanoseconds since 1970."""
     frame = "camera_color_optical_frame"
-    return messages.Header(messages.Time(seconds, int((stamp - seconds) * 1e9)), frame)
+    return messages.Header(messages.Time(*divmod(stamp, 10**9)), frame)
 
 
 def image(stamp, encoding, pixel_bytes, data):
@@ -79,11 +85,16 @@ def info(stamp, fx):
     )
 
 
-def png(colour):
-    """Returns the picture as PNG."""
-    row = 3 * stream_rig.WIDTH
-    rows = b"".join(b"\0" + colour[at : at + row] for at in range(0, len(colour), row))
-    header = struct.pack(">IIBBBBB", stream_rig.WIDTH, stream_rig.HEIGHT, 8, 2, 0, 0, 0)
+def png(pixels, pixel_bytes):
+    """Returns a picture as PNG: of colour with 3 bytes, or depth with 2, the lower one first."""
+    if pixel_bytes == 2:
+        swapped = bytearray(pixels)
+        swapped[::2], swapped[1::2] = pixels[1::2], pixels[::2]
+        pixels = swapped
+    row = pixel_bytes * stream_rig.WIDTH
+    rows = b"".join(b"\0" + pixels[at : at + row] for at in range(0, len(pixels), row))
+    bits, kind = (8, 2) if pixel_bytes == 3 else (16, 0)
+    header = struct.pack(">IIBBBBB", stream_rig.WIDTH, stream_rig.HEIGHT, bits, kind, 0, 0, 0)
 
     def chunk(kind, data):
         checked = kind + data
@@ -91,6 +102,12 @@ def png(colour):
 
     data = chunk(b"IDAT", zlib.compress(rows, 1))
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + data + chunk(b"IEND", b"")
+
+
+def compressed_depth(stamp, depth):
+    """Returns depth with the header of compressed_depth_image_transport, 12 bytes."""
+    data = bytes(12) + png(depth, 2)
+    return messages.CompressedImage(header(stamp), "16UC1; compressedDepth png", data)
 
 
 class Node:
@@ -104,23 +121,38 @@ class Node:
         raw = f"{NAME}/color/image_raw"
         name = f"{raw}/compressed" if options.compressed else raw
         self.colour = self.writer(name, self.kind, RELIABLE)
-        depth = f"{NAME}/aligned_depth_to_color/image_raw"
-        self.depth = options.depth and self.writer(depth, messages.Image, SENSOR_DATA)
-        self.info = self.writer(f"{NAME}/color/camera_info", messages.CameraInfo, RELIABLE)
+        self.stamps = options.stamps and open(options.stamps, "a")  # noqa: SIM115
+        depth, kind = f"{NAME}/aligned_depth_to_color/image_raw", messages.Image
+        self.has_depth_files = options.compressed_depth
+        if self.has_depth_files:
+            depth, kind = f"{depth}/compressedDepth", messages.CompressedImage
+        self.depth = options.depth and self.writer(depth, kind, SENSOR_DATA)
+        self.is_info_due, self.is_info_once = options.has_info, options.info_once
+        qos = LATCHED if self.is_info_once else RELIABLE
+        self.info = self.writer(f"{NAME}/color/camera_info", messages.CameraInfo, qos)
 
     def writer(self, name, kind, qos):
         return DataWriter(self.participant, Topic(self.participant, name, kind), qos=qos)
 
+    def describe(self, stamp):
+        if self.is_info_due:
+            self.info.write(info(stamp, self.focal))
+            self.is_info_due = not self.is_info_once
+
     def publish(self, stamp, colour, depth):
+        if self.stamps:
+            print(*divmod(stamp, 10**9), file=self.stamps, flush=True)
+        self.describe(stamp)
         if self.kind is messages.CompressedImage:
-            data = png(colour) if self.is_compressed else b""
+            data = png(colour, 3) if self.is_compressed else b""
             self.colour.write(messages.CompressedImage(header(stamp), "png", data))
         else:
             self.colour.write(image(stamp, "rgb8", 3, colour))
-        self.info.write(info(stamp, self.focal))
         if self.depth:
             due = time.monotonic() + self.depth_delay
-            self.waiting.append((due, image(stamp, "16UC1", 2, depth)))
+            files = self.has_depth_files
+            message = compressed_depth(stamp, depth) if files else image(stamp, "16UC1", 2, depth)
+            self.waiting.append((due, message))
             while self.waiting and self.waiting[0][0] <= time.monotonic():
                 self.depth.write(self.waiting.popleft()[1])
 
@@ -135,6 +167,12 @@ def main():
     options.add_argument("--depth-delay", type=float, default=0.0)
     options.add_argument("--focal", type=float, default=stream_rig.FOCAL)
     options.add_argument("--wait", action="store_true")
+    options.add_argument("--info-once", action="store_true")
+    options.add_argument("--no-info", dest="has_info", action="store_false")
+    options.add_argument("--compressed-depth", action="store_true")
+    options.add_argument("--clock-rate", type=float, default=1.0)
+    options.add_argument("--clock-zero", type=float)
+    options.add_argument("--stamps")
     options = options.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     rig = stream_rig.Rig(options.plumb, "board") if options.plumb else None
@@ -148,10 +186,14 @@ def main():
     print("ready", flush=True)
     if options.wait:
         signal.sigwait([signal.SIGUSR1])
+    zero = time.time_ns()
+    first = zero if options.clock_zero is None else int(options.clock_zero * 1e9)
+    if options.info_once:
+        node.describe(first)
     while True:
         begin = time.monotonic()
         colour, depth = (bytearray(part) for part in background)
-        stamp = time.time()
+        stamp = first + int((time.time_ns() - zero) * options.clock_rate)
         stream_rig.draw(rig.ball if rig else PAPER, colour, depth)
         node.publish(stamp, colour, depth)
         time.sleep(max(0.0, stream_rig.FRAME_S - (time.monotonic() - begin)))

@@ -15,7 +15,7 @@ use plumb_cameras::camera_file;
 use plumb_cameras::error_chain::ErrorChain;
 use plumb_cameras::source::ros2::Ros2CameraSettings;
 use plumb_cameras::source::{CameraSource, SourceError};
-use plumb_ros2::{FIRST_PICTURE, Network, Ros2Camera};
+use plumb_ros2::{FIRST_PICTURE, Network, Ros2Camera, Ros2CameraError};
 
 use super::peer::{Domain, Peer};
 use super::run::{PAPER, Run, TURN, pause, target};
@@ -134,11 +134,11 @@ fn a_run_that_was_stopped_and_goes_on_sees_the_camera_and_answers_a_stop() {
     camera_rig(&domain, folder.path(), &emulator.port, "");
     let mut run = Run::command(&domain, "/plumb", folder.path()).spawn().unwrap();
     peer.until_held("/plumb", PAPER);
-    peer.assert_ages(LATENCY_S);
+    // The stamps are those of the node.
+    peer.assert_ages(0.0);
     pause(&run);
     peer.until("status", |status| status["values"]["joined"] == "2");
-    // The mapping to the wall clock stays the same.
-    peer.assert_ages(LATENCY_S);
+    peer.assert_ages(0.0);
     let answer = peer.call("stop");
     assert_eq!(answer["success"], true, "{answer}");
     common::send(&run, Signal::SIGINT);
@@ -186,6 +186,72 @@ fn a_second_camera_that_begins_during_a_run_is_refused() {
     assert!(stderr(&output).contains("2 nodes publish on /camera/camera/"), "{}", stderr(&output));
 }
 
+/// Other nodes join the ball to the colour picture by equal stamps.
+#[test]
+fn the_ball_has_the_stamp_of_its_picture_to_the_nanosecond() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let mut peer = Peer::start(&domain, "/plumb", &[]);
+    let (folder, emulator) = (folder(), Emulator::start());
+    // Stamps far from this computer's clock, as those of a simulator, are sent on as they come.
+    let options = ["--stamps", "stamps.txt", "--clock-zero", "12"];
+    let _camera = Camera::start(&domain, folder.path(), &options);
+    camera_rig(&domain, folder.path(), &emulator.port, "");
+    let mut run = Run::command(&domain, "/plumb", folder.path()).spawn().unwrap();
+    peer.until_held("/plumb", PAPER);
+    let mut seen = Vec::new();
+    for _ in 0..20 {
+        seen.extend(["ball", "pose", "tf"].map(|kind| peer.next(kind)["stamp"].to_string()));
+    }
+    common::send(&run, Signal::SIGINT);
+    assert_eq!(run.wait().unwrap().code(), Some(0));
+    let sent = fs::read_to_string(folder.path().join("stamps.txt")).unwrap();
+    let sent: Vec<_> = sent.lines().map(|line| format!("[{}]", line.replace(' ', ","))).collect();
+    assert!(sent.len() >= 20 && seen.iter().all(|stamp| sent.contains(stamp)), "{seen:?} {sent:?}");
+}
+
+#[test]
+fn a_description_that_is_sent_once_is_received_and_kept() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let folder = folder();
+    let _camera = Camera::start(&domain, folder.path(), &["--info-once", "--focal", "601"]);
+    // The description was sent before.
+    thread::sleep(Duration::from_secs(1));
+    let mut camera = open(domain.number());
+    assert_eq!(camera.intrinsics().fx, 601.0);
+    assert!(camera.next_frame().unwrap().is_some());
+}
+
+#[test]
+fn a_description_that_does_not_come_is_named() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let folder = folder();
+    let _camera = Camera::start(&domain, folder.path(), &["--no-info"]);
+    let limit = Duration::from_secs(5);
+    let error = try_open(domain.number(), limit).err().unwrap().to_string();
+    for part in ["nothing on /camera/camera/color/camera_info", "transient local"] {
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+#[test]
+fn a_clock_that_runs_slower_is_refused_with_its_rate() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let folder = folder();
+    for (rate, words) in
+        [("0.8", "at 0.80 times the rate"), ("0", "stand still"), ("-1", "run backwards")]
+    {
+        let _camera = Camera::start(&domain, folder.path(), &[&format!("--clock-rate={rate}")]);
+        let error = try_open(domain.number(), FIRST_PICTURE).err().unwrap().to_string();
+        for part in ["/camera/camera/color/image_raw", words, "use_sim_time", "--rate"] {
+            assert!(error.contains(part), "{rate}: {error}");
+        }
+    }
+}
+
 /// The delay of depth is no part of the offset between the clocks, though it is always there.
 #[test]
 fn a_frame_whose_depth_comes_late_is_old() {
@@ -205,9 +271,14 @@ fn a_frame_whose_depth_comes_late_is_old() {
 
 /// Opens the camera with the topics of realsense-ros.
 fn open(domain: u16) -> Ros2Camera {
+    try_open(domain, FIRST_PICTURE).unwrap()
+}
+
+/// Does the same, and waits for the first picture for `limit` at most.
+fn try_open(domain: u16, limit: Duration) -> Result<Ros2Camera, Ros2CameraError> {
     let network = Network { domain, interface: Some(IpAddr::V4(Ipv4Addr::LOCALHOST)) };
     let intrinsics = camera_file::paper().unwrap().intrinsics;
-    Ros2Camera::open(&Ros2CameraSettings::default(), &network, intrinsics, FIRST_PICTURE).unwrap()
+    Ros2Camera::open(&Ros2CameraSettings::default(), &network, intrinsics, limit)
 }
 
 #[test]
@@ -253,8 +324,11 @@ fn compressed_pictures_and_a_camera_without_depth_are_read() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(domain) = Domain::reserve() else { return };
     let compressed = "colour = \"/camera/camera/color/image_raw/compressed\"\n";
+    let depth = "camera/camera/aligned_depth_to_color/image_raw/compressedDepth";
     for (options, keys) in [
         (&["--compressed"][..], compressed.to_owned()),
+        // Without the slash at its beginning.
+        (&["--compressed-depth"], format!("depth = \"{depth}\"\n")),
         (&["--no-depth"], "depth = \"none\"\n".to_owned()),
         (&["--compressed", "--no-depth"], format!("{compressed}depth = \"none\"\n")),
     ] {

@@ -94,6 +94,10 @@ def xyz(point):
     return [point.x, point.y, point.z]
 
 
+def stamp_of(header):
+    return {"stamp": [header.stamp.sec, header.stamp.nanosec]}
+
+
 def status_of(status):
     values = {it.key: it.value for it in status.values}
     level = status.level if isinstance(status.level, int) else status.level[0]
@@ -137,13 +141,15 @@ class Peer:
         )
 
     def ball(self, message):
-        stamp = message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
-        age = time.time() - stamp
-        show("ball", {"at": xyz(message.point), "frame": message.header.frame_id, "age": age})
+        header = message.header
+        age = time.time() - (header.stamp.sec + header.stamp.nanosec * 1e-9)
+        shown = {"at": xyz(message.point), "frame": header.frame_id, "age": age}
+        show("ball", shown | stamp_of(header))
 
     def pose(self, message):
         pose = message.pose
-        show("pose", {"at": xyz(pose.pose.position), "covariance": list(pose.covariance)})
+        shown = {"at": xyz(pose.pose.position), "covariance": list(pose.covariance)}
+        show("pose", shown | stamp_of(message.header))
 
     def transforms(self, message):
         for it in message.transforms:
@@ -155,7 +161,8 @@ class Peer:
                     "child": it.child_frame_id,
                     "at": xyz(at),
                     "turn": xyz(turn) + [turn.w],
-                },
+                }
+                | stamp_of(it.header),
             )
 
     def diagnostics(self, message):

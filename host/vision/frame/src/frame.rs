@@ -12,7 +12,18 @@ pub struct RgbdFrame {
     colour: ColourImage,
     depth: DepthImage,
     intrinsics: Intrinsics,
+    sender_stamp: Option<SenderStamp>,
     ground_truth: Option<GroundTruth>,
+}
+
+/// Time stamp of a colour image as the program states it that has sent it, bit for bit: other
+/// programs join their data to the image by it. Its clock may be any.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SenderStamp {
+    /// Whole seconds.
+    pub seconds: i32,
+    /// Nanoseconds after them.
+    pub nanoseconds: u32,
 }
 
 /// What a simulation knows of a frame that no camera shows.
@@ -72,7 +83,7 @@ impl RgbdFrame {
         if !intrinsics.has_depth() {
             depth.pixels_mut().fill(0);
         }
-        Ok(Self { time, colour, depth, intrinsics, ground_truth: None })
+        Ok(Self { time, colour, depth, intrinsics, sender_stamp: None, ground_truth: None })
     }
 
     /// Returns when the frame was taken, seconds on the source's clock.
@@ -87,6 +98,19 @@ impl RgbdFrame {
     /// Returns an error if `time` is not finite.
     pub fn with_time(self, time: f64) -> Result<Self, FrameError> {
         if time.is_finite() { Ok(Self { time, ..self }) } else { Err(FrameError::Time(time)) }
+    }
+
+    /// Returns the same frame with the stamp that its sender states.
+    #[must_use]
+    pub fn with_sender_stamp(self, sender_stamp: Option<SenderStamp>) -> Self {
+        Self { sender_stamp, ..self }
+    }
+
+    /// Returns the stamp of the colour image as its sender states it; `None` for a frame that no
+    /// other program has stamped.
+    #[inline]
+    pub fn sender_stamp(&self) -> Option<SenderStamp> {
+        self.sender_stamp
     }
 
     /// Returns the same frame with this ground truth.

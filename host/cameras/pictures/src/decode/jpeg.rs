@@ -23,6 +23,8 @@ const AVI_SEGMENT: &[u8] = b"\xff\xe0\x00\x10AVI1\0\0\0\0\0\0\0\0\0\0";
 /// What stands before the pixels of an image.
 pub(super) struct Header<'a> {
     size: ImageSize,
+    /// Number of its colours: 1 is grey.
+    colours: u8,
     /// Why the image is not decoded.
     unusual: Option<&'static str>,
     has_huffman_tables: bool,
@@ -60,7 +62,12 @@ impl<'a> Header<'a> {
         let [width, height] =
             [[w0, w1], [h0, h1]].map(|bytes| usize::from(u16::from_be_bytes(bytes)));
         let unusual = unusual(marker, precision, colours);
-        Some(Self { size: ImageSize { width, height }, unusual, has_huffman_tables, rest })
+        let size = ImageSize { width, height };
+        Some(Self { size, colours, unusual, has_huffman_tables, rest })
+    }
+
+    pub(super) fn is_grey(&self) -> bool {
+        self.colours == 1
     }
 
     pub(super) fn size(&self) -> ImageSize {

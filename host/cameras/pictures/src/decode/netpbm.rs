@@ -39,6 +39,10 @@ impl<'a> Header<'a> {
         self.size
     }
 
+    pub(super) fn is_grey(&self) -> bool {
+        self.channels == 1
+    }
+
     /// Returns the number of samples. The size is known to be within bounds.
     fn count(&self) -> usize {
         self.size.width * self.size.height * self.channels

@@ -22,6 +22,13 @@ pub(super) fn size(bytes: &[u8]) -> Option<ImageSize> {
     })
 }
 
+/// Returns whether the header of a PNG image states grey, with alpha or without.
+pub(super) fn is_grey(bytes: &[u8]) -> bool {
+    // After width, height and bits.
+    let kind = bytes.get(START.len() + 9).copied();
+    [ColorType::Grayscale, ColorType::GrayscaleAlpha].iter().any(|grey| kind == Some(*grey as u8))
+}
+
 /// Decodes a colour image of `size`.
 pub(super) fn colour(bytes: &[u8], size: ImageSize) -> Result<ColourImage, DecodeError> {
     // Fewer than 8 bits and palettes are expanded to 8 bits.

@@ -51,6 +51,29 @@ fn plain_png(kind: Png, depth: BitDepth, rows: &[u8]) -> Vec<u8> {
     png_file(kind, depth, rows, |_| ())
 }
 
+#[test]
+fn the_header_tells_grey_pictures() {
+    let grey = samples(|column, row| [(column * row) as u8]);
+    let both = samples(|column, row| [(column * row) as u8, 255]);
+    let colour = samples(rgb);
+    for (kind, rows, is_grey) in [
+        (Png::Grayscale, &grey, true),
+        (Png::GrayscaleAlpha, &both, true),
+        (Png::Rgb, &colour, false),
+    ] {
+        assert_eq!(super::is_grey(&plain_png(kind, BitDepth::Eight, rows)), is_grey, "{kind:?}");
+    }
+    for (kind, rows, is_grey) in [(ColorType::Luma, &grey, true), (ColorType::Rgb, &colour, false)]
+    {
+        let mut bytes = Vec::new();
+        let encoder = Encoder::new(&mut bytes, 90);
+        encoder.encode(rows, WIDTH as u16, HEIGHT as u16, kind).unwrap();
+        assert_eq!(super::is_grey(&bytes), is_grey);
+    }
+    assert!(super::is_grey(b"P5 1 1 255 \0") && !super::is_grey(b"P6 1 1 255 \0\0\0"));
+    assert!(!super::is_grey(b"no picture"));
+}
+
 /// Returns rows of samples of `bits` bits, each row filled up to a byte.
 fn packed(bits: usize, sample: impl Fn(usize, usize) -> u8) -> Vec<u8> {
     let row = |row: usize| {
