@@ -76,7 +76,10 @@ pub enum Ros2CameraError {
         offset: f32,
     },
     /// The bytes of a picture do not fit its size.
-    #[error("{topic}: a picture of {size} with {bytes} bytes in rows of {step} bytes")]
+    #[error(
+        "{topic}: a picture of {size} with {bytes} bytes in rows of {step} bytes is empty or \
+         damaged: look at the topic with `ros2 topic echo --no-arr`"
+    )]
     Layout {
         /// Name of the topic.
         topic: String,
