@@ -1,5 +1,5 @@
-//! Decoding of images: PNG, JPEG, PGM and PPM, and depth in RVL. Images that are too large are refused before they
-//! are decoded.
+//! Decoding of images: PNG, JPEG, PGM and PPM, and depth in RVL. Images that are too large are
+//! refused before they are decoded.
 //!
 //! A PNG file of 100 kB may have 30000 x 30000 pixels, which take gigabytes when decoded.
 //!
