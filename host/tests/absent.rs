@@ -61,6 +61,12 @@ fn ros_2() {
     let text = refusal(&["demo", "--ros2", "--out", "run"], folder.path());
     assert!(text.contains("--features ros2"), "{text}");
     assert!(!folder.path().join("run").exists(), "nothing moves");
+
+    fs::write(folder.path().join("bag.mcap"), "").unwrap();
+    let camera = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/camera.toml");
+    let replay = ["replay", "bag.mcap", "--camera", camera.to_str().unwrap()];
+    let text = refusal(&replay, folder.path());
+    assert!(text.contains("bag.mcap") && text.contains("--features ros2"), "{text}");
 }
 
 #[cfg(not(feature = "webcam"))]

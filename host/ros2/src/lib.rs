@@ -10,6 +10,7 @@
 //! ```
 //!
 //! [`Ros2Driver`] opens a camera that another node publishes, such as that of realsense-ros.
+//! [`McapRecording`] reads one that was recorded.
 //!
 //! docs/use/ros2.md lists the topics and services.
 
@@ -34,6 +35,7 @@ mod output;
 mod peers;
 mod publishers;
 mod qos;
+mod recording;
 mod senders;
 mod service;
 mod status;
@@ -46,3 +48,4 @@ pub use namespace::Namespace;
 pub use network::{MAX_DOMAIN, Network};
 pub use output::{Ros2Output, Ros2Settings};
 pub use peers::UnusablePublisher;
+pub use recording::{McapError, McapRecording};

@@ -6,15 +6,17 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
-use plumb_cameras::source::{OpenedRecording, open_recording};
+use plumb_cameras::source::OpenedRecording;
+use plumb_cameras::source::ros2::Ros2CameraSettings;
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::replay::{DebugFolder, replay};
 
 use super::print::{self, tell};
+use super::ros2::open_recording;
 use super::{DetectorName, FAILED, Failure, bad_input};
 
-/// Detection and location on a recording (a TUM RGB-D folder, an .oni, .bag, .db3 or video file): a
-/// CSV row a frame
+/// Detection and location on a recording (a TUM RGB-D folder, an .oni, .bag, .db3, .mcap or video
+/// file): a CSV row a frame
 #[derive(Parser)]
 #[command(
     after_help = examples![
@@ -42,7 +44,9 @@ pub(crate) struct Args {
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let file = args.camera.clone().map_or_else(|| beside(&args.recording), Ok)?;
     let mut camera = camera_file::read(&file)?;
-    let OpenedRecording { mut source, intrinsics } = open_recording(&args.recording, &camera)?;
+    let topics = Ros2CameraSettings::default();
+    let opened = open_recording(&args.recording, &camera, &topics)?;
+    let OpenedRecording { mut source, intrinsics } = opened;
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
     let debug = args.debug.as_deref().map(DebugFolder::create).transpose()?;

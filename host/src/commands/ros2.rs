@@ -10,7 +10,7 @@ use clap::Args;
 
 use super::numbers;
 
-pub(super) use output::{Ros2, open_camera};
+pub(super) use output::{Ros2, open_camera, open_recording};
 
 #[derive(Args)]
 pub(super) struct Ros2Options {

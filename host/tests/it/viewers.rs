@@ -8,7 +8,7 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::common::{folder, json, limited, plumb, stderr};
+use crate::common::{folder, json, limited, plumb, rigs, stderr};
 
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -48,6 +48,35 @@ fn the_mcap_file_agrees_with_the_run_folder() {
     assert!(checked.status.success(), "{}", stderr(&checked));
     let counts = json(&checked);
     assert_eq!(counts["/camera/image"], json(&output)["frames"], "{counts}");
+}
+
+/// The file has the colour pictures as JPEG and the lens: the ball is found in it, without depth.
+#[test]
+fn the_mcap_file_is_a_recording() {
+    let folder = folder();
+    let demo = ["demo", "--virtual-time", "--out", "run", "--mcap", "run.mcap"];
+    let output = plumb(&demo, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let frames = json(&output)["frames"].as_u64().unwrap();
+
+    let camera = fs::read_to_string(rigs().join("camera.toml")).unwrap();
+    fs::write(folder.path().join("with-depth.toml"), &camera).unwrap();
+    let without = camera.replace("depth_scale = 5000.0", "depth_scale = \"none\"");
+    assert_ne!(camera, without);
+    fs::write(folder.path().join("camera.toml"), without).unwrap();
+    let replay =
+        |camera| plumb(&["replay", "run.mcap", "--json", "--camera", camera], folder.path());
+    let output = replay("camera.toml");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let line = String::from_utf8(output.stdout).unwrap().lines().last().unwrap().to_owned();
+    let result: serde_json::Value = serde_json::from_str(&line).unwrap();
+    assert_eq!(result["frames"].as_u64(), Some(frames), "{result}");
+    let located = result["located"].as_u64().unwrap();
+    assert!(10 * located >= 9 * frames, "{result}");
+
+    let output = replay("with-depth.toml");
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("depth_scale = \"none\""), "{}", stderr(&output));
 }
 
 #[test]

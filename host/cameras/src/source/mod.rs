@@ -17,5 +17,5 @@ pub mod webcam;
 pub use camera_source::CameraSource;
 pub use clock::LiveClock;
 pub use error::{BoxedError, InvalidFrame, SourceError};
-pub use recording::{OpenRecordingError, OpenedRecording, open_recording};
+pub use recording::{OpenRecordingError, OpenedRecording, is_mcap, open_recording};
 pub use resolution::UnfitIntrinsics;

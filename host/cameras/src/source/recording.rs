@@ -97,13 +97,18 @@ pub fn open_recording(
     Ok(OpenedRecording { source: Box::new(source), intrinsics })
 }
 
+/// Returns whether `path` is a file of MCAP by its name: `plumb-ros2` reads it.
+pub fn is_mcap(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) && path.is_file()
+}
+
 /// Returns, for a person, what a file that is no recording may be, by the ending of its name in
 /// lower case.
 fn advice(ending: &str) -> &'static str {
     match ending {
         "mcap" => {
-            "an MCAP recording is not read: play it with `ros2 bag play`, as a camera with \
-             `source = \"ros2\"` in the rig file, or export its pictures into a folder with lists"
+            "an MCAP recording is read by the program only: `plumb replay`, or `recording` in a \
+             rig file"
         }
         "txt" | "csv" => "a list of pictures: give the folder that it is in",
         "h264" | "264" | "h265" | "hevc" | "265" => {
@@ -160,7 +165,7 @@ mod tests {
     fn a_file_of_another_kind_is_named_with_the_way_that_works() {
         let folder = tempfile::tempdir().unwrap();
         for (name, named) in [
-            ("a.mcap", "ros2 bag play"),
+            ("a.mcap", "plumb replay"),
             ("rgb.txt", "give the folder"),
             ("a.H264", "ffmpeg"),
             ("a.tar.gz", "unpack it"),

@@ -9,12 +9,12 @@ use super::error::Ros2CameraError;
 use super::pairs::{Pairs, Stamped};
 use super::picture::Picture;
 use super::reception::{Description, Received, Reception};
-use crate::message::Time;
+use crate::message::{Header, Time};
 use crate::network::Network;
 
 /// Parts of the names of topics with aligned depth: those of realsense-ros, and of image_pipeline
 /// and the drivers that follow it.
-const ALIGNED: [&str; 2] = ["aligned_depth_to_color", "depth_registered"];
+pub(crate) const ALIGNED: [&str; 2] = ["aligned_depth_to_color", "depth_registered"];
 
 /// Decoded pictures of one moment.
 #[derive(Debug)]
@@ -96,7 +96,8 @@ impl Intake {
             return Ok(Some(Pictures { stamp, arrival, colour, depth: None }));
         };
         let Some((colour, depth)) = self.pairs.take_newest() else { return Ok(None) };
-        self.check_frames(&colour.picture, &depth.picture, depth_name)?;
+        let topics = || self.reception.image_topics();
+        check_frames(colour.picture.header(), depth.picture.header(), depth_name, topics)?;
         let Stamped { arrival, picture, .. } = colour;
         let (stamp, colour) = (picture.header().stamp, picture.colour(name)?);
         let depth = depth.picture.depth(depth_name)?;
@@ -104,35 +105,35 @@ impl Intake {
         Ok(Some(Pictures { stamp, arrival, colour, depth: Some(depth) }))
     }
 
-    /// Checks that colour and depth are in one coordinate frame, as depth is that is aligned to
-    /// colour. A picture without a frame passes.
-    ///
-    /// # Errors
-    /// [`Ros2CameraError::NotAligned`].
-    fn check_frames(
-        &self,
-        colour: &Picture,
-        depth: &Picture,
-        topic: &str,
-    ) -> Result<(), Ros2CameraError> {
-        let [colour, depth] =
-            [colour, depth].map(|picture| picture.header().frame_id.trim_matches('/'));
-        if colour.is_empty() || depth.is_empty() || colour == depth {
-            return Ok(());
-        }
-        let is_aligned = |topic: &String| ALIGNED.iter().any(|part| topic.contains(part));
-        Err(Ros2CameraError::NotAligned {
-            topic: topic.to_owned(),
-            depth: depth.to_owned(),
-            colour: colour.to_owned(),
-            aligned: self.reception.image_topics().into_iter().filter(is_aligned).collect(),
-        })
-    }
-
     /// Returns, for a person, what may be missing where no pictures come.
     pub(crate) fn missing(&self) -> String {
         self.reception.missing(self.pairs.apart())
     }
+}
+
+/// Checks that colour and depth are in one coordinate frame, as depth is that is aligned to colour.
+/// A picture without a frame passes. `topic` is that of depth, and `topics` returns all with
+/// pictures.
+///
+/// # Errors
+/// [`Ros2CameraError::NotAligned`].
+pub(crate) fn check_frames(
+    colour: &Header,
+    depth: &Header,
+    topic: &str,
+    topics: impl FnOnce() -> Vec<String>,
+) -> Result<(), Ros2CameraError> {
+    let [colour, depth] = [colour, depth].map(|header| header.frame_id.trim_matches('/'));
+    if colour.is_empty() || depth.is_empty() || colour == depth {
+        return Ok(());
+    }
+    let is_aligned = |topic: &String| ALIGNED.iter().any(|part| topic.contains(part));
+    Err(Ros2CameraError::NotAligned {
+        topic: topic.to_owned(),
+        depth: depth.to_owned(),
+        colour: colour.to_owned(),
+        aligned: topics().into_iter().filter(is_aligned).collect(),
+    })
 }
 
 /// Checks the size of a picture of `topic`.

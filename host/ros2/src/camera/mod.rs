@@ -3,7 +3,7 @@
 mod driver;
 mod error;
 mod exposure;
-mod intake;
+pub(crate) mod intake;
 pub(crate) mod lens;
 mod pairs;
 mod period;

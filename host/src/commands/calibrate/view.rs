@@ -10,7 +10,7 @@ use plumb_calibrate::board::{Board, Placement};
 use plumb_calibrate::render::{draw_board, shown_pose};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::stream::StreamAddress;
-use plumb_cameras::source::{CameraSource, OpenedRecording, open_recording};
+use plumb_cameras::source::{CameraSource, OpenedRecording};
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::rig::{Rig, Simulation};
 use plumb_sim::synthetic::{
@@ -20,6 +20,7 @@ use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 
 use crate::commands::print::tell;
+use crate::commands::ros2::open_recording;
 use crate::commands::run_camera::RunCamera;
 use crate::commands::{Failure, bad_input, failed};
 
@@ -81,7 +82,8 @@ impl View {
         else {
             return Self::open(file, rig, camera, 1);
         };
-        let OpenedRecording { source, intrinsics } = open_recording(path, &camera)?;
+        let topics = &rig.camera.ros2;
+        let OpenedRecording { source, intrinsics } = open_recording(path, &camera, topics)?;
         let camera = Camera { intrinsics, ..camera };
         Ok(Self { source: Source::Camera(source), camera, frames: 1 })
     }

@@ -1,11 +1,12 @@
 //! A program without ROS 2.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use plumb_cameras::driver::OpenedCamera;
 use plumb_cameras::drivers;
 use plumb_cameras::settings::{CameraSettings, SourceName};
-use plumb_cameras::source::LiveClock;
+use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::source::{self, LiveClock, OpenedRecording, is_mcap};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
@@ -38,7 +39,29 @@ pub(in super::super) fn open_camera(
     if settings.source == Some(SourceName::Ros2) {
         return Err(bad_input(ABSENT));
     }
+    if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
+        return Err(without_mcap(path));
+    }
     Ok(drivers::open_camera(settings, camera, device_recording)?)
+}
+
+/// Opens a recording.
+///
+/// # Errors
+/// Where it is an MCAP file.
+pub(in super::super) fn open_recording(
+    path: &Path,
+    camera: &Camera,
+    _: &Ros2CameraSettings,
+) -> Result<OpenedRecording, Failure> {
+    if is_mcap(path) {
+        return Err(without_mcap(path));
+    }
+    Ok(source::open_recording(path, camera)?)
+}
+
+fn without_mcap(path: &Path) -> Failure {
+    bad_input(format!("{}: an MCAP recording: {ABSENT}", path.display()))
 }
 
 /// Node without effect.

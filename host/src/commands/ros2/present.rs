@@ -1,12 +1,14 @@
 //! The node of a run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use plumb_cameras::driver::OpenedCamera;
 use plumb_cameras::drivers::open_camera_with;
 use plumb_cameras::settings::CameraSettings;
-use plumb_cameras::source::LiveClock;
-use plumb_ros2::{Network, Ros2Driver, Ros2Output, Ros2Settings};
+use plumb_cameras::source::playback::Playback;
+use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::source::{self, LiveClock, OpenedRecording, is_mcap};
+use plumb_ros2::{McapRecording, Network, Ros2Driver, Ros2Output, Ros2Settings};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
@@ -28,7 +30,26 @@ pub(in super::super) fn open_camera(
     camera: Camera,
     device_recording: Option<PathBuf>,
 ) -> Result<OpenedCamera, Failure> {
+    if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
+        settings.source(false)?;
+        let OpenedRecording { source, intrinsics } = open_recording(path, &camera, &settings.ros2)?;
+        return Ok(OpenedCamera::start(Playback::new(source), camera, intrinsics)?);
+    }
     Ok(open_camera_with(&[&Ros2Driver], settings, camera, device_recording)?)
+}
+
+/// Opens a recording of any format. `settings` may name the topics of an MCAP file.
+pub(in super::super) fn open_recording(
+    path: &Path,
+    camera: &Camera,
+    settings: &Ros2CameraSettings,
+) -> Result<OpenedRecording, Failure> {
+    if !is_mcap(path) {
+        return Ok(source::open_recording(path, camera)?);
+    }
+    let source = McapRecording::open(path, camera, settings)?;
+    let intrinsics = *source.intrinsics();
+    Ok(OpenedRecording { source: Box::new(source), intrinsics })
 }
 
 /// Node of a run; without effect where no option asks for one.

@@ -1,0 +1,19 @@
+//! MCAP recordings of a camera: messages of ROS 2, or of Foxglove.
+//!
+//! ```text
+//! file -> reader (records) -> topics (those of the camera) -> decode -> frames (pairs) -> source
+//! ```
+
+mod decode;
+mod error;
+mod foxglove;
+mod frames;
+mod reader;
+mod source;
+#[cfg(test)]
+mod tests;
+mod topics;
+mod zstd;
+
+pub use error::McapError;
+pub use source::McapRecording;
