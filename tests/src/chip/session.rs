@@ -19,6 +19,9 @@ use serde_json::{Value, json};
 
 use super::{CYCLES_PER_US, Chip, EMERGENCY, ENABLE, symbol_address};
 
+/// Longest time for which the motors turn without a new zero of travel, seconds.
+const STRETCH_S: u64 = 20;
+
 /// Pulses on a driver's STEP and DIR inputs since the last query. Times are in cycles, and `None`
 /// if there was no such interval.
 #[derive(Debug, Clone, Copy)]
@@ -133,12 +136,28 @@ impl Chip {
     }
 
     /// Turns the motors for some seconds, to and fro, with 31 positions and 10 questions a second
-    /// at random times (seeded), and the board's answers and telemetry.
+    /// at random times (seeded), and the board's answers and telemetry. After each stretch of
+    /// [`STRETCH_S`] the motors stop, and their places become the zero of travel: the ball does not
+    /// follow them, and they would come to the end of it.
     ///
     /// # Panics
     /// If the motors do not turn, with another configuration than [`fast_config`].
     pub fn turn_beside_traffic(&mut self, seconds: u64) {
         let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut left = seconds;
+        while left > 0 {
+            let stretch = left.min(STRETCH_S);
+            self.turn_for(stretch, &mut random);
+            left -= stretch;
+            if left > 0 {
+                self.stop_and_wait();
+                assert_eq!(self.request(Command::Home), None);
+            }
+        }
+    }
+
+    /// Turns the motors for some seconds beside traffic.
+    fn turn_for(&mut self, seconds: u64, random: &mut ChaCha8Rng) {
         let end = self.cycle + seconds * 1_000_000 * CYCLES_PER_US;
         self.seek(BALL_UM, FAR_TARGET_UM);
         self.pulses();
