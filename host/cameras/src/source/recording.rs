@@ -35,6 +35,19 @@ pub enum OpenRecordingError {
     /// A `.bag` or `.db3` file cannot be opened.
     #[error(transparent)]
     Realsense(#[from] RealsenseSourceError),
+    /// A `.bag` or `.db3` file of another program than librealsense2.
+    #[error(
+        "{}: librealsense2 does not play it. Is it a bag of ROS? Write it anew as MCAP (`ros2 bag \
+         convert`, or `mcap convert`), or play it with `ros2 bag play` to a rig with \
+         `source = \"ros2\"`",
+        .path.display()
+    )]
+    Bag {
+        /// The file.
+        path: PathBuf,
+        /// What librealsense2 says.
+        source: RealsenseSourceError,
+    },
     /// The file is no recording that Plumb reads.
     #[error("{}: {advice}", .path.display())]
     Unknown {
@@ -147,12 +160,19 @@ fn open_video(path: &Path, _: FileIntrinsics) -> Result<OpenedRecording, OpenRec
     Err(OpenRecordingError::NoVideo { path: path.to_owned(), source })
 }
 
-/// Opens a recording of librealsense2.
+/// Opens a recording of librealsense2. A bag of ROS has the same ending and the same format.
 fn open_realsense(path: &Path) -> Result<OpenedRecording, OpenRecordingError> {
-    let library = RealSense::load().map_err(RealsenseSourceError::from)?;
-    let target = realsense::Target::Recording(path.to_owned());
-    let settings = realsense::Settings::default();
-    let source = RealsenseSource::open(&library, &target, settings, None)?;
+    let open = || {
+        let library = RealSense::load()?;
+        let target = realsense::Target::Recording(path.to_owned());
+        RealsenseSource::open(&library, &target, realsense::Settings::default(), None)
+    };
+    let source = open().map_err(|error| match error {
+        RealsenseSourceError::Realsense(_) => {
+            OpenRecordingError::Bag { path: path.to_owned(), source: error }
+        }
+        other => other.into(),
+    })?;
     let intrinsics = *source.intrinsics();
     Ok(OpenedRecording { source: Box::new(source), intrinsics })
 }
