@@ -11,6 +11,7 @@ use clap::{Arg, CommandFactory};
 use nalgebra::{Point2, Point3};
 use plumb_calibrate::board::Board;
 use plumb_verify::Interval;
+use plumb_vision::image::ImageSize;
 use tempfile::TempDir;
 
 use super::watch::Watch;
@@ -47,6 +48,7 @@ fn is_number(command: &str, arg: &Arg) -> bool {
         TypeId::of::<Board>(),
         TypeId::of::<Point2<f64>>(),
         TypeId::of::<Point3<f64>>(),
+        TypeId::of::<ImageSize>(),
     ];
     let parser = arg.get_value_parser();
     let is_known = numbers.iter().any(|number| parser.type_id() == *number);
@@ -121,6 +123,8 @@ impl Folder {
         let blind = rig.replace("[camera]\n", "[camera]\nsource = \"openni\"\n");
         assert!(blind != rig, "{rig}");
         fs::write(folder.path().join("rig.toml"), rig).unwrap();
+        let lens = "K: [[600, 0, 320], [0, 600, 240], [0, 0, 1]]\nD: [0, 0, 0, 0]\n";
+        fs::write(folder.path().join("lens.yaml"), lens).unwrap();
         fs::write(folder.path().join("blind.toml"), blind).unwrap();
         fs::copy(rigs.join("camera.toml"), folder.path().join("camera.toml")).unwrap();
         let firmware = plumb_image::uf2::file(0x1000_0000, &[0; 256]);
@@ -161,6 +165,7 @@ impl Folder {
                     format!("calibrate {blind} {motors}"),
                     format!("calibrate {blind} --ball --place 0.4,0.3,0.2"),
                     format!("calibrate {blind} --lens"),
+                    format!("calibrate {rig} --import {}", self.path("lens.yaml")),
                 ]
                 .map(|line| words(&line))
                 .into();
@@ -196,6 +201,7 @@ impl Number {
             (2, _) => &["V,0.5", "0.1,V"],
             (3, _) => &["V,0.5,0.5", "0.5,V,0.5", "0.5,0.5,V"],
             (_, "distance") => &["V", "Vmm"],
+            (_, "--import-size") => &["Vx480", "640xV"],
             _ => &["V"],
         };
         shapes.iter().map(|shape| vec![shape.replace('V', value)]).collect()

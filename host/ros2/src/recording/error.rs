@@ -34,7 +34,8 @@ pub enum McapError {
     /// No topic has pictures that are read.
     #[error(
         "{}: none of its topics has colour pictures of ROS 2 (sensor_msgs/Image or \
-         CompressedImage, CDR) or Foxglove (RawImage or CompressedImage, protobuf). Its topics: {topics}",
+         CompressedImage, CDR) or Foxglove (RawImage or CompressedImage, protobuf). Its topics: \
+         {topics}",
         .path.display()
     )]
     NoColour {

@@ -91,11 +91,11 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     for (index, target) in rig.targets.iter().enumerate().filter(|(_, target)| outside(target)) {
         let [x, y, z] = target.map(Coordinate::get);
         let problem = format!(
-            "has a target outside the triangle of the motors, number {}, [{x}, {y}, {z}]: a cable \
-             is slack there",
+            "put target {}, [{x}, {y}, {z}], outside the triangle of the motors: a cable is slack \
+             there",
             index + 1
         );
-        found.push(document.finding(Severity::Error, &["targets"], &problem));
+        found.push(document.finding(Severity::Error, &["targets", size.key], &problem));
     }
     found.extend(travel_warning(document, rig, &size));
     found

@@ -117,7 +117,12 @@ fn a_target_that_no_cables_can_hold_is_an_error() {
     let targets = ("targets = [[0.400, 0.400, 0.150]]", "targets = [[0.2, 0.45, 0.15]]");
     let found = findings(&[targets]);
     assert_eq!(found[0].severity, Severity::Error);
-    assert!(found[0].to_string().contains("number 1"), "{}", found[0]);
+    assert!(found[0].to_string().contains("put target 1, "), "{}", found[0]);
+    // The triangle of motors that are a mistake is none of the rig's.
+    let motors = ("motors = [[0.850, 0.610, 0.665]", "motors = [[0.850, 0.610, \"high\"]");
+    let targets = (targets.0, "targets = [[0.2, 0.2, 0.15]]");
+    assert_eq!(keys(&findings(&[targets])), [vec![], vec!["workspace.min"]]);
+    assert_eq!(keys(&findings(&[targets, motors]))[0], ["simulation.motors"]);
 }
 
 #[test]
