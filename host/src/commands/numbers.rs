@@ -32,6 +32,8 @@ pub(super) const RATE: Range = MotorRate::RANGE;
 pub(super) const DISTANCE: Range = Range::new(-1e8, 1e8, "");
 /// Column or row of a picture, also beyond its edge.
 pub(super) const PIXEL: Range = Range::new(-65_535.0, 65_535.0, "pixels");
+/// Columns or rows of a picture.
+pub(super) const PICTURE_SIDE: Range = Range::new(1.0, 65_535.0, "pixels");
 /// Angle.
 pub(super) const ANGLE: Range = Range::new(-360.0, 360.0, "degrees");
 /// Side of a square of the printed board.
@@ -75,10 +77,13 @@ pub(super) fn whole_within<T>(range: Range) -> impl TypedValueParser<Value = T>
 where
     T: TryFrom<i128> + Clone + Send + Sync + 'static,
 {
-    move |text: &str| {
-        let number: i128 = text.parse().map_err(|_| format!("must be a whole number, {range}"))?;
-        range.check_whole(number).map_err(|error| error.to_string())
-    }
+    move |text: &str| parse_whole(text, &range)
+}
+
+/// Parses a whole number of a range.
+pub(super) fn parse_whole<T: TryFrom<i128>>(text: &str, range: &Range) -> Result<T, String> {
+    let number: i128 = text.parse().map_err(|_| format!("must be a whole number, {range}"))?;
+    range.check_whole(number).map_err(|error| error.to_string())
 }
 
 /// Returns the parser of a seed.

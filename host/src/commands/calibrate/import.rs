@@ -9,6 +9,8 @@ use std::path::PathBuf;
 use clap::Args;
 use plumb_vision::image::ImageSize;
 
+use crate::commands::numbers;
+
 pub(super) use work::import;
 
 /// Calibration of another program.
@@ -30,9 +32,8 @@ pub(super) struct ImportOptions {
 
 /// Parses the size of a picture, "WIDTHxHEIGHT".
 fn size(text: &str) -> Result<ImageSize, String> {
-    let side = |text: &str| text.parse::<u16>().ok().filter(|side| *side > 0).map(usize::from);
-    let sides =
-        text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
-    let (width, height) = sides.ok_or("width and height with an x between them, 1280x720")?;
-    Ok(ImageSize { width, height })
+    let side = |text: &str| numbers::parse_whole::<u16>(text, &numbers::PICTURE_SIDE);
+    let sides = text.split_once('x');
+    let (width, height) = sides.ok_or("width and height with an x between them, as in 1280x720")?;
+    Ok(ImageSize { width: side(width)?.into(), height: side(height)?.into() })
 }
