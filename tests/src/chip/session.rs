@@ -137,7 +137,7 @@ impl Chip {
 
     /// Turns the motors for some seconds, to and fro, with 31 positions and 10 questions a second
     /// at random times (seeded), and the board's answers and telemetry. After each stretch of
-    /// [`STRETCH_S`] the motors stop, and their places become the zero of travel: the ball does not
+    /// 20 s the motors stop, and their places become the zero of travel: the ball does not
     /// follow them, and they would come to the end of it.
     ///
     /// # Panics
