@@ -24,6 +24,10 @@ FIRST_DIFFICULT = 76
 FIRST_FIGURES = 110
 # First shard with something in front of most of the balls as well.
 FIRST_COVERED = 501
+# First shard of balls of any material and size.
+FIRST_MATERIALS = 601
+# Share of them that may also have what difficult pictures have, and that have brown figures.
+DIFFICULT = 0.3
 # Share of the difficult pictures with surfaces of the ball's own colour.
 OWN_COLOUR = 0.35
 # Share of the difficult pictures with fruit.
@@ -34,7 +38,15 @@ DEPTH_UNITS = 10000.0
 
 def scene(shard, rng, frames):
     """Returns a scene of a shard."""
-    if shard >= FIRST_DIFFICULT:
+    if shard >= FIRST_MATERIALS:
+        draws = rng.random(3)
+        kind = scenes.Kind(
+            camouflaged=draws[0] < DIFFICULT * OWN_COLOUR,
+            fruit=draws[1] < DIFFICULT * WITH_FRUIT,
+            figures=draws[2] < DIFFICULT,
+            materials=True,
+        )
+    elif shard >= FIRST_DIFFICULT:
         camouflaged, fruit = rng.random() < OWN_COLOUR, rng.random() < WITH_FRUIT
         further = {"figures": shard >= FIRST_FIGURES, "covered": shard >= FIRST_COVERED}
         kind = scenes.Kind(camouflaged, fruit, difficult=True, **further)

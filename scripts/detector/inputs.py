@@ -9,7 +9,7 @@ trained with the inputs of this file, so the differences stay.
 
 - A depth is known here if it is above MIN_DEPTH, and in the detector if its raw value is not 0.
 - A pixel of the proposal network's input has one depth of four by four pixels of the full-size
-  picture. The detector reads that in the third row and column (`SMALLEST / 2` of 0 to 3 in
+  picture. The detector reads that in the third row and column (`QUARTER / 2` of 0 to 3 in
   `middle_rows` and `read_middles`). `proposal_input` reads the second row and column of two by two
   pixels at half the size. In a picture of generate.py this pixel lies over the third and fourth
   rows and columns of the full size; in one of bench_shard.py it has the depth of the fourth ones.
@@ -31,8 +31,8 @@ SURFACE = 0.7
 
 # Side of a patch (pixels) and radius of the disc in it.
 PATCH, PATCH_RADIUS = 24, 7.0
-# Times that a picture is halved for patches of large balls.
-HALVINGS = 2
+# Times that a picture of the bench, and one of generate.py, is halved for patches of large balls.
+HALVINGS, DRAWN_HALVINGS = 2, 4
 # Largest depth against the ball's centre that a patch shows, in the ball's radius.
 PATCH_DEPTH = 3.0
 
@@ -44,11 +44,11 @@ class Picture:
     """A picture: colour (8 bits), depth (metres), focal length (pixels), radius of the ball
     (metres) and its hue (degrees), and the column and row at which the optical axis meets it."""
 
-    def __init__(self, colour, depth, focal, radius, hue, middle=MIDDLE):
+    def __init__(self, colour, depth, focal, radius, hue, middle=MIDDLE, halvings=HALVINGS):
         self.depth, self.focal, self.radius, self.hue = depth, focal, radius, hue
         self.middle = middle
         self.levels = [colour]
-        for _ in range(HALVINGS):
+        for _ in range(halvings):
             size = (self.levels[-1].shape[1] // 2, self.levels[-1].shape[0] // 2)
             self.levels.append(cv2.resize(self.levels[-1], size, interpolation=cv2.INTER_AREA))
 
@@ -81,7 +81,7 @@ class Picture:
         scale = size / PATCH_RADIUS
         places = (np.arange(PATCH) - (PATCH - 1) / 2) / PATCH_RADIUS
         columns, rows = self.disc(disc).at(*np.meshgrid(places, places))
-        level = min(max(0, int(np.floor(np.log2(scale)))), HALVINGS)
+        level = min(max(0, int(np.floor(np.log2(scale)))), len(self.levels) - 1)
         in_level = [((k + 0.5) / 2**level - 0.5).astype(np.float32) for k in (columns, rows)]
         pixels = cv2.remap(
             self.levels[level], *in_level, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
@@ -100,4 +100,5 @@ def pictures(path, units):
     shard = np.load(path)
     arrays = (shard[name] for name in ("colour", "depth", "lens", "ball"))
     for colour, depth, (focal, radius, hue), ball in zip(*arrays):
-        yield Picture(colour, depth.astype(np.float32) / units, focal, radius, hue), ball
+        metres = depth.astype(np.float32) / units
+        yield Picture(colour, metres, focal, radius, hue, halvings=DRAWN_HALVINGS), ball

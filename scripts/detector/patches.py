@@ -12,7 +12,7 @@ import torch
 
 import inputs
 from drawing import depth_at
-from generate import DEPTH_UNITS
+from generate import DEPTH_UNITS, FIRST_MATERIALS
 from inputs import MIN_VISIBLE
 from networks import CELL, RADIUS_UNIT, SCREEN, Judge, Proposer
 from weights_file import read_networks
@@ -32,8 +32,8 @@ MAX_PLACE_ERROR = 0.6
 MIN_FAR_ERROR = 1.5
 # Half the side of the square whose depths give the radius of a disc, in the disc's radius.
 DEPTH_REACH = 0.4
-# Radii of discs that are judged, pixels: least and largest.
-RADII = 2, 45
+# Radii of discs that are judged, pixels: least and largest; in shards with large balls.
+RADII, LARGE_RADII = (2, 45), (2, 130)
 
 
 def proposals(network, picture):
@@ -84,14 +84,14 @@ def near_ball(rng, ball):
     ][rng.integers(2)]
 
 
-def discs(rng, proposer, screen, picture, ball):
+def discs(rng, proposer, screen, picture, ball, radii):
     """Yields the discs of a picture whose patches the judging networks are trained with."""
     if ball[2] > 0:
         yield from near_ball(rng, ball)
     for disc in proposals(proposer, picture):
         disc = with_depth(picture, disc)
         yield disc
-        if is_possible(disc, RADII):
+        if is_possible(disc, radii):
             yield moved(screen, picture, disc)
 
 
@@ -137,9 +137,10 @@ def main():
     read_networks(weights, [proposer, screen])
     rng, kept = np.random.default_rng(int(seed)), []
     for number in map(int, numbers):
+        radii = LARGE_RADII if number >= FIRST_MATERIALS else RADII
         for picture, ball in inputs.pictures(f"{shards}/shard{number:04}.npz", DEPTH_UNITS):
-            chosen = discs(rng, proposer, screen, picture, ball)
-            kept.extend(patches(picture, chosen, ball, RADII))
+            chosen = discs(rng, proposer, screen, picture, ball, radii)
+            kept.extend(patches(picture, chosen, ball, radii))
     write(out, kept)
 
 

@@ -8,7 +8,19 @@ import numpy as np
 from drawing import HEIGHT, MIN_DEPTH, WIDTH, BallDisc, depth_at, line, noise, paint, shape
 from light import rotate_hue, to_srgb
 from surfaces import albedo, background, reddish_background
-from things import ball_colour, figure, fruit, look_alike, red_thing, sphere
+from things import (
+    Surface,
+    any_ball_colour,
+    any_lamp,
+    ball_colour,
+    dull_thing,
+    figure,
+    fruit,
+    hole,
+    look_alike,
+    red_thing,
+    sphere,
+)
 
 # Share of the rooms that are about as red as the ball.
 REDDISH = 0.4
@@ -18,6 +30,14 @@ WITH_DEPTH = 0.5
 WITH_BALL = 0.8
 # Share of the balls that are not red.
 OTHER_HUE = 0.3
+# Of balls of any material: share of those with a radius above that of other balls; of those that
+# move; of those that are seen narrower in one direction.
+LARGE, MOVING, NARROW = 0.2, 0.3, 0.12
+# Radii of balls, pixels, and those of large ones, up to half the picture's height.
+RADII, LARGE_RADII = (2.3, 36), (36, 115)
+# Least difference of the channels (0 to 255) in the middle of a ball of any material: with less it
+# has no colour, and counts neither as a ball nor as something else.
+MIN_CHROMA = 12
 
 
 class Kind(NamedTuple):
@@ -33,6 +53,8 @@ class Kind(NamedTuple):
     figures: bool = False
     # Something in front of most of the balls.
     covered: bool = False
+    # Balls of any material and size, and other round things of their colours.
+    materials: bool = False
 
 
 def scatter(rng, light, depth, draw, counts, sizes):
@@ -56,6 +78,10 @@ class Scene:
         self.focal = rng.uniform(190, 380)
         self.radius = rng.uniform(0.015, 0.05)
         self.ball = None
+        self.materials = kind.materials
+        self.radii = RADII
+        if kind.materials and rng.random() < LARGE:
+            self.radii, self.radius = LARGE_RADII, rng.uniform(0.06, 0.15)
         self.has_depth = rng.random() < WITH_DEPTH
         # The scene is composed for a red ball, and then its hues are turned.
         self.hue = rng.uniform(0, 360) if rng.random() < OTHER_HUE else 0.0
@@ -71,6 +97,9 @@ class Scene:
             scatter(rng, light, depth, look_alike, [0, 1, 2], (3, 36))
         if kind.figures:
             scatter(rng, light, depth, figure, [1, 2, 4], (4, 36))
+        if kind.materials:
+            scatter(rng, light, depth, dull_thing, [0, 1, 2, 3], (3, self.radii[1]))
+            scatter(rng, light, depth, hole, [0, 1, 2], (3, 40))
         if self.has_depth and rng.random() < 0.3:
             self._wrong_ball(rng, light, depth)
         if rng.random() < 0.3:
@@ -82,7 +111,7 @@ class Scene:
     def _place(self, rng, depth, radius):
         """Returns a free place (column, row, pixels, metres) for a ball; None if none is found."""
         for _ in range(30):
-            size = np.exp(rng.uniform(np.log(2.3), np.log(36)))
+            size = np.exp(rng.uniform(*np.log(self.radii)))
             distance = self.focal * radius / size
             if not 0.2 < distance < 3.2:
                 continue
@@ -119,7 +148,10 @@ class Scene:
         colour = ball_colour(rng) if self.own_colour is None else self.own_colour
         if self.difficult:
             colour = colour * rng.uniform(0.4, 1.0)
-        sphere(rng, light, depth, place, self.radius, colour, blur)
+        if self.materials:
+            self._ball_of_any_material(rng, light, depth, place)
+        else:
+            sphere(rng, light, depth, place, self.radius, colour, blur)
         for _ in range(rng.choice([0, 0, 3])):
             end = (x + rng.uniform(-150, 150), y - rng.uniform(60, 200))
             start = (x + rng.normal(0, 0.2) * size, y - 0.9 * size)
@@ -135,6 +167,22 @@ class Scene:
         area = np.pi * size**2 * disc.right * disc.down
         visible = ((u**2 + v**2 < 1) * (1 - hidden)).sum() / area
         self.ball = (x, y, size, float(min(1.0, visible)))
+
+    def _ball_of_any_material(self, rng, light, depth, place):
+        """Draws the ball, dull or glossy, clean or worn, at rest or moving."""
+        size = place[2]
+        blur = rng.uniform(0.2, 1.2) * size if rng.random() < MOVING else 0.0
+        narrow = rng.uniform(0.74, 0.95) if rng.random() < NARROW else 1.0
+        colour = any_ball_colour(rng) if self.own_colour is None else self.own_colour
+        lamp, surface = any_lamp(rng), Surface(rng, size)
+        sphere(rng, light, depth, place, self.radius, colour, blur, lamp, surface, narrow)
+
+    def _has_colour(self, image):
+        """Checks whether the middle of the ball in the picture (0 to 1) has a colour."""
+        x, y, size, _ = self.ball
+        rows = slice(max(0, int(y - size / 2)), max(0, int(y + size / 2)) + 1)
+        part = image[rows, max(0, int(x - size / 2)) : max(0, int(x + size / 2)) + 1]
+        return part.size > 0 and 255 * np.ptp(np.median(part, (0, 1))) >= MIN_CHROMA
 
     def _cover(self, rng, light, depth, place):
         """Draws a cable, a post or a corner in front of the ball; returns its mask."""
@@ -162,6 +210,8 @@ class Scene:
         gains = rng.uniform(0.75, 1.25, 3) if rng.random() < 0.7 else rng.uniform(0.5, 1.6, 3)
         dim, bright = rng.uniform(0.06, 0.8), rng.uniform(1.2, 3.0)
         often = [0.3, 0.5, 0.2] if self.difficult else [0.5, 0.3, 0.2]
+        if self.materials:  # dark balls are dark in good light too
+            often, dim = [0.7, 0.15, 0.15], max(dim, 0.3)
         exposure = rng.choice([1.0, dim, bright], p=often)
         lamps = np.exp(rng.uniform(0, 0.4) * noise(rng, 200, 200))[..., None]
         light = light * (gains * exposure).astype(np.float32) * lamps
@@ -176,6 +226,8 @@ class Scene:
             image = np.clip(rotate_hue(image, self.hue), 0, 1)
         often = [0.3, 0.3, 0.4] if self.difficult else [0.4, 0.4, 0.2]
         level = rng.choice([0.004, 0.012, rng.uniform(0.02, 0.08)], p=often)
+        if self.materials and self.ball and not self._has_colour(image):
+            self.ball = (*self.ball[:3], 0.0)
         image = image + level * rng.standard_normal(image.shape, np.float32)
         image = np.round(np.clip(image, 0, 1) * 255).astype(np.uint8)
         if rng.random() < 0.3:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from drawing import HEIGHT, WIDTH, BallDisc, depth_at, line, noise, paint, polygon, shape
-from light import rotate_hue
+from light import rotate_hue, to_linear
 from surfaces import albedo
 
 
@@ -27,6 +27,61 @@ class Lamp:
         shade = self.ambient * (1 - 0.3 * v) + self.diffuse * facing
         mirrored = np.clip(u * self.half[0] + v * self.half[1] - w * self.half[2], 0, 1)
         return shade + self.bounce * np.clip(v, 0, 1), self.gloss * mirrored**self.sharpness
+
+
+def any_lamp(rng):
+    """Returns a light on a ball of any material: dull, glossy, or lit from the camera."""
+    lamp = Lamp(rng)
+    kind = rng.integers(4)
+    if kind == 0:  # dull, in even light
+        lamp.ambient, lamp.diffuse, lamp.gloss = rng.uniform(0.3, 0.8), rng.uniform(0.1, 0.6), 0
+    elif kind == 1:  # glossy
+        lamp.gloss = rng.uniform(0.2, 1.5)
+        lamp.sharpness = np.exp(rng.uniform(np.log(15), np.log(400)))
+    elif kind == 2:  # a light beside the camera
+        way = np.array([rng.normal(0, 0.25), rng.normal(-0.1, 0.25), -1])
+        lamp.way = way / np.linalg.norm(way)
+        lamp.ambient, lamp.diffuse = rng.uniform(0.1, 0.5), rng.uniform(0.4, 1.1)
+    return lamp
+
+
+class Surface:
+    """The colour of a ball of any material, clean or worn: dirt, and lines as of a seam."""
+
+    def __init__(self, rng, size):
+        self.dirt = self.normal = None
+        if rng.random() < 0.5:
+            scale = rng.uniform(0.1, 0.8) * size + 1
+            self.dirt = np.exp(rng.uniform(0.03, 0.25) * noise(rng, scale, scale))
+        if rng.random() < 0.15:
+            way = rng.normal(0, 1, 3)
+            self.normal, self.offset = way / np.linalg.norm(way), rng.uniform(-0.5, 0.5)
+            self.width, self.paint = rng.uniform(0.02, 0.07), rng.uniform(0.4, 1.6)
+
+    def on(self, u, v, window):
+        """Returns the factor of the colour at (`u`, `v`) on a unit sphere, whose picture is in the
+        rows and columns of `window`."""
+        factor = np.ones_like(u) if self.dirt is None else self.dirt[window]
+        if self.normal is not None:
+            w = np.sqrt(np.clip(1 - u**2 - v**2, 0, 1))
+            along = u * self.normal[0] + v * self.normal[1] + w * self.normal[2]
+            factor = np.where(abs(along - self.offset) < self.width, self.paint, factor)
+        return factor
+
+
+class Squeeze:
+    """A ball that is seen narrower in one direction than in the other, as a rolling shutter, a
+    short motion or a push shows it; its area stays."""
+
+    def __init__(self, rng, narrow):
+        turn, self.stretch = rng.uniform(0, np.pi), np.sqrt(narrow)
+        self.cosine, self.sine = np.cos(turn), np.sin(turn)
+
+    def on(self, u, v):
+        """Returns the places on the round ball of places on the squeezed one."""
+        along = (u * self.cosine + v * self.sine) / self.stretch
+        across = (v * self.cosine - u * self.sine) * self.stretch
+        return along * self.cosine - across * self.sine, along * self.sine + across * self.cosine
 
 
 def free_depth(rng, depth, x, y, size):
@@ -94,12 +149,13 @@ def fruit(rng, light, depth, x, y, size):
     body.paint(rng, light, depth, mixed * shade[..., None] + glint[..., None])
 
 
-def look_alike(rng, light, depth, x, y, size):
-    """Draws a round thing that is no ball: an evenly lit disc, a round cushion, or a head."""
+def look_alike(rng, light, depth, x, y, size, colours=None):
+    """Draws a round thing that is no ball: an evenly lit disc, a round cushion, or a head. It may
+    have one of the ball's `colours`."""
     kind = rng.integers(3)
     narrowest = [0.85, 0.8, 0.75][kind]
     body = Ellipsoid(x, y, size, rng.uniform(narrowest, 1.0), rng.uniform(0, np.pi))
-    colour = ball_colour(rng) if rng.random() < 0.6 else albedo(rng, 0.9)
+    colour = (colours or ball_colour)(rng) if rng.random() < 0.6 else albedo(rng, 0.9)
     out = np.hypot(body.u, body.v)
     turn = rng.uniform(0, 2 * np.pi)
     even = 1 + rng.uniform(0, 0.25) * (np.cos(turn) * body.u + np.sin(turn) * body.v)
@@ -121,6 +177,22 @@ def look_alike(rng, light, depth, x, y, size):
             place = rng.normal(0, 0.4, 2)
             spot = np.hypot(body.u - place[0], body.v - place[1]) < rng.uniform(0.08, 0.35)
             drawn = np.where(spot[..., None], shade[..., None] * albedo(rng, 0.3), drawn)
+    body.paint(rng, light, depth, drawn)
+
+
+def dull_thing(rng, light, depth, x, y, size):
+    """Draws a round thing that is no ball, in a colour of any ball."""
+    look_alike(rng, light, depth, x, y, size, any_ball_colour)
+
+
+def hole(rng, light, depth, x, y, size):
+    """Draws a dark round hole, a castor or a knob: black to brown, even or with a rim."""
+    body = Ellipsoid(x, y, size, rng.uniform(0.8, 1.0), rng.uniform(0, np.pi))
+    colour = albedo(rng, 0.6) * rng.uniform(0.02, 0.3)
+    out = np.hypot(body.u, body.v)
+    drawn = (1 + rng.uniform(-0.4, 0.4) * body.v)[..., None] * colour
+    if rng.random() < 0.5:
+        drawn = np.where((out > rng.uniform(0.6, 0.9))[..., None], albedo(rng, 0.4), drawn)
     body.paint(rng, light, depth, drawn)
 
 
@@ -161,17 +233,20 @@ class Ellipsoid:
         paint(light, depth, self.mask, drawn.astype(np.float32), distance)
 
 
-def sphere(rng, light, depth, place, radius, colour, blur=0.0):
-    """Draws a ball of `radius` metres at `place`: (column, row, pixels, metres to its centre)."""
+def sphere(rng, light, depth, place, radius, colour, blur=0.0, lamp=None, surface=None, narrow=1.0):
+    """Draws a ball of `radius` metres at `place`: (column, row, pixels, metres to its centre). It
+    has a `lamp` and a `surface`, and is `narrow` times as wide as long."""
     x, y, size, distance = place
     disc = BallDisc(x, y, size, size * distance / radius)
-    reach = int(disc.reach() + blur / 2 + 3)
+    squeeze = Squeeze(rng, narrow) if narrow < 1 else None
+    reach = int(disc.reach() / np.sqrt(narrow) + blur / 2 + 3)
     left, right = max(0, int(x) - reach), min(WIDTH, int(x) + reach + 1)
     top, bottom = max(0, int(y) - reach), min(HEIGHT, int(y) + reach + 1)
     if right - left < 2 or bottom - top < 2:
         return
-    samples, lamp = 3 if size < 12 else 2, Lamp(rng)
-    taps = np.linspace(-blur / 2, blur / 2, 7) if blur > 0 else [0.0]
+    window = slice(top, bottom), slice(left, right)
+    samples, lamp = 3 if size < 12 else 2, lamp or Lamp(rng)
+    taps = np.linspace(-blur / 2, blur / 2, 7 if size < 36 else 15) if blur > 0 else [0.0]
     turn = rng.uniform(0, np.pi)
     total = np.zeros((bottom - top, right - left, 3), np.float32)
     cover = np.zeros((bottom - top, right - left), np.float32)
@@ -182,8 +257,11 @@ def sphere(rng, light, depth, place, radius, colour, blur=0.0):
                 columns = (np.arange(left, right) + dx - tap * np.cos(turn))[None]
                 rows = (np.arange(top, bottom) + dy - tap * np.sin(turn))[:, None]
                 u, v = disc.on(columns, rows)
+                u, v = squeeze.on(u, v) if squeeze else (u, v)
                 hit = u**2 + v**2 < 1
                 shade, glint = lamp.on(u, v)
+                if surface:
+                    shade = shade * surface.on(u + 0 * v, v + 0 * u, window)
                 total += hit[..., None] * (colour * shade[..., None] + glint[..., None])
                 cover += hit
     count = len(taps) * samples**2
@@ -192,9 +270,19 @@ def sphere(rng, light, depth, place, radius, colour, blur=0.0):
     here += total / count
     rows, columns = np.mgrid[top:bottom, left:right]
     u, v = disc.on(columns, rows)
+    u, v = squeeze.on(u, v) if squeeze else (u, v)
     square = 1 - u**2 - v**2
     here = depth[top:bottom, left:right]
     here[:] = np.where(square > 0, distance - radius * np.sqrt(np.clip(square, 0, 1)), here)
+
+
+def any_ball_colour(rng):
+    """Returns a red of balls (linear light), from a bright one to a dark, dull one: the sRGB colour
+    (60, 35, 38) is among them, and a pale one."""
+    red = np.exp(rng.uniform(np.log(55), np.log(250)))
+    pale = rng.uniform(0.06, 0.64)
+    others = np.clip(pale + rng.normal(0, 0.05, 2), 0.02, 0.7)
+    return to_linear(np.array([1.0, *others]) * red / 255).astype(np.float32)
 
 
 def ball_colour(rng):

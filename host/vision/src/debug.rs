@@ -83,7 +83,7 @@ fn enlarged(colour: &ColourImage) -> opencv::Result<Canvas> {
 fn proposals(frame: &RgbdFrame, search: &SearchTrace) -> opencv::Result<Canvas> {
     let mut tinted = frame.colour().clone();
     let width = tinted.width();
-    let odds = |u, v| search.odds.as_ref().and_then(|map| map.at(u, v));
+    let odds = |u, v| search.odds.iter().filter_map(|map| map.at(u, v)).reduce(f32::max);
     for (i, pixel) in tinted.pixels_mut().iter_mut().enumerate() {
         let (u, v) = ((i % width) as f64, (i / width) as f64);
         let probability = odds(u, v).map_or(0.0, |odds| probability(f64::from(odds)) as f32);
@@ -98,15 +98,14 @@ fn proposals(frame: &RgbdFrame, search: &SearchTrace) -> opencv::Result<Canvas> 
         canvas.disc(sphere, CYAN, 2)?;
     }
     let (all, spheres) = (search.proposals.len(), search.spheres.len());
-    for (i, proposal) in search.proposals.iter().enumerate() {
-        let is_tried = i < all - search.left_out;
-        let colour = if is_tried { WHITE } else { GREY };
-        canvas.disc(&proposal.disc, colour, if is_tried { 2 } else { 1 })?;
+    for proposal in &search.proposals {
+        let colour = if proposal.is_judged { WHITE } else { GREY };
+        canvas.disc(&proposal.disc, colour, if proposal.is_judged { 2 } else { 1 })?;
         canvas.label(&proposal.disc, &format!("{:.1}", proposal.log_odds), colour)?;
     }
     canvas.title(&format!(
         "{spheres} spheres in depth (cyan), {all} proposals, {} not judged",
-        search.left_out
+        search.left_out()
     ))?;
     Ok(canvas)
 }

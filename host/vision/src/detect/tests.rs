@@ -3,6 +3,7 @@
 mod border;
 mod certainty;
 mod interface;
+mod large;
 mod real;
 mod surface;
 

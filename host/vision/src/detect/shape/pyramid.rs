@@ -1,4 +1,4 @@
-//! A window of the image at a half and at a quarter of the size.
+//! A window of the image at a half, at a quarter, and at smaller parts of the size.
 
 use std::array;
 
@@ -6,8 +6,10 @@ use multiversion::multiversion;
 
 use crate::image::{Bgr, ColourImage};
 
-/// Number of pixels of the full image, in a row, in a pixel of the smallest level.
-pub(super) const SMALLEST: usize = 4;
+/// Number of pixels of the full image, in a row, in a pixel of the level at a quarter of the size.
+pub(super) const QUARTER: usize = 4;
+/// Index of that level.
+pub(super) const QUARTER_LEVEL: usize = 2;
 
 /// A window of the image, pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,7 +30,7 @@ pub(super) struct Level<'a> {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) pixels: &'a [Bgr],
-    /// Pixels of the level for one pixel of the full image, in a row: 1, 1/2 or 1/4.
+    /// Pixels of the level for one pixel of the full image, in a row: 1, 1/2, 1/4 or less.
     pub(super) scale: f64,
     /// Column and row of the first pixel in the full image.
     pub(super) origin: (f64, f64),
@@ -91,42 +93,58 @@ pub(super) fn mixed(a: f32, b: f32, part: f32) -> f32 {
     a + part * (b - a)
 }
 
-/// A window of the image at a half and at a quarter of the size.
+/// A window of the image at a half, at a quarter, and at smaller parts of the size.
 #[derive(Debug)]
 pub(super) struct Pyramid {
     window: Window,
-    half: Vec<Bgr>,
-    quarter: Vec<Bgr>,
+    /// The parts, each half as large as the one before.
+    parts: Vec<Part>,
+}
+
+/// A window of the image at a part of the size.
+#[derive(Debug)]
+struct Part {
+    columns: usize,
+    rows: usize,
+    pixels: Vec<Bgr>,
 }
 
 impl Pyramid {
-    /// Downsamples `window`, which lies in `image`; up to three columns and rows at its end are
-    /// left out. Returns `None` if the window is smaller than a pixel at a quarter of the size.
-    pub(super) fn new(image: &ColourImage, window: Window) -> Option<Self> {
-        let (columns, rows) = (window.width / SMALLEST, window.height / SMALLEST);
+    /// Downsamples `window`, which lies in `image`, to a quarter of the size, and `coarser` times
+    /// more as long as there are pixels; up to three columns and rows at its end are left out, and
+    /// then the last one if their number is odd. Returns `None` if the window is smaller than a
+    /// pixel at a quarter of the size.
+    pub(super) fn new(image: &ColourImage, window: Window, coarser: usize) -> Option<Self> {
+        let (mut columns, mut rows) = (window.width / QUARTER, window.height / QUARTER);
         if columns == 0 || rows == 0 {
             return None;
         }
         let pixels = &image.pixels()[window.top * image.width() + window.left..];
         let half = halved(pixels, image.width(), [2 * columns, 2 * rows]);
         let quarter = halved(&half, 2 * columns, [columns, rows]);
-        Some(Self { window, half, quarter })
+        let half = Part { columns: 2 * columns, rows: 2 * rows, pixels: half };
+        let mut parts = vec![half, Part { columns, rows, pixels: quarter }];
+        for _ in 0..coarser {
+            let width = columns;
+            (columns, rows) = (columns / 2, rows / 2);
+            let Some(finer) = parts.last().filter(|_| columns > 0 && rows > 0) else { break };
+            let pixels = halved(&finer.pixels, width, [columns, rows]);
+            parts.push(Part { columns, rows, pixels });
+        }
+        Some(Self { window, parts })
     }
 
-    /// Returns `image` itself and the window at a half and at a quarter of the size.
-    pub(super) fn levels<'a>(&'a self, image: &'a ColourImage) -> [Level<'a>; 3] {
+    /// Returns `image` itself and the window at half the size, at a quarter, and so on.
+    pub(super) fn levels<'a>(&'a self, image: &'a ColourImage) -> Vec<Level<'a>> {
         let (width, height, pixels) = (image.width(), image.height(), image.pixels());
         let full = Level { width, height, pixels, scale: 1.0, origin: (0.0, 0.0) };
-        [full, self.level(&self.half, SMALLEST / 2), self.level(&self.quarter, SMALLEST)]
-    }
-
-    /// Returns the level of these pixels; each has `factor` pixels of the full image in a row.
-    fn level<'a>(&self, pixels: &'a [Bgr], factor: usize) -> Level<'a> {
-        let Window { left, top, width, height } = self.window;
-        let size = |n: usize| n / SMALLEST * SMALLEST / factor;
-        let (width, height) = (size(width), size(height));
-        let origin = (left as f64, top as f64);
-        Level { width, height, pixels, scale: 1.0 / factor as f64, origin }
+        let origin = (self.window.left as f64, self.window.top as f64);
+        let scales = std::iter::successors(Some(0.5), |scale| Some(scale / 2.0));
+        let parts = self.parts.iter().zip(scales).map(|(part, scale)| {
+            let Part { columns: width, rows: height, ref pixels } = *part;
+            Level { width, height, pixels, scale, origin }
+        });
+        std::iter::once(full).chain(parts).collect()
     }
 }
 
@@ -208,10 +226,15 @@ mod tests {
             let pixels = (0..width * height).map(|i| [i, i * i * 31, 7 * i].map(|k| k as u8));
             let image = ColourImage::new(width, height, pixels.collect()).unwrap();
             let window = Window { left: 5, top: 1, width: 4 * columns + 3, height: 12 };
-            let pyramid = Pyramid::new(&image, window).unwrap();
-            let [full, half, quarter] = pyramid.levels(&image);
-            assert_eq!([quarter.width, quarter.height], [columns, 3]);
-            for (above, below, left, top) in [(&half, &full, 5, 1), (&quarter, &half, 0, 0)] {
+            // Three rows of a quarter of the size are one row at an eighth, and none after it.
+            let pyramid = Pyramid::new(&image, window, 2).unwrap();
+            let levels = pyramid.levels(&image);
+            assert_eq!([levels[2].width, levels[2].height], [columns, 3]);
+            assert_eq!(levels.len(), if columns == 1 { 3 } else { 4 });
+            for (k, pair) in levels.windows(2).enumerate() {
+                let (below, above) = (&pair[0], &pair[1]);
+                assert_eq!(above.scale, below.scale / 2.0);
+                let (left, top) = if k == 0 { (5, 1) } else { (0, 0) };
                 let size = above.width * above.height;
                 for (x, y) in (0..size).map(|i| (i % above.width, i / above.width)) {
                     let four = [(0, 0), (1, 0), (0, 1), (1, 1)]
@@ -228,7 +251,7 @@ mod tests {
         let image = ColourImage::new(8, 8, vec![[0; 3]; 64]).unwrap();
         for (width, height) in [(3, 8), (8, 3), (1, 1)] {
             let window = Window { left: 0, top: 0, width, height };
-            assert!(Pyramid::new(&image, window).is_none());
+            assert!(Pyramid::new(&image, window, 0).is_none());
         }
     }
 

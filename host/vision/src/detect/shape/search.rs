@@ -3,7 +3,7 @@
 use super::decide::{Decider, screen};
 use super::parameters::SearchParameters;
 use super::propose::{Proposal, find_spheres, propose, sphere_at};
-use super::pyramid::Window;
+use super::pyramid::{QUARTER_LEVEL, Window};
 use super::refine::{Candidate, refine};
 use super::robust_fit::median;
 use super::trace::{CandidateTrace, SearchTrace};
@@ -35,7 +35,16 @@ pub(super) fn search(view: &FrameView, window: Window) -> SearchTrace {
     let parameters = &view.parameters.search;
     let mut search = Search { view, parameters, decider: Decider::new(view), trace };
     if !search.try_spheres() {
-        search.try_proposals();
+        // Balls that are too large for one level are looked for at the next one. With depth, balls
+        // of up to twice that size were found as spheres.
+        let least = if view.has_depth { QUARTER_LEVEL + 2 } else { QUARTER_LEVEL };
+        let last = view.levels.len() - 1;
+        for level in QUARTER_LEVEL..=if last < least { QUARTER_LEVEL } else { last } {
+            search.try_proposals(level);
+            if search.has_found() {
+                break;
+            }
+        }
     }
     search.trace
 }
@@ -62,22 +71,22 @@ impl Search<'_> {
         false
     }
 
-    /// Tries the proposals, the likeliest first, until one is certain, the budget is spent, or a
-    /// ball is found that is clearly likelier than the rest.
-    fn try_proposals(&mut self) {
-        let (odds, proposals) = propose(self.view);
+    /// Tries the proposals at `level`, the likeliest first, until one is certain, the budget is
+    /// spent, or a ball is found that is clearly likelier than the rest.
+    fn try_proposals(&mut self, level: usize) {
+        let (odds, mut proposals) = propose(self.view, &self.view.levels[level]);
+        self.trace.odds.push(odds);
         let budget = proposals.len().min(self.view.parameters.propose.max_judged);
-        (self.trace.odds, self.trace.proposals) = (Some(odds), proposals);
         let (mut judged, mut left) = (0, self.parameters.max_refined);
         // A place that is likely the ball ends the judging. If no ball is there, it goes on.
         while judged < budget && left > 0 {
-            let starts = self.starts(&mut judged, budget);
+            let starts = self.starts(&mut proposals[..budget], &mut judged);
             self.try_starts(&starts, &mut left);
             if self.has_found() {
                 break;
             }
         }
-        self.trace.left_out = self.trace.proposals.len() - judged;
+        self.trace.proposals.extend(proposals);
     }
 
     /// Refines at most `left` of `starts`, until one is certain, or a ball is found that is clearly
@@ -105,20 +114,20 @@ impl Search<'_> {
         self.trace.best().is_some_and(|best| best.score() >= self.parameters.min_score)
     }
 
-    /// Judges the proposals from the first one that is not `judged` yet, the most promising first,
-    /// until `budget` of them are judged, or one is so likely the ball that less promising ones
-    /// need no look. Returns where to refine them, the likeliest first.
-    fn starts(&self, judged: &mut usize, budget: usize) -> Vec<Start> {
+    /// Judges `proposals` from the first one that is not `judged` yet, the most promising first,
+    /// until all are judged, or one is so likely the ball that less promising ones need no look.
+    /// Returns where to refine them, the likeliest first.
+    fn starts(&self, proposals: &mut [Proposal], judged: &mut usize) -> Vec<Start> {
         let parameters = &self.view.parameters.propose;
-        let proposals = &self.trace.proposals[..budget];
         let least = proposals[*judged].log_odds - parameters.rival_log_odds;
         let mut starts: Vec<Start> = Vec::new();
-        for proposal in &proposals[*judged..] {
+        for proposal in &mut proposals[*judged..] {
             let is_rival = proposal.log_odds > least;
             if !is_rival && starts.iter().any(|start| start.log_odds > parameters.likely) {
                 break;
             }
             *judged += 1;
+            proposal.is_judged = true;
             starts.extend(self.start(proposal));
         }
         starts.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));

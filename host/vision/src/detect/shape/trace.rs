@@ -21,12 +21,11 @@ pub struct SearchTrace {
     pub window: Window,
     /// Propose: discs of the spheres in depth, the best first.
     pub spheres: Vec<Disc>,
-    /// Propose: log-odds of each place by the network; `None` if a sphere ended the search.
-    pub odds: Option<OddsMap>,
-    /// Propose: the places with the highest odds, the most promising first.
+    /// Propose: log-odds of each place by the network, at a quarter of the size and then at smaller
+    /// parts; none if a sphere ended the search.
+    pub odds: Vec<OddsMap>,
+    /// Propose: the places with the highest odds, for each size the most promising first.
     pub proposals: Vec<Proposal>,
-    /// Number of proposals, the least promising ones, that were not judged.
-    pub left_out: usize,
     /// Refine and decide: the candidates, in the order in which they were refined.
     pub candidates: Vec<CandidateTrace>,
     /// Index of the candidate with the highest score.
@@ -39,12 +38,16 @@ impl SearchTrace {
         Self {
             window,
             spheres: Vec::new(),
-            odds: None,
+            odds: Vec::new(),
             proposals: Vec::new(),
-            left_out: 0,
             candidates: Vec::new(),
             best: None,
         }
+    }
+
+    /// Returns the number of proposals that were not judged.
+    pub fn left_out(&self) -> usize {
+        self.proposals.iter().filter(|proposal| !proposal.is_judged).count()
     }
 
     /// Returns the candidate with the highest score.

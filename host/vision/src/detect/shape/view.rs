@@ -7,7 +7,7 @@ use nalgebra::Point3;
 
 use super::ball_colour::BallColour;
 use super::parameters::{SearchParameters, ShapeParameters};
-use super::pyramid::{Level, SMALLEST};
+use super::pyramid::{Level, QUARTER, QUARTER_LEVEL};
 use super::stretch::Stretch;
 use crate::camera::Intrinsics;
 use crate::depth_view::DepthView;
@@ -38,11 +38,11 @@ impl Disc {
 /// A frame, the ball that is looked for in it, and the parameters of the search.
 pub(super) struct FrameView<'a> {
     pub(super) colour: ColourView<'a>,
-    /// The colour image, and the window that is searched at a half and at a quarter of the size.
-    pub(super) levels: [Level<'a>; 3],
+    /// The colour image, and the window that is searched at half the size, at a quarter, and so on.
+    pub(super) levels: Vec<Level<'a>>,
     pub(super) depth: DepthView<'a>,
-    /// The raw depth in the middle of each pixel of the smallest level, row by row; 0 where it is
-    /// unknown.
+    /// The raw depth in the middle of each pixel at a quarter of the size, row by row; 0 where it
+    /// is unknown.
     pub(super) small_depth: Vec<u16>,
     /// Whether any of these depths is known.
     pub(super) has_depth: bool,
@@ -56,17 +56,22 @@ impl<'a> FrameView<'a> {
     /// `ball` is looked for.
     pub(super) fn new(
         frame: &'a RgbdFrame,
-        levels: [Level<'a>; 3],
+        levels: Vec<Level<'a>>,
         ball: BallColour,
         ball_radius: f64,
         parameters: &'a ShapeParameters,
     ) -> Self {
         let colour = ColourView::new(frame.colour(), frame.intrinsics(), ball);
         let depth = DepthView::new(frame);
-        let small_depth = small_depth(&depth, &levels[2]);
+        let small_depth = small_depth(&depth, &levels[QUARTER_LEVEL]);
         // One loop without an exit, which the processor runs over many depths at once.
         let has_depth = small_depth.iter().fold(0, |all, raw| all | raw) != 0;
         Self { colour, levels, depth, small_depth, has_depth, ball_radius, parameters }
+    }
+
+    /// Returns the window at a quarter of the size.
+    pub(super) fn quarter(&self) -> &Level<'a> {
+        &self.levels[QUARTER_LEVEL]
     }
 
     /// Returns the intrinsics of the frame.
@@ -109,7 +114,7 @@ impl<'a> FrameView<'a> {
     }
 }
 
-/// Returns the raw depth in the middle of each pixel of `level`, the smallest one.
+/// Returns the raw depth in the middle of each pixel of `level`, the one at a quarter of the size.
 fn small_depth(depth: &DepthView, level: &Level) -> Vec<u16> {
     let mut middles = vec![0; level.width * level.height];
     for (middles, raw) in middles.chunks_exact_mut(level.width).zip(middle_rows(depth, level)) {
@@ -118,22 +123,22 @@ fn small_depth(depth: &DepthView, level: &Level) -> Vec<u16> {
     middles
 }
 
-/// Returns the raw depths of the middle row of pixels of each row of `level`, the smallest one,
-/// from its first column on.
+/// Returns the raw depths of the middle row of pixels of each row of `level`, the one at a
+/// quarter of the size, from its first column on.
 pub(super) fn middle_rows<'a>(
     depth: &DepthView<'a>,
     level: &Level,
 ) -> impl Iterator<Item = &'a [u16]> {
     let (left, top) = (level.origin.0 as usize, level.origin.1 as usize);
-    let rows = (0..level.height).map(move |y| depth.row(top + SMALLEST * y + SMALLEST / 2));
+    let rows = (0..level.height).map(move |y| depth.row(top + QUARTER * y + QUARTER / 2));
     rows.map(move |row| row.get(left..).unwrap_or_default())
 }
 
-/// Writes the number in the middle of each [`SMALLEST`] numbers.
+/// Writes the number in the middle of each [`QUARTER`] numbers.
 #[multiversion(targets("x86_64+avx512f+avx512bw", "x86_64+avx2"))]
 fn read_middles(numbers: &[u16], middles: &mut [u16]) {
-    for (middle, numbers) in middles.iter_mut().zip(numbers.as_chunks::<SMALLEST>().0) {
-        *middle = numbers[SMALLEST / 2];
+    for (middle, numbers) in middles.iter_mut().zip(numbers.as_chunks::<QUARTER>().0) {
+        *middle = numbers[QUARTER / 2];
     }
 }
 

@@ -77,7 +77,7 @@ fn the_search_goes_on_if_a_likely_place_is_not_the_ball() {
     let mut detector = ShapeDetector::with_parameters(&camera(), parameters);
     let (found, trace) = detector.detect_traced(&scene.frame(0.0).unwrap());
     let search = &trace.searches[0];
-    assert_eq!((found, search.left_out), (None, 0));
+    assert_eq!((found, search.left_out()), (None, 0));
     let columns: Vec<f64> = search.candidates.iter().map(|place| place.start.u).collect();
     let is_refined = |column: f64| columns.iter().any(|u| (u - column).abs() < 10.0);
     assert!(is_refined(200.0) && is_refined(450.0), "{columns:?}");

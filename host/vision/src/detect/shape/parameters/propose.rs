@@ -20,6 +20,9 @@ pub struct ProposeParameters {
     pub min_log_odds_with_depth: f32,
     /// Least log-odds of a proposal in a frame without depth.
     pub min_log_odds_without_depth: f32,
+    /// Largest radius of a ball, pixels, that the network proposes at a quarter of the size. Larger
+    /// balls are looked for at an eighth of the size, and so on.
+    pub max_radius: f64,
     /// Largest number of proposals that are judged: the budget of a search. A busy picture has more
     /// red places than a room of `plumb bench vision`: docs/understand/detector.md has the figures.
     pub max_judged: usize,
@@ -44,6 +47,7 @@ impl ProposeParameters {
     pub const DEFAULT: Self = Self {
         min_log_odds_with_depth: -1.75,
         min_log_odds_without_depth: -2.25,
+        max_radius: 72.0,
         max_judged: 16,
         min_judged: -6.0,
         min_judged_again: -3.5,

@@ -6,13 +6,13 @@ use std::ops::Range;
 use multiversion::multiversion;
 
 use super::super::ball_colour::BallColour;
-use super::super::pyramid::SMALLEST;
+use super::super::pyramid::QUARTER;
 use super::super::view::{FrameView, middle_rows};
 use super::cell_rules::{Continuation, ReachRule};
 use crate::image::Bgr;
 
 /// Columns in a cell where the depth is read, in its middle row. The first one with depth counts.
-const COLUMNS: [usize; SMALLEST] = [2, 1, 3, 0];
+const COLUMNS: [usize; QUARTER] = [2, 1, 3, 0];
 
 /// Columns and rows from a cell to another.
 pub(super) type Step = (isize, isize);
@@ -35,11 +35,11 @@ pub(super) struct CellMap {
 
 impl CellMap {
     /// Pixels of the full image in a cell, in either direction.
-    pub(super) const FACTOR: f64 = SMALLEST as f64;
+    pub(super) const FACTOR: f64 = QUARTER as f64;
 
     /// Reads the cells of the window of `view`.
     pub(super) fn new(view: &FrameView) -> Self {
-        let level = &view.levels[2];
+        let level = view.quarter();
         // The depth of a cell that has no pixels of depth is unknown.
         let [mut likeness, mut depth, mut reach] =
             [0.0, f32::INFINITY, 0.0].map(|value| vec![value; level.pixels.len()]);
@@ -118,7 +118,7 @@ fn read_likeness(likeness: &mut [f32], pixels: &[Bgr], ball: BallColour) {
 /// middle row, 0 where they are unknown; `scale` is their units in a metre.
 #[multiversion(targets("x86_64+avx512f+avx512bw", "x86_64+avx2"))]
 fn read_depth(depth: &mut [f32], raw: &[u16], scale: f32) {
-    for (depth, pixels) in depth.iter_mut().zip(raw.as_chunks::<SMALLEST>().0) {
+    for (depth, pixels) in depth.iter_mut().zip(raw.as_chunks::<QUARTER>().0) {
         let raw = COLUMNS.iter().rev().fold(0, |raw, &column| match pixels[column] {
             0 => raw,
             known => known,

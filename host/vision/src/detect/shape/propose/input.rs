@@ -1,10 +1,12 @@
-//! Input of the proposer: a window of the frame at a quarter of the size.
+//! Input of the proposer: a window of the frame at a quarter of the size or less.
+
+use std::borrow::Cow;
 
 use multiversion::multiversion;
 
 use super::super::ball_colour::HueTurn;
 use super::super::network::Map;
-use super::super::pyramid::SMALLEST;
+use super::super::pyramid::Level;
 use super::super::view::FrameView;
 use crate::image::Bgr;
 
@@ -17,17 +19,17 @@ const EXPECTED_UNIT: f64 = 10.0;
 /// Distance of the middle of a ball's visible surface from its centre, in its radius.
 const SURFACE: f64 = 0.7;
 
-/// Returns the network's input for the window of `view`.
+/// Returns the network's input for `level` of `view`, one at a quarter of the size or less.
 ///
 /// The channels are red, green and blue from -1 to 1, turned so that the ball's hue is red, the
 /// radius that a ball has at the depth (0 where that is unknown), and whether the depth is known.
 /// Without depth the last two are missing.
-pub(super) fn network_input(view: &FrameView) -> Map {
-    let level = &view.levels[2];
+pub(super) fn network_input(view: &FrameView, level: &Level) -> Map {
     let columns = level.width.next_multiple_of(INPUT_STEP);
     let rows = level.height.next_multiple_of(INPUT_STEP);
     let mut input = Map::input(rows, columns, view.has_depth);
-    let (turn, expected_radius) = (view.colour.ball().turn_to_red(), ExpectedRadius::new(view));
+    let (turn, expected_radius) =
+        (view.colour.ball().turn_to_red(), ExpectedRadius::new(view, level));
     let [red, green, blue, expected, known] = input.channels_mut();
     for y in 0..rows {
         let row = y * columns..(y + 1) * columns;
@@ -37,10 +39,22 @@ pub(super) fn network_input(view: &FrameView) -> Map {
         read_colours(&level.pixels[line.clone()], &turn, planes);
         if view.has_depth && y < level.height {
             let rows = [&mut expected[row.clone()], &mut known[row]];
-            read_depths(&view.small_depth[line], &expected_radius, rows);
+            read_depths(&level_depths(view, level, y), &expected_radius, rows);
         }
     }
     input
+}
+
+/// Returns the raw depths in the middle of the pixels in row `y` of `level`.
+fn level_depths<'a>(view: &'a FrameView, level: &Level, y: usize) -> Cow<'a, [u16]> {
+    let quarter = view.quarter();
+    let step = (quarter.scale / level.scale) as usize;
+    let first = (y * step + step / 2) * quarter.width + step / 2;
+    let line = &view.small_depth[first..];
+    if step == 1 {
+        return Cow::Borrowed(&line[..level.width]);
+    }
+    line.iter().step_by(step).take(level.width).copied().collect()
 }
 
 /// Writes the turned colours of a line of pixels, from -1 to 1, to rows of red, green and blue. The
@@ -71,11 +85,10 @@ struct ExpectedRadius {
 }
 
 impl ExpectedRadius {
-    /// Makes the rule for the ball and the camera of `view`.
-    fn new(view: &FrameView) -> Self {
-        let unit = SMALLEST as f64 * EXPECTED_UNIT;
+    /// Makes the rule for the ball and the camera of `view` in pixels of `level`.
+    fn new(view: &FrameView, level: &Level) -> Self {
         Self {
-            numerator: (view.radius_at(1.0) / unit) as f32,
+            numerator: (view.radius_at(1.0) * level.scale / EXPECTED_UNIT) as f32,
             scale: view.intrinsics().depth_scale as f32,
             surface: (SURFACE * view.ball_radius) as f32,
         }

@@ -1,7 +1,7 @@
 //! Proposals: the places with the highest odds, the most promising first.
 
 use super::super::network::{CELL, Map, Networks, RADIUS_UNIT};
-use super::super::pyramid::SMALLEST;
+use super::super::pyramid::Level;
 use super::super::view::{Disc, FrameView};
 use super::input::network_input;
 
@@ -15,6 +15,8 @@ pub struct Proposal {
     pub disc: Disc,
     /// Its log-odds by the network.
     pub log_odds: f64,
+    /// Whether the screen judged it.
+    pub is_judged: bool,
 }
 
 /// Log-odds that the ball's centre is in a cell, for each cell of a window.
@@ -24,17 +26,16 @@ pub struct OddsMap {
     height: usize,
     /// First column and row of the window.
     origin: (f64, f64),
+    /// Pixels of the full image in a cell, in either direction.
+    side: f64,
     values: Vec<f32>,
 }
 
 impl OddsMap {
-    /// Pixels of the full image in a cell, in either direction.
-    pub const FACTOR: f64 = (CELL * SMALLEST) as f64;
-
     /// Returns the log-odds at column `u`, row `v` of the full image; `None` outside the window.
     pub fn at(&self, u: f64, v: f64) -> Option<f32> {
-        let x = (u + 0.5 - self.origin.0) / Self::FACTOR;
-        let y = (v + 0.5 - self.origin.1) / Self::FACTOR;
+        let x = (u + 0.5 - self.origin.0) / self.side;
+        let y = (v + 0.5 - self.origin.1) / self.side;
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
         inside.then(|| self.values[y as usize * self.width + x as usize])
     }
@@ -52,19 +53,21 @@ impl OddsMap {
     }
 }
 
-/// Returns the odds of each cell of the window of `view`, and the proposals.
-pub(in super::super) fn propose(view: &FrameView) -> (OddsMap, Vec<Proposal>) {
+/// Returns the odds of each cell of the window of `view`, and the proposals. The network reads it
+/// at `level`, a quarter of the size or less.
+pub(in super::super) fn propose(view: &FrameView, level: &Level) -> (OddsMap, Vec<Proposal>) {
     let parameters = &view.parameters.propose;
-    let head = Networks::get().proposer.apply(&network_input(view));
+    let head = Networks::get().proposer.apply(&network_input(view, level));
     let (width, height) = (head.columns * HEAD_CELLS, head.rows * HEAD_CELLS);
     let read = |quantity: usize, x: usize, y: usize| {
         let channel = (quantity * HEAD_CELLS + y % HEAD_CELLS) * HEAD_CELLS + x % HEAD_CELLS;
         head.at(channel, x / HEAD_CELLS, y / HEAD_CELLS)
     };
-    let origin = view.levels[2].origin;
-    let odds = OddsMap { width, height, origin, values: cells_of(&head) };
+    let (origin, pixel) = (level.origin, 1.0 / level.scale);
+    let side = CELL as f64 * pixel;
+    let odds = OddsMap { width, height, origin, side, values: cells_of(&head) };
     let full = |cell: usize, offset: f32, origin: f64| {
-        (cell as f64 + 0.5 + f64::from(offset)) * OddsMap::FACTOR - 0.5 + origin
+        (cell as f64 + 0.5 + f64::from(offset)) * side - 0.5 + origin
     };
     let least = if view.has_depth {
         parameters.min_log_odds_with_depth
@@ -77,8 +80,9 @@ pub(in super::super) fn propose(view: &FrameView) -> (OddsMap, Vec<Proposal>) {
         .map(|(x, y)| {
             let u = full(x, read(1, x, y), origin.0);
             let v = full(y, read(2, x, y), origin.1);
-            let radius = f64::from(read(3, x, y)).exp() * RADIUS_UNIT * SMALLEST as f64;
-            Proposal { disc: Disc { u, v, radius }, log_odds: f64::from(read(0, x, y)) }
+            let radius = f64::from(read(3, x, y)).exp() * RADIUS_UNIT * pixel;
+            let log_odds = f64::from(read(0, x, y));
+            Proposal { disc: Disc { u, v, radius }, log_odds, is_judged: false }
         })
         .collect();
     proposals.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
