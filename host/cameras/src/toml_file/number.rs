@@ -85,10 +85,22 @@ fn write_bound(f: &mut fmt::Formatter<'_>, bound: f64) -> fmt::Result {
 
 /// Number out of its range.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("{value:?} must be {range}")]
+#[error("{value:?} must be {range}{}", hint(*value, range))]
 pub struct NumberError {
     value: f64,
     range: Range,
+}
+
+/// Millimetres in a metre.
+const MILLIMETRES: f64 = 1000.0;
+
+/// Returns the end of a message about a number in a usual other unit; empty where it is in none.
+fn hint(value: f64, range: &Range) -> &'static str {
+    match range.unit {
+        "m" if range.contains(value / MILLIMETRES) => "; is it in millimetres?",
+        "1/m" if range.contains(value.recip()) => "; is it the size of a unit? Write its inverse",
+        _ => "",
+    }
 }
 
 /// Defines types of numbers with a range and a unit, which are checked when they are read.
@@ -197,6 +209,18 @@ mod tests {
         for x in [-100.0, -0.0, 100.0] {
             assert_eq!(Coordinate::try_from(x).map(Coordinate::get), Ok(x));
         }
+    }
+
+    #[test]
+    fn numbers_in_usual_other_units_are_named() {
+        let message = |range: &Range, value| range.check(value).unwrap_err().to_string();
+        let millimetres = message(&Coordinate::RANGE, 1737.0);
+        assert_eq!(millimetres, "1737.0 must be -100 to 100 m; is it in millimetres?");
+        assert_eq!(message(&Coordinate::RANGE, 1e9), "1000000000.0 must be -100 to 100 m");
+        assert!(message(&BallDiameter::RANGE, 80.0).ends_with("; is it in millimetres?"));
+        let scale = message(&DepthUnits::RANGE, 0.001);
+        assert!(scale.ends_with("1/m; is it the size of a unit? Write its inverse"), "{scale}");
+        assert_eq!(message(&Hue::RANGE, 400.0), "400.0 must be 0 to 360 degrees");
     }
 
     #[test]
