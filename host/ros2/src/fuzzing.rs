@@ -1,12 +1,11 @@
 //! Entrances for the fuzz targets in `tests/fuzz` to the messages of other nodes.
 
 use plumb_cameras::source::ros2::Ros2CameraSettings;
-use rustdds::RepresentationIdentifier;
-use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use serde::de::DeserializeOwned;
 
 use crate::camera::lens;
 use crate::camera::picture::{self, Picture};
+use crate::message::from_cdr;
 use crate::message::sensor::{CameraInfo, CompressedImage, Image};
 
 /// Topic in the messages of errors.
@@ -15,11 +14,7 @@ const TOPIC: &str = "/camera";
 /// Reads the CDR of a message in either byte order; `None` where it is none.
 fn read<M: DeserializeOwned>(bytes: &[u8]) -> Option<M> {
     let (first, bytes) = bytes.split_first()?;
-    let order = match first % 2 {
-        0 => RepresentationIdentifier::CDR_LE,
-        _ => RepresentationIdentifier::CDR_BE,
-    };
-    deserialize_from_cdr_with_rep_id(bytes, order).ok().map(|(message, _)| message)
+    from_cdr(bytes, first % 2 == 0)
 }
 
 /// Reads `bytes` as each message of a camera, and decodes it. The first byte chooses the byte

@@ -5,12 +5,9 @@ use plumb_frame::image::ImageSize;
 
 use crate::error::ImportError;
 
-/// Names of OpenCV's model with five coefficients: in ROS, and in kalibr, which has four.
-const KNOWN_MODELS: [&str; 2] = ["plumb_bob", "radtan"];
-/// Names of its extension to eight coefficients, the last three of which may be 0.
-const EXTENDED_MODELS: [&str; 1] = ["rational_polynomial"];
-/// Names for a lens without distortion.
-const NO_MODELS: [&str; 2] = ["none", ""];
+/// Names of OpenCV's model: in ROS, in kalibr, which has four coefficients, with eight, the last
+/// three of which may be 0, and for a lens without distortion.
+const MODELS: [&str; 5] = ["plumb_bob", "radtan", "rational_polynomial", "none", ""];
 
 /// Pinhole camera with the distortion of its lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,11 +56,8 @@ impl ImportedLens {
 /// # Errors
 /// [`ImportError::Model`] where it has another one and a distortion.
 pub(crate) fn check_model(model: &str, coefficients: &[f64]) -> Result<(), ImportError> {
-    let is_known = KNOWN_MODELS.contains(&model)
-        || EXTENDED_MODELS.contains(&model)
-        || NO_MODELS.contains(&model);
     let is_straight = coefficients.iter().all(|coefficient| *coefficient == 0.0);
-    if is_known || is_straight {
+    if MODELS.contains(&model) || is_straight {
         return Ok(());
     }
     Err(ImportError::Model { model: model.to_owned() })

@@ -55,7 +55,8 @@ pub(crate) fn read(file: &Map<String, Value>) -> Result<Imported, ImportError> {
     if first(file, &FISHEYE).is_some_and(|(_, value)| is_true(value)) {
         return Err(ImportError::Model { model: "fisheye".to_owned() });
     }
-    let pinhole = matrix(file, &MATRICES)?.1.pinhole(matrix(file, &MATRICES)?.0)?;
+    let (name, camera) = matrix(file, &MATRICES)?;
+    let pinhole = camera.pinhole(name)?;
     let (name, coefficients) = matrix(file, &COEFFICIENTS)?;
     let lens = ImportedLens::new(pinhole, &coefficients.numbers(name)?, size(file))?;
     let notes = first(file, &POSES).map(|(key, _)| {

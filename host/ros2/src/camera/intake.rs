@@ -14,7 +14,7 @@ use crate::network::Network;
 
 /// Parts of the names of topics with aligned depth: those of realsense-ros, and of image_pipeline
 /// and the drivers that follow it.
-pub(crate) const ALIGNED: [&str; 2] = ["aligned_depth_to_color", "depth_registered"];
+const ALIGNED: [&str; 2] = ["aligned_depth_to_color", "depth_registered"];
 
 /// Decoded pictures of one moment.
 #[derive(Debug)]
@@ -111,6 +111,11 @@ impl Intake {
     }
 }
 
+/// Returns whether a topic has the name of one with depth that is aligned to colour.
+pub(crate) fn is_aligned(topic: &str) -> bool {
+    ALIGNED.iter().any(|part| topic.contains(part))
+}
+
 /// Checks that colour and depth are in one coordinate frame, as depth is that is aligned to colour.
 /// A picture without a frame passes. `topic` is that of depth, and `topics` returns all with
 /// pictures.
@@ -127,12 +132,11 @@ pub(crate) fn check_frames(
     if colour.is_empty() || depth.is_empty() || colour == depth {
         return Ok(());
     }
-    let is_aligned = |topic: &String| ALIGNED.iter().any(|part| topic.contains(part));
     Err(Ros2CameraError::NotAligned {
         topic: topic.to_owned(),
         depth: depth.to_owned(),
         colour: colour.to_owned(),
-        aligned: topics().into_iter().filter(is_aligned).collect(),
+        aligned: topics().into_iter().filter(|topic| is_aligned(topic)).collect(),
     })
 }
 

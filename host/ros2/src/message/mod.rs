@@ -6,6 +6,9 @@ pub(crate) mod sensor;
 
 use plumb_frame::frame::SenderStamp;
 use ros2_client::MessageTypeName;
+use rustdds::RepresentationIdentifier;
+use rustdds::serialization::deserialize_from_cdr_with_rep_id;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Message with the name of its type.
@@ -19,6 +22,16 @@ pub(crate) trait TypedMessage {
     fn type_name() -> MessageTypeName {
         MessageTypeName::new(Self::PACKAGE, Self::NAME)
     }
+}
+
+/// Reads a message from the CDR of its fields; `None` where it is none. `is_little` says that the
+/// lower byte of a number comes first.
+pub(crate) fn from_cdr<M: DeserializeOwned>(fields: &[u8], is_little: bool) -> Option<M> {
+    let order = match is_little {
+        true => RepresentationIdentifier::CDR_LE,
+        false => RepresentationIdentifier::CDR_BE,
+    };
+    deserialize_from_cdr_with_rep_id(fields, order).ok().map(|(message, _)| message)
 }
 
 /// `builtin_interfaces/Time`: time on the system clock.

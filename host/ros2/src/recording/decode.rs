@@ -1,14 +1,13 @@
 //! Messages of a camera from their bytes.
 
 use prost::Message as _;
-use rustdds::RepresentationIdentifier;
-use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use serde::de::DeserializeOwned;
 
 use super::error::McapError;
 use super::foxglove::{CameraCalibration, CompressedPicture, RawImage};
 use super::reader::{Channel, Message};
 use crate::camera::picture::Picture;
+use crate::message::from_cdr;
 use crate::message::sensor::CameraInfo;
 
 /// Bytes before the fields of a message of ROS 2: the kind of CDR, and options (RTPS, section 10).
@@ -102,10 +101,8 @@ impl Message {
 /// Reads a message of ROS 2; `None` where the bytes are none.
 fn cdr<M: DeserializeOwned>(data: &[u8]) -> Option<M> {
     let (header, fields) = data.split_at_checked(CDR_HEADER)?;
-    let order = match header[1] {
-        0 => RepresentationIdentifier::CDR_BE,
-        1 => RepresentationIdentifier::CDR_LE,
-        _ => return None,
-    };
-    deserialize_from_cdr_with_rep_id(fields, order).ok().map(|(message, _)| message)
+    match header[1] {
+        order @ (0 | 1) => from_cdr(fields, order == 1),
+        _ => None,
+    }
 }

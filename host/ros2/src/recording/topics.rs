@@ -8,7 +8,7 @@ use plumb_cameras::source::ros2::Ros2CameraSettings;
 use super::decode::Kind;
 use super::error::McapError;
 use super::reader::Channel;
-use crate::camera::intake::ALIGNED;
+use crate::camera::intake::is_aligned;
 use crate::camera::picture::DEPTH_SCALE;
 
 /// Parts of the names of topics that are not colour.
@@ -49,8 +49,7 @@ impl Topics {
             .collect();
         let is_other = |it: &&&Arc<Channel>| has_part(&it.topic, &OTHERS);
         let colours = pictures.iter().filter(|it| !is_other(it)).copied().collect();
-        let aligned = |it: &&&Arc<Channel>| has_part(&it.topic, &ALIGNED);
-        let depths = pictures.iter().filter(aligned).copied().collect();
+        let depths = pictures.iter().filter(|it| is_aligned(&it.topic)).copied().collect();
         let colour = one(path, "colour", "colour", &settings.colour, colours)?
             .ok_or_else(|| McapError::NoColour { path: path.to_owned(), topics: listed() })?;
         let depth = match settings.depth_topic() {

@@ -50,13 +50,10 @@ pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>
     findings
 }
 
-/// Returns what is not plausible about the text of a camera file for the camera of `rig`: its
-/// lens, and what it would see of the workspace. The file is not read. Nothing where the text has
-/// an error.
-pub fn implausible(rig: &Rig, text: &str) -> Vec<Finding> {
-    let file = &rig.camera.file;
-    let Ok(camera) = camera_file::parse(file, text) else { return Vec::new() };
-    view::findings(&Document::new(file, text, camera_file::REFERENCE), &camera, rig)
+/// Returns what is not plausible about `camera`, which a camera file with this `text` describes, as
+/// the camera of `rig`: its lens, and what it would see of the workspace. The file is not read.
+pub fn implausible(rig: &Rig, text: &str, camera: &Camera) -> Vec<Finding> {
+    view::findings(&Document::new(&rig.camera.file, text, camera_file::REFERENCE), camera, rig)
 }
 
 /// Checks a rig file and its camera file, both without errors, together: what the camera would see,
@@ -66,7 +63,7 @@ fn together(path: &Path, text: &str, simulation: SimulationCheck<'_>) -> Vec<Fin
     let file = &rig.camera.file;
     let Ok(camera_text) = read_text(file, MAX_BYTES) else { return Vec::new() };
     let Ok(camera) = camera_file::parse(file, &camera_text) else { return Vec::new() };
-    let mut findings = implausible(&rig, &camera_text);
+    let mut findings = implausible(&rig, &camera_text, &camera);
     findings.extend(simulated(&Document::new(path, text, REFERENCE), &rig, &camera, simulation));
     findings
 }

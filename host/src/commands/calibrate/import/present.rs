@@ -61,8 +61,8 @@ pub(in super::super) fn import(
         }
         Content::Pose(pose) => ("pose", with_pose(old, &pose.pose, &comment)?),
     };
-    camera_file::parse(camera_file.path, &text)?;
-    let findings = implausible(rig, &text).iter().map(ToString::to_string).collect();
+    let new = camera_file::parse(camera_file.path, &text)?;
+    let findings = implausible(rig, &text, &new).iter().map(ToString::to_string).collect();
     let mut report = Report::new(&imported, content, findings);
     report.tell(&imported.content, options.import_size);
     let old_file = OldFile { path: camera_file.path, text: old };
