@@ -1,29 +1,52 @@
-//! Requests and their answers: a request is repeated, with the same id, until its answer comes or
-//! time is up.
-//!
-//! That is safe for every command: the board carries one out once, and answers as often as it is
-//! asked ([`plumb_protocol`], order, loss and duplicates).
+//! Commands on their way to the board, and requests that wait for an answer.
 
 use plumb_protocol::message::BoardHello;
 
+use super::commands::{Entry, GoalNumber, Purpose};
 use super::*;
 
 /// Longest wait for a board that has lost the session to report the cause, or its state.
 const CAUSE_TIMEOUT: Duration = Duration::from_millis(400);
 
 impl<T: Transport> Link<T> {
-    /// Sends a new command without waiting. Returns its id.
+    /// Sends a new command without waiting, whose answer counts for nothing. Returns its id.
     pub(super) fn post(&mut self, command: Command) -> Result<u16, LinkError> {
-        let id = self.new_id();
+        let id = self.commands.new_id();
         self.send(id, command)?;
         Ok(id)
     }
 
-    /// Returns the next id, never 0: the board answers a command that it cannot read with 0.
-    fn new_id(&mut self) -> u16 {
-        let id = self.next_id;
-        self.next_id = id.checked_add(1).unwrap_or(1);
-        id
+    /// Sends a new command without waiting, which stands in the table until its answer comes.
+    /// Returns its id.
+    pub(super) fn post_awaited(
+        &mut self,
+        command: Command,
+        purpose: Purpose,
+        goal: Option<GoalNumber>,
+    ) -> Result<u16, LinkError> {
+        let id = self.commands.add(command, purpose, goal, self.transport.now());
+        self.send(id, command)?;
+        Ok(id)
+    }
+
+    /// Sends the commands again that are due.
+    ///
+    /// # Errors
+    /// Where the answer to one has not come in time, or the link is lost.
+    pub(super) fn repeat_commands(&mut self) -> Result<(), LinkError> {
+        let now = self.transport.now();
+        while let Some(Entry { purpose, .. }) = self.commands.take_expired(now) {
+            // A later part replaces a lost one; a fault is the cause, and is reported as such.
+            let is_needless = self.is_destination_accepted() || self.fault.is_some();
+            if purpose != Purpose::Path || !is_needless {
+                return Err(self.silent(purpose.name(), purpose.timeout()));
+            }
+        }
+        while let Some(Entry { id, command, purpose, .. }) = self.commands.take_due(now) {
+            debug!(id, "no answer from the board: sending {} again", purpose.name());
+            self.send(id, command)?;
+        }
+        Ok(())
     }
 
     pub(super) fn send(&mut self, id: u16, command: Command) -> Result<(), LinkError> {
@@ -168,25 +191,15 @@ impl<T: Transport> Link<T> {
         timeout: Duration,
         wanted: impl Fn(u16, &FromBoard) -> Option<R>,
     ) -> Result<R, LinkError> {
-        let id = self.new_id();
-        let deadline = self.transport.now() + timeout;
+        let id = self.post_awaited(command, Purpose::Request { name: what, timeout }, None)?;
         loop {
-            self.send(id, command)?;
-            let repeat = deadline.min(self.transport.now() + REPEAT_AFTER);
-            loop {
-                let left = repeat.saturating_sub(self.transport.now());
-                if left.is_zero() {
-                    break;
-                }
-                let messages = self.listen(left.min(POLL_INTERVAL))?;
-                if let Some(found) = messages.iter().find_map(|message| wanted(id, message)) {
-                    return Ok(found);
-                }
+            let left = self.commands.time_left(self.transport.now());
+            let messages = self.listen(left.min(POLL_INTERVAL))?;
+            if let Some(found) = messages.iter().find_map(|message| wanted(id, message)) {
+                self.commands.take(id);
+                return Ok(found);
             }
-            if self.transport.now() >= deadline {
-                return Err(self.silent(what, timeout));
-            }
-            debug!(id, "no answer from the board: sending {what} again");
+            self.repeat_commands()?;
         }
     }
 

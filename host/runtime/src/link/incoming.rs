@@ -2,6 +2,7 @@
 
 use tracing::trace;
 
+use super::commands::{Entry, Purpose};
 use super::*;
 
 /// Bytes that one poll takes in at most: 20 s of telemetry.
@@ -84,12 +85,7 @@ impl<T: Transport> Link<T> {
             // Its own report may be lost.
             self.note_fault(fault);
         }
-        if let Some(request) = &mut self.target {
-            request.note_telemetry(telemetry);
-        }
-        if let Some(path) = &mut self.path {
-            path.note_telemetry(telemetry);
-        }
+        self.note_destination_telemetry(telemetry);
         self.note_target_in_force(telemetry);
     }
 
@@ -105,9 +101,7 @@ impl<T: Transport> Link<T> {
     fn note_answer(&mut self, answer: &Answer) {
         self.clock.update(answer.time, self.transport.now(), false);
         let of_position = answer.refusal.is_some() && self.monitor.refused(answer.id);
-        let of_target = self.target.is_some_and(|request| request.is_answered_by(answer));
-        let of_path = self.path.as_ref().is_some_and(|path| path.has(answer.id));
-        let of_submission = self.note_reply(answer);
+        let entry = self.take_answered(answer.id);
         self.refused_positions += u32::from(of_position);
         if let Some(refusal) = answer.refusal {
             if of_position && refusal == Refusal::PositionStale {
@@ -120,19 +114,32 @@ impl<T: Transport> Link<T> {
                 debug!(id = answer.id, %refusal, "the board refused a command");
             }
         }
-        if (of_position || of_target || of_path || of_submission)
+        if (of_position || entry.is_some())
             && matches!(answer.refusal, Some(Refusal::NotGreeted | Refusal::Unconfigured))
         {
             self.monitor.forgotten();
         }
-        if let Some(fault) = self.path.as_mut().and_then(|path| path.note_answer(answer)) {
-            self.note_fault(fault);
+        if let Some(entry) = entry {
+            self.note_outcome(&entry, answer);
         }
-        if let Some(request) = &mut self.target {
-            request.note_answer(answer);
-            if let Some(Refusal::Faulted(fault)) = request.refusal() {
-                self.note_fault(fault);
-            }
+    }
+
+    /// Removes and returns the command `id` from the table, which was answered; `None` where a
+    /// function waits for the answer, or nothing does any more.
+    fn take_answered(&mut self, id: u16) -> Option<Entry> {
+        let entry = self.commands.get(id)?;
+        if matches!(entry.purpose, Purpose::Request { .. }) {
+            return None;
+        }
+        self.commands.take(id)
+    }
+
+    /// Takes in the answer to a command of the table.
+    fn note_outcome(&mut self, entry: &Entry, answer: &Answer) {
+        match entry.purpose {
+            Purpose::Request { .. } => {}
+            Purpose::Target | Purpose::Path => self.note_destination_answer(answer.refusal),
+            Purpose::Operator => self.note_reply(entry, answer),
         }
     }
 }

@@ -1,22 +1,22 @@
 //! Link to the board: connects, configures the board, sends positions, and receives telemetry.
 //!
-//! Frames may be lost or late. A request is repeated with its id until its answer comes
-//! (`exchange.rs`), a target until telemetry names it. Telemetry counts only where it names this
-//! link's configuration; about a target it counts only where it names that target. [`Link::poll`]
-//! fails once the board is silent, lags or has restarted.
+//! Frames may be lost or late. A command is repeated with its id until its answer comes
+//! (`commands.rs`), a target also until telemetry names it. Telemetry counts only where it names
+//! this link's configuration; about a target it counts only where it names that target.
+//! [`Link::poll`] fails once the board is silent, lags or has restarted.
 
 mod board_clock;
+mod commands;
+mod destination;
 mod error;
 mod evidence;
 mod exchange;
-mod follow;
 mod incoming;
 mod monitor;
 mod port_users;
 mod rest;
 mod service;
 mod submission;
-mod target;
 mod transport;
 
 use std::time::Duration;
@@ -33,15 +33,14 @@ use tracing::{debug, info};
 
 use crate::board_fault::BoardFault;
 use board_clock::BoardClock;
+use commands::{CommandTable, GoalNumber, Purpose};
+use destination::Destination;
 pub use error::{Damage, LinkError};
 use evidence::Evidence;
-use follow::PathRequest;
 use monitor::{LinkMonitor, Problem};
 pub use port_users::{PortUser, PortUsers};
 use rest::{JogUnderWay, RampDown};
 pub use submission::Reply;
-use submission::Submission;
-use target::TargetRequest;
 pub use transport::{Serial, Transport, boards};
 
 /// Timeout of a request. A board answers within this time even over a link that loses a quarter of
@@ -63,7 +62,8 @@ const KEEP_ALIVE: Duration = Duration::from_millis(50);
 pub struct Link<T> {
     transport: T,
     accumulator: Accumulator,
-    next_id: u16,
+    /// Commands that wait for their answers.
+    commands: CommandTable,
     sequence: u16,
     /// Id of the Configure command in force.
     configuration: Option<u16>,
@@ -72,15 +72,14 @@ pub struct Link<T> {
     /// When the board carried it out, or cleared its last fault, on the board's clock. Earlier
     /// telemetry is ignored.
     configured: Micros,
-    target: Option<TargetRequest>,
-    /// Path that the board follows; in place of a target.
-    path: Option<PathRequest>,
-    /// Number of the last message of a path.
+    /// Target or path that the board was asked for last.
+    destination: Option<Destination>,
+    /// Number of the last goal.
+    goal: GoalNumber,
+    /// Number of the last part of a path.
     references: u16,
     /// The last jog.
     jog: Option<JogUnderWay>,
-    /// Command that was submitted and not answered.
-    submission: Option<Submission>,
     /// Answer to the last submitted command.
     reply: Option<Reply>,
     telemetry: Option<Telemetry>,
@@ -113,16 +112,15 @@ impl<T: Transport> Link<T> {
         let mut link = Self {
             transport,
             accumulator: Accumulator::new(),
-            next_id: 1,
+            commands: CommandTable::default(),
             sequence: 0,
             configuration: None,
             config: None,
             configured: Micros(0),
-            target: None,
-            path: None,
+            destination: None,
+            goal: GoalNumber::default(),
             references: 0,
             jog: None,
-            submission: None,
             reply: None,
             telemetry: None,
             fault: None,
@@ -176,7 +174,8 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where the link fails, or the motors do not come to rest in the time that their ramp takes.
     pub fn stop(&mut self) -> Result<(), LinkError> {
-        (self.target, self.path, self.submission) = (None, None, None);
+        self.leave_destination();
+        self.commands.give_up(Purpose::Operator);
         debug!("stopping the motors");
         self.request("the request to stop", Command::Stop)?;
         let mut ramp = RampDown::begin(self.transport.now());
@@ -228,8 +227,8 @@ impl<T: Transport> Link<T> {
         self.sequence
     }
 
-    /// Handles the messages that have arrived, without waiting, and repeats a target or a submitted
-    /// command that the board has not answered.
+    /// Handles the messages that have arrived, without waiting, and repeats the commands that the
+    /// board has not answered.
     ///
     /// # Errors
     /// Where the link is lost, the board has fallen silent, lags behind, has restarted, was greeted
@@ -237,11 +236,9 @@ impl<T: Transport> Link<T> {
     /// path, or does not answer a command.
     pub fn poll(&mut self) -> Result<(), LinkError> {
         self.listen(Duration::ZERO)?;
-        self.repeat_target()?;
-        self.repeat_submission()?;
+        self.repeat_commands()?;
         self.check_monitor()?;
-        self.check_target()?;
-        self.check_path()
+        self.check_destination()
     }
 
     /// Asks for the board's state if nothing was sent for 50 ms: a camera that delivers

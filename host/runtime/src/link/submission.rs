@@ -1,16 +1,7 @@
-//! Commands that are submitted without waiting for their answer: repeated until it comes.
+//! Commands that are submitted without waiting for their answer.
 
-use super::target::TargetRequest;
+use super::commands::{Entry, Purpose};
 use super::*;
-
-/// Command without an answer so far.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Submission {
-    id: u16,
-    command: Command,
-    first_sent: Duration,
-    last_sent: Duration,
-}
 
 /// Answer of the board to a submitted command: `Err` with the reason of its refusal.
 pub type Reply = Result<(), Refusal>;
@@ -27,12 +18,11 @@ impl<T: Transport> Link<T> {
     pub fn submit(&mut self, command: Command) -> Result<(), LinkError> {
         if matches!(command, Command::Stop) {
             // A target that is repeated after a Stop would move the ball again.
-            (self.target, self.path) = (None, None);
+            self.leave_destination();
         }
-        let (id, now) = (self.post(command)?, self.transport.now());
+        self.commands.give_up(Purpose::Operator);
         self.reply = None;
-        self.submission = Some(Submission { id, command, first_sent: now, last_sent: now });
-        Ok(())
+        self.post_awaited(command, Purpose::Operator, None).map(drop)
     }
 
     /// Returns the answer to the command that was submitted last, once.
@@ -43,71 +33,46 @@ impl<T: Transport> Link<T> {
     /// Returns whether an answer is due. A command that is submitted meanwhile replaces the one
     /// without an answer.
     pub fn is_answer_due(&self) -> bool {
-        self.submission.is_some() || self.target.is_some_and(|request| request.is_unanswered())
+        self.commands.has(Purpose::Operator) || self.commands.has(Purpose::Target)
     }
 
-    /// Sends the submitted command again where it is due.
-    ///
-    /// # Errors
-    /// Where no answer has come in time, or the link is lost.
-    pub(super) fn repeat_submission(&mut self) -> Result<(), LinkError> {
-        let now = self.transport.now();
-        let Some(submission) = &mut self.submission else { return Ok(()) };
-        if now.saturating_sub(submission.first_sent) > ANSWER_TIMEOUT {
-            return Err(self.silent("a command of the operator", ANSWER_TIMEOUT));
-        }
-        if now.saturating_sub(submission.last_sent) > REPEAT_AFTER {
-            submission.last_sent = now;
-            let (id, command) = (submission.id, submission.command);
-            debug!(id, "no answer from the board: sending the command again");
-            self.send(id, command)?;
-        }
-        Ok(())
-    }
-
-    /// Takes in an answer. Returns whether it is to the submitted command.
-    pub(super) fn note_reply(&mut self, answer: &Answer) -> bool {
-        let Some(submission) = self.submission.filter(|submission| submission.id == answer.id)
-        else {
-            return false;
-        };
+    /// Takes in the answer to the submitted command `entry`.
+    pub(super) fn note_reply(&mut self, entry: &Entry, answer: &Answer) {
         match answer.refusal {
-            None => self.accepted(submission, answer.time),
+            None => self.note_carried_out(entry, answer.time),
             Some(refusal) => {
                 if let Refusal::Faulted(fault) = refusal {
                     self.note_fault(fault);
                 }
-                (self.submission, self.reply) = (None, Some(Err(refusal)));
+                self.reply = Some(Err(refusal));
             }
         }
-        true
     }
 
     /// Takes in telemetry: where it names the submitted Target or Hold, the board has accepted it.
     pub(super) fn note_target_in_force(&mut self, telemetry: &Telemetry) {
-        let is_named = |submission: &Submission| telemetry.target == Some(submission.id);
-        if let Some(submission) = self.submission.filter(is_named) {
-            self.accepted(submission, telemetry.time);
+        let Some(id) = telemetry.target else { return };
+        if self.commands.get(id).is_some_and(|entry| entry.purpose == Purpose::Operator)
+            && let Some(entry) = self.commands.take(id)
+        {
+            self.note_carried_out(&entry, telemetry.time);
         }
     }
 
-    /// Notes that the board carried the submitted command out, at `time` on its clock or before.
-    fn accepted(&mut self, submission: Submission, time: Micros) {
-        match submission.command {
-            Command::Target(_) | Command::Hold => {
-                self.path = None;
-                self.target = Some(TargetRequest::accepted(submission.id, submission.first_sent));
-            }
+    /// Notes that the board carried a submitted command out, at `time` on its clock or before.
+    fn note_carried_out(&mut self, entry: &Entry, time: Micros) {
+        match entry.command {
+            Command::Target(_) | Command::Hold => self.note_new_target(entry.id),
             // Telemetry and reports of the time before have the old fault.
             Command::ClearFault => {
                 self.configured = time;
                 if self.fault.take().is_some() {
                     // The board has no target. One that was refused for the fault is no failure.
-                    (self.target, self.path) = (None, None);
+                    self.leave_destination();
                 }
             }
             _ => {}
         }
-        (self.submission, self.reply) = (None, Some(Ok(())));
+        self.reply = Some(Ok(()));
     }
 }
