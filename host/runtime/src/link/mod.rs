@@ -18,6 +18,7 @@ mod rest;
 mod service;
 mod submission;
 mod transport;
+mod view;
 
 use std::time::Duration;
 
@@ -42,6 +43,9 @@ pub use port_users::{PortUser, PortUsers};
 use rest::{JogUnderWay, RampDown};
 pub use submission::Reply;
 pub use transport::{Serial, Transport, boards};
+pub(crate) use view::LinkView;
+#[cfg(test)]
+pub(crate) use view::Subject;
 
 /// Timeout of a request. A board answers within this time even over a link that loses a quarter of
 /// the frames.

@@ -1,17 +1,15 @@
 //! A run: connects to the board, configures it, and drives the ball through a list of targets.
 
 mod control_loop;
+mod core;
 mod error;
 mod event_log;
-mod followed;
+mod goal;
 mod legs;
-mod operated;
-mod parts;
 mod path;
+mod reached;
 mod repetition;
-mod sent_positions;
 mod targets;
-mod view;
 mod waypoint;
 
 use plumb_protocol::config::{Config, Workspace};
@@ -19,18 +17,18 @@ use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
 use tracing::info;
 
+use self::core::{RunCore, Settings};
 use crate::board_fault::BoardFault;
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, LinkError, Serial, Transport};
 use crate::rig::{MotionRules, Rig};
 pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
-use crate::summary::{RunStats, millimetres, round};
+use crate::summary::{millimetres, round};
 use crate::targets::TargetSource;
 use control_loop::ControlLoop;
+pub use control_loop::{DEFAULT_TIMEOUT, RunParts};
 pub use error::{ControlLoopError, RunError};
-use legs::EndedLegs;
-pub use parts::{DEFAULT_TIMEOUT, RunParts};
 use path::PathDrive;
 pub use path::{PathPlan, PathPlanError, PathSummary, Spread, Spreads};
 pub use repetition::RepeatedPicture;
@@ -40,6 +38,9 @@ pub use targets::{TargetUse, TargetsSummary};
 use waypoint::Route;
 pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
 
+/// Source of targets that move.
+type BoxedTargets = Box<dyn TargetSource>;
+
 /// A run that is ready to begin: the board is connected and configured, and its motors stand still.
 pub struct Run<T> {
     link: Link<T>,
@@ -47,7 +48,7 @@ pub struct Run<T> {
     /// Path that follows the route.
     path: Option<PathPlan>,
     /// Source of targets that move, and what they are for.
-    targets: Option<(Box<dyn TargetSource>, TargetUse)>,
+    targets: Option<(BoxedTargets, TargetUse)>,
     rules: MotionRules,
     /// Largest speed of a reference, m/s.
     max_speed: f64,
@@ -93,12 +94,6 @@ struct Ending {
     reason: StopReason,
     /// Message of the error that broke the run after a fault.
     failure: Option<String>,
-}
-
-/// How the ball followed what moved.
-struct Followed {
-    path: Option<PathSummary>,
-    targets: Option<TargetsSummary>,
 }
 
 impl<T: Transport> Run<T> {
@@ -199,17 +194,13 @@ impl<T: Transport> Run<T> {
             return Err(RunError::NotLive);
         }
         info!(law = self.law, timeout_s = parts.timeout, "beginning the run");
-        let targets = self.target_drive(&mut parts);
+        let (source, targets) = self.target_drive(&mut parts).unzip();
         let repetition = RepetitionDetector::new(self.following_turn);
-        let (link, route, rules) = (&mut self.link, &self.route, &self.rules);
-        let mut control = ControlLoop::new(&mut parts, link, self.radius, rules, repetition, route);
-        control.path = self.path.take().map(PathDrive::new);
-        control.targets = targets;
+        let core = RunCore::new(self.settings(&parts), &self.route, self.path.take(), targets);
+        let mut control = ControlLoop::new(&mut parts, &mut self.link, core, source, repetition);
         let result = control.run();
-        let ControlLoop { legs, stats, path, targets, .. } = control;
-        let path = path.and_then(|path| path.summary());
-        let targets = targets.and_then(|targets| targets.summary());
-        let reached = result.is_ok() && legs.all_reached();
+        let core = control.into_core();
+        let reached = result.is_ok() && core.legs.all_reached();
         let fault = result.as_ref().ok().and_then(StopReason::fault);
         let (result, at_rest) = come_to_rest(&mut self.link, result);
         let reason = match &result {
@@ -219,8 +210,7 @@ impl<T: Transport> Run<T> {
         let failure = result.as_ref().err().filter(|_| reason.fault().is_some());
         let failure = failure.map(|error| ErrorChain(error).to_string());
         let ending = Ending { reached, at_rest, reason, failure };
-        let followed = Followed { path, targets };
-        let summary = self.summary(&parts, &stats, legs.into_ended(), followed, ending);
+        let summary = self.summary(&parts, core, ending);
         info!(
             ending = %summary.ending,
             time_s = summary.time_s,
@@ -240,30 +230,36 @@ impl<T: Transport> Run<T> {
         }
     }
 
-    /// Returns the drive after targets that move, where a source of them was set or there is an
-    /// operator.
-    fn target_drive(&mut self, parts: &mut RunParts<'_>) -> Option<TargetDrive> {
+    /// Returns the settings of the run's core.
+    fn settings(&self, parts: &RunParts<'_>) -> Settings {
+        Settings {
+            radius: self.radius,
+            rules: self.rules.clone(),
+            timeout: parts.timeout,
+            is_operated: parts.operator.is_some(),
+        }
+    }
+
+    /// Returns the source of targets that move, and the drive after them, where a source was set or
+    /// there is an operator.
+    fn target_drive(&mut self, parts: &mut RunParts<'_>) -> Option<(BoxedTargets, TargetDrive)> {
         let of_operator = || {
             let targets = parts.operator.as_mut()?.take_targets()?;
-            Some((Box::new(targets) as Box<dyn TargetSource>, TargetUse::Steering))
+            Some((Box::new(targets) as BoxedTargets, TargetUse::Steering))
         };
         let (source, usage) = self.targets.take().or_else(of_operator)?;
         let Self { workspace, max_speed, radius, .. } = *self;
         let rules = TargetRules { motion: self.rules.clone(), workspace, max_speed, radius };
-        Some(TargetDrive::new(source, usage, rules))
+        Some((source, TargetDrive::new(usage, rules)))
     }
 
     /// Returns the summary of a run that ended.
-    fn summary(
-        &self,
-        parts: &RunParts<'_>,
-        stats: &RunStats,
-        legs: EndedLegs,
-        followed: Followed,
-        ending: Ending,
-    ) -> Summary {
-        let (count, targets_reached) = (legs.count(), legs.reached());
-        let legs = legs.into_kept();
+    fn summary(&self, parts: &RunParts<'_>, core: RunCore, ending: Ending) -> Summary {
+        let stats = core.stats;
+        let path = core.path().and_then(PathDrive::summary);
+        let targets = core.targets.as_ref().and_then(TargetDrive::summary);
+        let (count, targets_reached) = (core.legs.count(), core.legs.reached());
+        let legs = core.legs.into_kept();
         Summary {
             reached: ending.reached,
             law: self.law,
@@ -274,8 +270,8 @@ impl<T: Transport> Run<T> {
             targets_reached,
             legs_left_out: (count - legs.len()) as u64,
             legs,
-            path: followed.path,
-            targets: followed.targets,
+            path,
+            targets,
             at_rest: ending.at_rest,
             located: stats.located,
             lost: stats.lost,

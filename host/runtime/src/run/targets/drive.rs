@@ -1,4 +1,4 @@
-//! Drive after a target that moves.
+//! Drive after a target that moves: what has come from its source, and the messages to the board.
 
 use nalgebra::{Point3, Vector3};
 use plumb_path::tracker::{Course, TargetTracker};
@@ -11,9 +11,9 @@ use super::summary::TargetsSummary;
 use crate::observer::{PathPoint, TargetsEvent};
 use crate::reference::{keep_inside, reference};
 use crate::rig::{MotionError, MotionRules};
+use crate::run::core::SentPosition;
 use crate::run::path::{Deviations, LEAST_PERIOD_S};
-use crate::run::sent_positions::SentPosition;
-use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, TargetSource, TimedTarget};
+use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, TimedTarget};
 
 /// Time without a target after which the run says so, seconds.
 const PAUSE_S: f64 = 1.0;
@@ -35,7 +35,7 @@ const NEAR_M: f64 = 0.04;
 /// Speed below which a target rests, m/s.
 const REST_SPEED: f64 = 1e-4;
 /// Distance within which a place is the same, metres.
-pub(super) const REST_M: f64 = 1e-4;
+pub(in crate::run) const REST_M: f64 = 1e-4;
 
 /// What targets that move are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +59,6 @@ pub(crate) struct TargetRules {
 
 /// Drive after a target that moves. Times are in seconds on the clock of the pictures.
 pub(crate) struct TargetDrive {
-    source: Box<dyn TargetSource>,
     usage: TargetUse,
     rules: TargetRules,
     tracker: TargetTracker,
@@ -69,8 +68,6 @@ pub(crate) struct TargetDrive {
     motion: MotionId,
     /// Newest motion that a command has ended.
     cancelled: Option<MotionId>,
-    /// Whether the board follows, as far as known.
-    is_following: bool,
     /// Whether nothing more will come from the source.
     has_ended: bool,
     /// Zero of the path's time.
@@ -103,16 +100,14 @@ struct Counts {
 }
 
 impl TargetDrive {
-    pub(crate) fn new(source: Box<dyn TargetSource>, usage: TargetUse, rules: TargetRules) -> Self {
+    pub(crate) fn new(usage: TargetUse, rules: TargetRules) -> Self {
         Self {
-            source,
             usage,
             tracker: TargetTracker::new(rules.max_speed),
             rules,
             course: None,
             motion: MotionId::default(),
             cancelled: None,
-            is_following: false,
             has_ended: false,
             zero: None,
             last_sent: None,
@@ -128,8 +123,8 @@ impl TargetDrive {
     }
 
     /// Takes what has come until `now`. Returns what happened.
-    pub(crate) fn take(&mut self, now: f64) -> Vec<TargetsEvent> {
-        let Arrivals { targets, problems, left_out, has_ended } = self.source.take(now);
+    pub(crate) fn take(&mut self, arrivals: Arrivals, now: f64) -> Vec<TargetsEvent> {
+        let Arrivals { targets, problems, left_out, has_ended } = arrivals;
         self.counts.source = left_out;
         let mut events: Vec<_> = problems.into_iter().map(TargetsEvent::LeftOut).collect();
         for target in targets {
@@ -191,8 +186,8 @@ impl TargetDrive {
         self.rules.motion.check(position, Vector3::zeros())
     }
 
-    /// Returns the place to begin at, metres, where a target waits for the board to follow it and
-    /// the board knows where the ball is. `state` is the board's newest, and `position` the one
+    /// Returns the place to begin at, metres, where a target waits, the board can follow it and
+    /// knows where the ball is. `state` is the board's newest, and `position` the one
     /// that it has.
     pub(crate) fn begin(
         &self,
@@ -200,7 +195,7 @@ impl TargetDrive {
         position: Option<SentPosition>,
         now: f64,
     ) -> Option<Point3<f64>> {
-        let place = self.tracker.last_position().filter(|_| !self.is_following)?;
+        let place = self.tracker.last_position()?;
         let may_follow = matches!(
             state,
             State::Ready | State::Seeking | State::Holding | State::Following | State::Stopping
@@ -214,14 +209,8 @@ impl TargetDrive {
 
     /// Notes that the board is to follow from now on.
     pub(crate) fn note_begun(&mut self, now: f64) {
-        (self.is_following, self.has_caught_up, self.last_sent) = (true, false, None);
-        self.is_far = true;
+        (self.is_far, self.has_caught_up, self.last_sent) = (true, false, None);
         self.zero.get_or_insert(now);
-    }
-
-    /// Returns whether the board is to follow.
-    pub(crate) fn is_following(&self) -> bool {
-        self.is_following
     }
 
     /// Returns whether the targets are the goal of the run and nothing more will come.
@@ -239,12 +228,15 @@ impl TargetDrive {
         self.counts.taken > 0
     }
 
-    /// Ends the motions that were begun until now: no message about them follows.
+    /// Forgets the targets so far.
     pub(crate) fn cancel(&mut self) {
-        self.is_following = false;
         self.tracker = TargetTracker::new(self.rules.max_speed);
-        // A program whose motion was ended does not move the ball again by itself.
-        self.cancelled = Some(self.source.cancel());
+    }
+
+    /// Notes that a command has ended the motions up to `newest`: a program whose motion was ended
+    /// does not move the ball again by itself.
+    pub(crate) fn note_cancelled(&mut self, newest: MotionId) {
+        self.cancelled = Some(newest);
     }
 
     /// Returns the time since the last target, seconds; since the first call before there is one.
@@ -256,7 +248,7 @@ impl TargetDrive {
     /// telemetry is about a message that comes to rest where the last one does.
     pub(crate) fn next_message(&mut self, state: Option<State>, now: f64) -> Option<Reference> {
         let is_early = self.last_sent.is_some_and(|last| now - last < LEAST_PERIOD_S);
-        if !self.is_following || is_early {
+        if is_early {
             return None;
         }
         let course = self.tracker.course(|place| self.check(place).is_ok())?;
@@ -295,13 +287,12 @@ impl TargetDrive {
 
     /// Returns where the target comes to rest if nothing more comes, metres.
     pub(crate) fn rest(&self) -> Option<Point3<f64>> {
-        let course = self.course.filter(|_| self.is_following)?;
-        course.at(f64::MAX).map(|moment| moment.position)
+        self.course?.at(f64::MAX).map(|moment| moment.position)
     }
 
     /// Returns the target at the time `stamp` of a picture, while the board follows it.
     pub(crate) fn point(&self, stamp: f64, telemetry: &Telemetry) -> Option<PathPoint> {
-        if !self.is_following || telemetry.state != State::Following {
+        if telemetry.state != State::Following {
             return None;
         }
         let known = self.tracker.at(stamp);

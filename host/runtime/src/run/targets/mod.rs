@@ -2,9 +2,8 @@
 //! ball follows.
 
 mod drive;
-mod follow;
 mod summary;
 
 pub use drive::TargetUse;
-pub(super) use drive::{TargetDrive, TargetRules};
+pub(super) use drive::{REST_M, TargetDrive, TargetRules};
 pub use summary::TargetsSummary;

@@ -1,0 +1,97 @@
+//! The record of a frame, and the counts of a run.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use plumb_protocol::message::{State, Telemetry};
+
+use super::{Action, RunCore};
+use crate::link::LinkView;
+use crate::observer::FrameRecord;
+
+/// Number of positions that are kept: 2 s at 30 Hz.
+const POSITIONS: usize = 60;
+
+/// A position that was sent to the board.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::run) struct SentPosition {
+    /// Number by which telemetry names it.
+    pub(in crate::run) sequence: u16,
+    /// When it was sent, seconds on the source's clock.
+    pub(in crate::run) time: f64,
+    /// Whether the picture showed the ball.
+    pub(in crate::run) has_ball: bool,
+}
+
+/// The positions that were sent last, the newest one at the end.
+#[derive(Debug, Default)]
+pub(super) struct SentPositions(VecDeque<SentPosition>);
+
+impl SentPositions {
+    /// Notes a position that was sent.
+    pub(super) fn note(&mut self, position: SentPosition) {
+        if self.0.len() == POSITIONS {
+            self.0.pop_front();
+        }
+        self.0.push_back(position);
+    }
+
+    /// Returns the position that `telemetry` names; `None` where that is too long ago.
+    pub(super) fn named_by(&self, telemetry: &Telemetry) -> Option<SentPosition> {
+        let is_named = |it: &&SentPosition| telemetry.sequence == Some(it.sequence);
+        self.0.iter().rev().find(is_named).copied()
+    }
+}
+
+impl RunCore {
+    /// Records the frame of this round, where it has one. A frame that could not be searched counts
+    /// as lost after that.
+    pub(super) fn record(&mut self, view: LinkView) {
+        self.board = view;
+        let Some(picture) = &self.picture else { return };
+        let (frame, observation) = (Arc::clone(&picture.frame), picture.ball);
+        let is_located = picture.point().is_some();
+        let ball = picture.position().map(|position| position.mean);
+        self.last_position = ball.or(self.last_position);
+        let path = self.path_point(frame.time(), ball);
+        let filtered_error = self.filtered_error();
+        let state = self.board.about_target().map(|telemetry| telemetry.state);
+        let stats = &mut self.stats;
+        stats.time = frame.time() - *stats.start.get_or_insert(frame.time());
+        stats.located += u64::from(is_located);
+        if matches!(state, Some(State::Seeking | State::Holding)) {
+            stats.error = filtered_error.or(stats.error);
+        }
+        let record = FrameRecord {
+            number: stats.frames,
+            time: stats.time,
+            observation,
+            target: path.map_or(self.target, |path| path.position),
+            telemetry: self.board.telemetry,
+            fault_cause: self.board.fault.and_then(|it| it.cause),
+            state,
+            filtered_error,
+            ground_truth: frame.ground_truth(),
+            path,
+            frame: Some(frame),
+        };
+        stats.frames += 1;
+        self.act(Action::Record(Box::new(record)));
+        if let Some(error) = self.picture.as_mut().and_then(|picture| picture.error.take()) {
+            self.lost_in_a_row += 1;
+            self.note_lost(error.into());
+        } else {
+            self.lost_in_a_row = 0;
+        }
+    }
+
+    /// Returns |e| of the position that the board has filtered, metres; `None` where it has no
+    /// target, or no position of the ball.
+    fn filtered_error(&mut self) -> Option<f64> {
+        let telemetry = self.board.telemetry.as_ref()?;
+        let named = self.sent.named_by(telemetry);
+        self.knows_ball |= named.is_some_and(|position| position.has_ball);
+        let error = telemetry.target.map(|_| telemetry.filtered_error.to_si());
+        error.filter(|_| self.knows_ball)
+    }
+}
