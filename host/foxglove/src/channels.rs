@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use foxglove::messages::{CameraCalibration, CompressedImage, FrameTransform, SceneUpdate};
 use foxglove::{Channel, Context, PartialMetadata, RawChannel, Schema};
+use plumb_runtime::observer::EventRecord;
 use plumb_runtime::run::Summary;
 use serde::Serialize;
 
 use crate::FoxgloveError;
-use crate::message::{EventMessage, Observation, TelemetryMessage};
+use crate::message::{Observation, TelemetryMessage};
 
 /// One channel for each topic.
 pub(crate) struct Channels {
@@ -19,7 +20,7 @@ pub(crate) struct Channels {
     pub(crate) scene: Channel<SceneUpdate>,
     pub(crate) observation: JsonChannel<Observation>,
     pub(crate) telemetry: JsonChannel<TelemetryMessage>,
-    pub(crate) event: JsonChannel<EventMessage>,
+    pub(crate) event: JsonChannel<EventRecord>,
     pub(crate) summary: JsonChannel<Summary>,
 }
 

@@ -19,7 +19,6 @@
 mod camera;
 mod channels;
 mod clock;
-mod event;
 mod file;
 mod message;
 mod scene;
@@ -35,7 +34,7 @@ use foxglove::{Context, WebSocketServerHandle};
 use plumb_cameras::source::BoxedError;
 use plumb_frame::camera::Camera;
 use plumb_protocol::units::Micros;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::Summary;
 use plumb_runtime::wall_clock::RunClock;
@@ -43,7 +42,7 @@ use thiserror::Error;
 
 use channels::Channels;
 use file::McapFile;
-use message::{EventMessage, Observation, TelemetryMessage};
+use message::{Observation, TelemetryMessage};
 use scene::Scene;
 
 /// Number of messages that may wait for a viewer: about a second. Older ones are dropped.
@@ -214,9 +213,9 @@ impl Observer for FoxgloveOutput {
         self.check_file();
     }
 
-    fn event(&mut self, event: &RunEvent) {
-        let stamp = self.clock.stamp(self.time);
-        self.channels.event.log(&EventMessage::new(self.time, event), stamp);
+    fn event(&mut self, event: &EventRecord) {
+        let stamp = self.clock.stamp(event.time);
+        self.channels.event.log(event, stamp);
         self.check_file();
     }
 

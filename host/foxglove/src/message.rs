@@ -2,10 +2,8 @@
 
 use plumb_protocol::message::Telemetry;
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};
-use plumb_runtime::observer::{FrameRecord, RunEvent};
+use plumb_runtime::observer::{FrameRecord, PathPoint};
 use serde::Serialize;
-
-use crate::event;
 
 /// Measurement of one frame. `null` is unknown.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,6 +24,8 @@ pub(crate) struct Observation {
     pub(crate) target_m: [f64; 3],
     /// Distance of the position from the target, metres.
     pub(crate) error_m: Option<f64>,
+    /// Point of the path or of the moving target at the frame; `None` while the board follows none.
+    pub(crate) reference: Option<ReferenceMessage>,
 }
 
 /// The ball's disc in the image, pixels.
@@ -34,6 +34,23 @@ pub(crate) struct CircleMessage {
     pub(crate) u: f64,
     pub(crate) v: f64,
     pub(crate) radius: f64,
+}
+
+/// Reference that the board follows.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct ReferenceMessage {
+    /// Time of the path, seconds.
+    pub(crate) time_s: f64,
+    /// Speed of the path's time: 1 where the motors and the ball keep up.
+    pub(crate) pace: f64,
+    /// Place, metres in the rig frame.
+    pub(crate) position_m: [f64; 3],
+}
+
+impl From<PathPoint> for ReferenceMessage {
+    fn from(path: PathPoint) -> Self {
+        Self { time_s: path.time, pace: path.pace, position_m: path.position.into() }
+    }
 }
 
 impl From<&FrameRecord> for Observation {
@@ -50,6 +67,7 @@ impl From<&FrameRecord> for Observation {
             covariance_m2: covariance.map(|matrix| std::array::from_fn(|i| matrix[(i / 3, i % 3)])),
             target_m: record.target.into(),
             error_m: record.error(),
+            reference: record.path.map(Into::into),
         }
     }
 }
@@ -106,29 +124,5 @@ impl TelemetryMessage {
             bad_frames: telemetry.bad_frames,
             tensions_weights: telemetry.tensions.map(|t| t.map(RelativeTension::to_si)),
         }
-    }
-}
-
-/// Event of the run between two frames.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(crate) struct EventMessage {
-    /// Time of the frame before it, seconds since the run's start.
-    pub(crate) time_s: f64,
-    /// Kind of the event.
-    pub(crate) kind: event::Kind,
-    /// Number of the leg or the command; `None` for other events.
-    pub(crate) number: Option<u64>,
-    /// New target, metres in the rig frame; `None` if there is none.
-    pub(crate) target_m: Option<[f64; 3]>,
-    /// Whether it went well: a target that is reached, a command that is carried out.
-    pub(crate) ok: bool,
-    /// The event, for people.
-    pub(crate) text: String,
-}
-
-impl EventMessage {
-    /// Makes the message of an event that came `time_s` seconds after the run's start.
-    pub(crate) fn new(time_s: f64, event: &RunEvent) -> Self {
-        event::message(time_s, event)
     }
 }

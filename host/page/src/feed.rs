@@ -8,20 +8,18 @@ mod views;
 
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 use nalgebra::Point3;
 use plumb_frame::frame::RgbdFrame;
-use plumb_runtime::observer::{FrameRecord, RunEvent};
-use plumb_runtime::operator::{
-    CommandOutcome, Continuity, OperatorCommand, OperatorSender, StopEvent,
-};
+use plumb_runtime::observer::{EventRecord, FrameRecord, RunEvent, Tone};
+use plumb_runtime::operator::{CommandOutcome, Continuity, OperatorCommand, OperatorSender};
 use plumb_runtime::run::{StopReason, Summary};
 
 use crate::assets::{Asset, RUN_ASSETS};
 use crate::message::{
-    Action, BoardView, Ended, Event, EventKind, FrameView, FromPage, Gesture, Goal, Hello, RigView,
-    Sample, ToPage, Update, VERSION,
+    Action, BoardView, Ended, Event, FrameView, FromPage, Gesture, Goal, Hello, RigView, Sample,
+    ToPage, Update, VERSION,
 };
 use crate::shared::Shared;
 use crate::signal::Signal;
@@ -30,7 +28,7 @@ use gestures::Gestures;
 use jogs::{JogLimits, Jogs};
 use ring::Numbered;
 use sources::Sources;
-use views::{board_view, frame_view, sample, stop_view};
+use views::{board_view, frame_view, milliseconds, sample, stop_view};
 
 /// Number of samples in memory: 2 minutes at 30 frames/s.
 pub(crate) const SAMPLES: usize = 3600;
@@ -97,39 +95,30 @@ impl Feed {
     }
 
     /// Takes an event of the run.
-    pub(crate) fn event(&self, event: &RunEvent) {
+    pub(crate) fn event(&self, record: &EventRecord) {
+        let event = &record.event;
         let mut news = self.shared.lock();
         match event {
             RunEvent::TargetSet { target, .. } => {
-                let target: [f64; 3] = (*target).into();
-                let [x, y, z] = target;
-                news.goal = Some(Goal { target, reached: false, ending: None });
-                let text = format!("target set: ({x:.3}, {y:.3}, {z:.3}) m");
-                news.add_event(EventKind::Note, text);
+                news.goal = Some(Goal { target: (*target).into(), reached: false, ending: None });
             }
             RunEvent::TargetEnded { reason, .. } => {
-                let reached = *reason == StopReason::Reached;
                 if let Some(goal) = &mut news.goal {
-                    goal.reached = reached;
+                    goal.reached = *reason == StopReason::Reached;
                     goal.ending = Some(reason.to_string());
                 }
-                let kind = if reached { EventKind::Good } else { EventKind::Bad };
-                news.add_event(kind, format!("target: {reason}"));
-            }
-            RunEvent::FrameLost { message } => {
-                news.add_event(EventKind::Bad, format!("a picture was lost: {message}"));
             }
             RunEvent::Command { number, command, outcome } => {
-                news.add_outcome(*number, command, outcome);
+                let is_accepted = *outcome == CommandOutcome::Accepted;
+                news.jogs.settle(*number, is_accepted);
+                if is_accepted && *command == OperatorCommand::Hold {
+                    // The board holds the ball where it is, and no target of a person.
+                    news.goal = None;
+                }
             }
-            RunEvent::BoardStopped { fault } => {
-                news.add_event(EventKind::Bad, format!("the board has stopped by itself: {fault}"));
-            }
-            RunEvent::Targets(event) => news.add_event(EventKind::Note, event.to_string()),
-            RunEvent::Stop(event) => news.add_event(stop_kind(event), event.to_string()),
-            // A kind of event that has no text here.
-            _ => return,
+            _ => {}
         }
+        news.add_event(event.tone(), with_advice(event));
         self.shared.publish(news);
     }
 
@@ -137,7 +126,7 @@ impl Feed {
     pub(crate) fn end(&self, summary: &Summary) {
         let ending = summary.ending.to_string();
         let mut news = self.shared.lock();
-        news.add_event(EventKind::Note, format!("the run has ended: {ending}"));
+        news.add_event(Tone::Note, format!("the run has ended: {ending}"));
         news.ended = Some(Ended { ending, at_rest: summary.at_rest });
         self.shared.publish(news);
     }
@@ -207,13 +196,9 @@ impl Feed {
     }
 }
 
-/// Returns the kind of an event of a Stop.
-fn stop_kind(event: &StopEvent) -> EventKind {
-    match event {
-        StopEvent::Resumed { .. } => EventKind::Good,
-        StopEvent::Refused { .. } => EventKind::Bad,
-        _ => EventKind::Note,
-    }
+/// Returns the text of an event, with what to do after a fault.
+fn with_advice(event: &RunEvent) -> String {
+    event.fault().map_or_else(|| event.to_string(), |fault| format!("{event}. {}", fault.advice()))
 }
 
 impl Subject for Feed {
@@ -275,7 +260,7 @@ impl Subject for Feed {
             return;
         }
         let text = "a page that had jogged a motor is gone: the motors stop".to_owned();
-        news.add_event(EventKind::Note, text);
+        news.add_event(Tone::Note, text);
         self.shared.publish(news);
         if let Some(operator) = &self.operator {
             // The end of the run and a Stop that holds ramp the motors down too.
@@ -285,25 +270,9 @@ impl Subject for Feed {
 }
 
 impl News {
-    fn add_outcome(&mut self, number: u64, command: &OperatorCommand, outcome: &CommandOutcome) {
-        self.jogs.settle(number, *outcome == CommandOutcome::Accepted);
-        match outcome {
-            CommandOutcome::Accepted => {
-                if *command == OperatorCommand::Hold {
-                    // The board holds the ball where it is, and no target of a person.
-                    self.goal = None;
-                }
-                self.add_event(EventKind::Good, format!("{command}: accepted"));
-            }
-            CommandOutcome::Refused(refusal) => {
-                self.add_event(EventKind::Bad, format!("{command}: {refusal}"));
-            }
-        }
-    }
-
-    fn add_event(&mut self, kind: EventKind, text: String) {
-        let number = self.events.next;
-        self.events.push(Event { number, kind, text }, EVENTS);
+    fn add_event(&mut self, kind: Tone, text: String) {
+        let (number, at) = (self.events.next, milliseconds(SystemTime::now()));
+        self.events.push(Event { number, at, kind, text }, EVENTS);
     }
 }
 

@@ -37,7 +37,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
 use thiserror::Error;
@@ -124,7 +124,7 @@ impl Observer for Page {
         self.feed.frame(record);
     }
 
-    fn event(&mut self, event: &RunEvent) {
+    fn event(&mut self, event: &EventRecord) {
         self.feed.event(event);
     }
 

@@ -1,13 +1,14 @@
 //! Messages between the program and its page: JSON, a `type` in each. docs/use/page.md lists them.
 
 use nalgebra::Point3;
+use plumb_runtime::observer::Tone;
 use plumb_runtime::operator::OperatorCommand;
 use plumb_runtime::rig::quantity::Corner;
 use plumb_runtime::rig::{Rig, Simulation};
 use serde::{Deserialize, Serialize};
 
 /// Version of the messages. A page of another version reloads itself.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// Message of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -229,6 +230,8 @@ pub(crate) struct BoardView {
     /// |e| of the filtered position, metres; `None` without a target, and before the board has
     /// accepted a position of the ball.
     pub(crate) filtered_error: Option<f64>,
+    /// Speed of the path's time, 1 where the motors and the ball keep up; `None` without a path.
+    pub(crate) pace: Option<f64>,
     /// Number of damaged frames that the board received.
     pub(crate) bad_frames: u16,
     /// The law's estimate of the cables' tensions; `None` without one.
@@ -280,20 +283,10 @@ pub(crate) struct Goal {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct Event {
     pub(crate) number: u64,
-    pub(crate) kind: EventKind,
+    /// When it happened, milliseconds since 1970.
+    pub(crate) at: u64,
+    pub(crate) kind: Tone,
     pub(crate) text: String,
-}
-
-/// Kind of an event, for its colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum EventKind {
-    /// Something went as it should.
-    Good,
-    /// Something happened.
-    Note,
-    /// Something failed or was refused.
-    Bad,
 }
 
 /// End of the run.

@@ -58,7 +58,7 @@ const connection = new Connection("run", {
   picture: drawPicture,
 
   problem(text) {
-    addEvent({ kind: "bad", text });
+    addEvent({ at: Date.now(), kind: "bad", text });
   },
 
   lost(reason) {
@@ -129,6 +129,8 @@ function showValues() {
   byId("ball").textContent = frame?.position ? numbers(3)(frame.position) : "not seen";
   byId("error").textContent = known(last?.error, millimetres);
   byId("filtered").textContent = known(board?.filtered_error, millimetres);
+  byId("pace").textContent = board?.pace === null || board?.pace === undefined
+    ? "no path" : (100 * board.pace).toFixed(0);
   byId("rates").textContent = known(board?.rates, numbers(1));
   byId("motors").textContent = known(board?.motors, numbers(1));
   showTensions(board);
@@ -159,14 +161,14 @@ function showTensions(board) {
   });
 }
 
-function addEvent({ number, kind, text }) {
+function addEvent({ number, at, kind, text }) {
   if (number !== undefined) {
     if (number <= link.event) return;
     link.event = number;
   }
   const item = document.createElement("li");
   item.className = kind;
-  item.textContent = `${new Date().toLocaleTimeString()}  ${text}`;
+  item.textContent = `${new Date(at).toLocaleTimeString()}  ${text}`;
   const list = byId("events");
   list.prepend(item);
   while (list.children.length > EVENTS) list.lastChild.remove();

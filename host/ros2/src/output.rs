@@ -5,7 +5,7 @@ use std::thread::{self, JoinHandle};
 
 use nalgebra::Isometry3;
 use plumb_cameras::source::LiveClock;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
 
@@ -64,8 +64,8 @@ impl Observer for Ros2Output {
         self.feed.frame(record);
     }
 
-    fn event(&mut self, event: &RunEvent) {
-        self.feed.event(event);
+    fn event(&mut self, record: &EventRecord) {
+        self.feed.event(&record.event);
     }
 
     fn end(&mut self, summary: &Summary) {

@@ -41,6 +41,7 @@
 pub mod advice;
 pub mod board_fault;
 pub mod commission;
+mod event;
 #[doc(hidden)]
 pub mod fuzzing;
 pub mod link;

@@ -8,12 +8,9 @@ use plumb_cameras::source::BoxedError;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::{State, Telemetry};
-use thiserror::Error;
 
 use crate::board_fault::{BoardFault, FaultCause};
-use crate::operator::{CommandOutcome, OperatorCommand, StopEvent};
-use crate::rig::MotionError;
-use crate::stop_reason::StopReason;
+pub use crate::event::{EventKind, EventRecord, RunEvent, TargetsEvent, Tone};
 use crate::summary::Summary;
 
 /// Output of a run.
@@ -25,7 +22,7 @@ pub trait Observer {
     fn frame(&mut self, record: &FrameRecord);
 
     /// Receives an event.
-    fn event(&mut self, _event: &RunEvent) {}
+    fn event(&mut self, _event: &EventRecord) {}
 
     /// Receives the summary at the end, also of a run that failed.
     fn end(&mut self, _summary: &Summary) {}
@@ -117,6 +114,12 @@ impl FrameRecord {
         }
     }
 
+    /// Returns the state of the board, if its telemetry is about the present target or it has
+    /// stopped by itself.
+    pub fn board_state(&self) -> Option<State> {
+        self.state.or_else(|| self.board_fault().map(|it| State::Fault(it.fault)))
+    }
+
     /// Returns the ball's measured position, metres in the rig frame; `None` if it is unknown.
     pub fn position(&self) -> Option<Point3<f64>> {
         self.observation.and_then(|ball| ball.position).map(|position| position.mean)
@@ -126,80 +129,4 @@ impl FrameRecord {
     pub fn error(&self) -> Option<f64> {
         self.position().map(|position| (position - self.target).norm())
     }
-}
-
-/// Event of a run between two frames.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum RunEvent {
-    /// The board received a new target: the drive to it is a leg of the summary.
-    TargetSet {
-        /// Number of the leg, from 0.
-        number: usize,
-        /// The target, metres in the rig frame.
-        target: Point3<f64>,
-    },
-    /// The drive to a target ended. A failure of the link or the camera has no such event; the
-    /// summary has its message.
-    TargetEnded {
-        /// Number of the leg, from 0.
-        number: usize,
-        /// Reason of its end.
-        reason: StopReason,
-    },
-    /// A frame was lost, or the detector could not search the frame of the record before. The run
-    /// log lists these events in `lost.csv`.
-    FrameLost {
-        /// Message of the error.
-        message: String,
-    },
-    /// A command of the operator was carried out or refused.
-    Command {
-        /// Number of the command, from [`OperatorSender::send`](crate::operator::OperatorSender).
-        number: u64,
-        /// The command.
-        command: OperatorCommand,
-        /// Its outcome.
-        outcome: CommandOutcome,
-    },
-    /// The board stopped by itself while it drove to no target: it was holding or at rest. During a
-    /// drive, [`TargetEnded`](Self::TargetEnded) has the fault.
-    BoardStopped {
-        /// Reason.
-        fault: BoardFault,
-    },
-    /// Something happened with [targets that move](crate::targets).
-    Targets(TargetsEvent),
-    /// A Stop of an operator holds, or holds no longer.
-    Stop(StopEvent),
-}
-
-/// Event of targets that move. Its text is for people.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum TargetsEvent {
-    /// Something of the source was left out, for this reason.
-    #[error("targets: {0}")]
-    LeftOut(String),
-    /// The target is in a place that the rig does not allow. The ball stays at the last good one.
-    /// At most one event a second.
-    #[error(
-        "target [{:.4}, {:.4}, {:.4}] m: {error}; the ball stays at the last one before",
-        position.x, position.y, position.z
-    )]
-    Refused {
-        /// Place, metres in the rig frame.
-        position: Point3<f64>,
-        /// Broken rule.
-        error: MotionError,
-    },
-    /// No target has come for a second. The ball rests.
-    #[error("targets: none for a second; the ball rests")]
-    Ceased,
-    /// Targets come again.
-    #[error("targets: they come again")]
-    Resumed,
-    /// No target follows.
-    #[error("targets: the last one has come")]
-    Ended,
 }

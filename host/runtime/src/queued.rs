@@ -9,7 +9,7 @@ use plumb_cameras::source::BoxedError;
 use plumb_cameras::source::capture::panic_message;
 use thiserror::Error;
 
-use crate::observer::{FrameRecord, Observer, RunEvent};
+use crate::observer::{EventRecord, FrameRecord, Observer};
 use crate::summary::Summary;
 
 /// Settings of the queue before an observer.
@@ -49,7 +49,7 @@ pub enum QueuedError {
 /// Item of the queue.
 enum Item {
     Frame(Box<FrameRecord>),
-    Event(RunEvent),
+    Event(EventRecord),
     End(Box<Summary>),
 }
 
@@ -183,7 +183,7 @@ impl<O: Observer + Send + 'static> Observer for Queued<O> {
         self.dropped += u64::from(!taken);
     }
 
-    fn event(&mut self, event: &RunEvent) {
+    fn event(&mut self, event: &EventRecord) {
         self.add(Item::Event(event.clone()));
     }
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::event::EventRecord;
 use crate::run::{PathSummary, TargetsSummary};
 use crate::stop_reason::StopReason;
 
@@ -46,6 +47,12 @@ pub struct Summary {
     /// Number of targets between these two parts; left out where it is 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub legs_left_out: u64,
+    /// What happened, in order, but for lost frames; of more than 1000 events the first 100 and the
+    /// last 900.
+    pub events: Vec<EventRecord>,
+    /// Number of events between these two parts; left out where it is 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub events_left_out: u64,
     /// How the ball followed a path; left out where it followed none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path: Option<PathSummary>,

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use plumb_cameras::record::{Overflow, Recorder, Recording};
+use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::error_chain::ErrorChain;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventKind, EventRecord, FrameRecord, Observer, RunEvent, Tone};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::recording::FrameRecorder;
 use plumb_runtime::run::{ControlLoopError, RunError, Summary};
@@ -40,7 +41,7 @@ impl Observer for TerminalLine {
             }
             _ => "no ball".to_owned(),
         };
-        let board = record.state.map(|state| state.to_string()).unwrap_or_default();
+        let board = record.board_state().map(|state| state.to_string()).unwrap_or_default();
         let (number, time) = (record.number, record.time);
         message(format_args!("\r\x1b[2Kframe {number:5}  {time:7.2} s  {ball}  {board}"));
     }
@@ -91,6 +92,21 @@ pub(super) struct Outputs {
     folder: PathBuf,
     recorder: Option<FrameRecorder>,
     viewers: Viewers,
+    /// The last fault that was printed, with its advice.
+    told: Option<BoardFault>,
+}
+
+/// Returns the text of an event for the terminal; `None` where the result of the run or the
+/// progress line has it.
+fn text(event: &RunEvent) -> Option<String> {
+    if let Some(fault) = event.fault() {
+        return Some(format!("the board has stopped by itself: {fault}. {}", fault.advice()));
+    }
+    match event.kind() {
+        EventKind::Targets | EventKind::Stop => Some(event.to_string()),
+        EventKind::Command if event.tone() == Tone::Bad => Some(event.to_string()),
+        _ => None,
+    }
 }
 
 impl Outputs {
@@ -106,7 +122,8 @@ impl Outputs {
             QueueSettings { name: "run log", capacity: LOG_CAPACITY, overflow, with_frames: false };
         let log = Queued::new(log, settings)?;
         let progress = Progress::start()?;
-        Ok(Self { progress, log, folder, recorder: recorder.map(FrameRecorder::new), viewers })
+        let recorder = recorder.map(FrameRecorder::new);
+        Ok(Self { progress, log, folder, recorder, viewers, told: None })
     }
 
     /// Writes what is left and closes the files. Returns the progress too: its terminal may be
@@ -123,8 +140,8 @@ impl Outputs {
         let recording = self.recorder.map(FrameRecorder::finish).transpose();
         let recording = recording.map_err(failed_because);
         let viewers = self.viewers.close();
-        let folder = self.folder;
-        let closed = Closed { folder, dropped_rows, unwritten, rows, recording, viewers };
+        let Self { folder, told, .. } = self;
+        let closed = Closed { folder, told, dropped_rows, unwritten, rows, recording, viewers };
         (closed, self.progress)
     }
 
@@ -168,14 +185,11 @@ impl Observer for Outputs {
         self.progress.frame(record);
     }
 
-    fn event(&mut self, event: &RunEvent) {
-        self.log.event(event);
-        self.viewers.event(event);
-        let text: &dyn std::fmt::Display = match event {
-            RunEvent::Targets(event) => event,
-            RunEvent::Stop(event) => event,
-            _ => return,
-        };
+    fn event(&mut self, record: &EventRecord) {
+        self.log.event(record);
+        self.viewers.event(record);
+        let Some(text) = text(&record.event) else { return };
+        self.told = record.event.fault().or(self.told);
         // In place of the progress line, which comes again with the next picture.
         let begin = if self.progress.is_on() { "\r\x1b[2K" } else { "" };
         message(format_args!("{begin}{text}\n"));
@@ -199,6 +213,8 @@ impl Observer for Outputs {
 /// Outputs whose files are closed.
 struct Closed {
     folder: PathBuf,
+    /// The last fault that was printed, with its advice.
+    told: Option<BoardFault>,
     /// Number of rows that the run log lacks.
     dropped_rows: u64,
     /// Message of the file of the run log, other than the rows, that could not be written.
@@ -219,9 +235,10 @@ impl Closed {
     /// first are printed.
     fn report(self, summary: &Summary, error: Option<&ControlLoopError>) -> Result<(), Failure> {
         let (frames, time, folder) = (summary.frames, summary.time_s, self.folder.display());
+        let untold = summary.ending.fault().filter(|fault| self.told != Some(*fault));
         let run = match error {
             Some(error) => {
-                if let Some(fault) = summary.ending.fault() {
+                if let Some(fault) = untold {
                     tell!("{}. {}", summary.ending, fault.advice());
                 }
                 let error = ErrorChain(error);
@@ -234,7 +251,7 @@ impl Closed {
                     summary.ending,
                     error.unwrap_or_default()
                 );
-                if let Some(fault) = summary.ending.fault() {
+                if let Some(fault) = untold {
                     tell!("{}", fault.advice());
                 }
                 if let Some(path) = &summary.path {

@@ -29,6 +29,7 @@ mod realsense;
 mod record;
 mod replay;
 mod ros2;
+mod session;
 mod signals;
 mod stream;
 mod targets;

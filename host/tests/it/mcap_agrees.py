@@ -1,6 +1,6 @@
 """Checks the MCAP file of a run against its run folder, with Python's mcap library.
 
-usage: mcap_agrees.py RUN.mcap RUN_FOLDER
+usage: mcap_agrees.py RUN.mcap RUN_FOLDER [--events]     (only the events)
 Prints the number of messages by topic as JSON; fails at the first difference.
 """
 
@@ -112,12 +112,22 @@ def check_scene(messages, rows):
             assert near(ball.pose.position.z, float(row["z_m"])), row
 
 
+def check_events(messages, schema, summary):
+    """The events are those of the summary, which leaves lost frames out."""
+    check_schema("/run/events", schema, messages)
+    events = [message for _, message in messages if message["kind"] != "frame_lost"]
+    assert events == summary["events"], (events, summary["events"])
+
+
 def main():
     messages, schemas = read(sys.argv[1])
     folder = Path(sys.argv[2])
     rows = list(csv.DictReader((folder / "run.csv").open()))
     summary = json.loads((folder / "summary.json").read_text())
-    for topic in ("/ball/observation", "/board/telemetry", "/run/events", "/run/summary"):
+    check_events(messages["/run/events"], schemas["/run/events"], summary)
+    if "--events" in sys.argv:
+        return
+    for topic in ("/ball/observation", "/board/telemetry", "/run/summary"):
         check_schema(topic, schemas[topic], messages[topic])
     check_observations(messages["/ball/observation"], rows)
     check_telemetry(messages["/board/telemetry"], rows)

@@ -6,7 +6,7 @@
 use std::fs;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 
 use crate::common::{folder, json, limited, plumb, rigs, stderr};
 
@@ -32,20 +32,29 @@ fn python_with_mcap() -> Option<PathBuf> {
     python
 }
 
+/// Checks `run.mcap` against the run folder `run`, both in `folder`. Returns the number of messages
+/// by topic; with `--events` among the options only the events are checked. `None` without Python's
+/// library.
+pub(crate) fn mcap_agrees(folder: &Path, options: &[&str]) -> Option<Output> {
+    let python = python_with_mcap()?;
+    let checked = Command::new(python)
+        .arg(repository().join("host/tests/it/mcap_agrees.py"))
+        .args(["run.mcap", "run"])
+        .args(options)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert!(checked.status.success(), "{}", stderr(&checked));
+    Some(checked)
+}
+
 #[test]
 fn the_mcap_file_agrees_with_the_run_folder() {
-    let Some(python) = python_with_mcap() else { return };
     let folder = folder();
     let arguments = ["demo", "--virtual-time", "--out", "run", "--mcap", "run.mcap"];
     let output = plumb(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let checked = Command::new(python)
-        .arg(repository().join("host/tests/it/mcap_agrees.py"))
-        .args(["run.mcap", "run"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    assert!(checked.status.success(), "{}", stderr(&checked));
+    let Some(checked) = mcap_agrees(folder.path(), &[]) else { return };
     let counts = json(&checked);
     assert_eq!(counts["/camera/image"], json(&output)["frames"], "{counts}");
 }

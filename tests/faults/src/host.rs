@@ -9,7 +9,7 @@ use plumb_cameras::camera_file;
 use plumb_cameras::source::BoxedError;
 use plumb_protocol::units::Micros;
 use plumb_runtime::link::Link;
-use plumb_runtime::observer::{FrameRecord, Observer, PathPoint, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, PathPoint, RunEvent};
 use plumb_runtime::run::{Run, RunError, RunParts, StopReason, Summary, Waypoint};
 use plumb_tests::links::FixedDetector;
 
@@ -214,8 +214,8 @@ impl Observer for Watch {
         }
     }
 
-    fn event(&mut self, event: &RunEvent) {
-        match event {
+    fn event(&mut self, record: &EventRecord) {
+        match &record.event {
             RunEvent::TargetSet { target, .. } => {
                 (self.began, self.target) = (self.now(), *target);
                 self.world.borrow_mut().set_target(*target);

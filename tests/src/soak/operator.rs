@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use nalgebra::Point3;
 use plumb_emulator::EmulatedBoard;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{OperatorCommand, OperatorSender};
 use plumb_runtime::run::StopReason;
 use rand::RngExt;
@@ -101,8 +101,8 @@ impl Observer for RandomOperator {
         let _ended = self.sender.send(command);
     }
 
-    fn event(&mut self, event: &RunEvent) {
-        match event {
+    fn event(&mut self, record: &EventRecord) {
+        match &record.event {
             RunEvent::TargetSet { target, .. } => {
                 self.targets += 1;
                 self.target = Some(*target);

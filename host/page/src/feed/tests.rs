@@ -19,6 +19,10 @@ fn feed_with(operator: Option<OperatorSender>) -> (Poll, Feed) {
     (poll, feed)
 }
 
+fn record_of(event: RunEvent) -> EventRecord {
+    EventRecord { time: 0.0, event }
+}
+
 fn record(number: u64) -> FrameRecord {
     FrameRecord {
         number,
@@ -57,7 +61,7 @@ fn memory_is_bounded_and_a_late_client_gets_the_newest() {
     let (_poll, feed) = feed();
     for number in 0..10 * SAMPLES as u64 {
         feed.frame(&record(number));
-        feed.event(&RunEvent::FrameLost { message: "torn".into() });
+        feed.event(&record_of(RunEvent::FrameLost { message: "torn".into() }));
     }
     let news = feed.shared.lock();
     assert_eq!((news.samples.items.len(), news.events.items.len()), (SAMPLES, EVENTS));
@@ -108,15 +112,15 @@ fn a_target_is_reached_once_the_run_confirms_it() {
     let (_poll, feed) = feed();
     let goal = |feed: &Feed| feed.next_update(0, &mut Cursor::default()).goal.unwrap();
     let set = RunEvent::TargetSet { number: 0, target: Point3::new(0.4, 0.4, 0.15) };
-    feed.event(&set);
+    feed.event(&record_of(set.clone()));
     // Holding is the board's word; the run compares it with the picture.
     feed.frame(&FrameRecord { telemetry: Some(telemetry(State::Holding, Some(1))), ..record(0) });
     assert!(!goal(&feed).reached && goal(&feed).ending.is_none());
-    feed.event(&RunEvent::TargetEnded { number: 0, reason: StopReason::Reached });
+    feed.event(&record_of(RunEvent::TargetEnded { number: 0, reason: StopReason::Reached }));
     assert!(goal(&feed).reached);
-    feed.event(&set);
+    feed.event(&record_of(set.clone()));
     assert!(!goal(&feed).reached, "another target");
-    feed.event(&RunEvent::TargetEnded { number: 1, reason: StopReason::Timeout });
+    feed.event(&record_of(RunEvent::TargetEnded { number: 1, reason: StopReason::Timeout }));
     assert_eq!(goal(&feed).ending.as_deref(), Some("not reached in time"));
 }
 

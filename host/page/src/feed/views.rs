@@ -1,6 +1,6 @@
 //! Records of the run as the page shows them.
 
-use std::time::UNIX_EPOCH;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};
@@ -48,6 +48,7 @@ pub(super) fn board_view(record: &FrameRecord) -> Option<BoardView> {
         rates: telemetry.rates.map(Rate::to_si).map(|rate| (rate * 10.0).round() / 10.0 + 0.0),
         motors: telemetry.motors.map(Steps16::to_si),
         filtered_error: record.filtered_error,
+        pace: record.path.map(|path| (path.pace * 100.0).round() / 100.0),
         bad_frames: telemetry.bad_frames,
         tensions: telemetry.tensions.map(tension_view),
     })
@@ -55,14 +56,19 @@ pub(super) fn board_view(record: &FrameRecord) -> Option<BoardView> {
 
 /// Returns the Stop that holds.
 pub(super) fn stop_view(stop: Stop) -> StopView {
-    // A clock before 1970 is wrong anyway.
-    let since = stop.since.duration_since(UNIX_EPOCH).unwrap_or_default();
     StopView {
         number: stop.number,
         by: stop.by.to_string(),
-        since: u64::try_from(since.as_millis()).unwrap_or(u64::MAX),
+        since: milliseconds(stop.since),
         refused: stop.refused,
     }
+}
+
+/// Returns a time of the wall clock, milliseconds since 1970.
+pub(super) fn milliseconds(time: SystemTime) -> u64 {
+    // A clock before 1970 is wrong anyway.
+    let time = time.duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 
 /// Returns the estimated tensions with their marks.

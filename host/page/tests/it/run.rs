@@ -14,7 +14,7 @@ use plumb_cameras::camera_file;
 use plumb_page::Limits;
 use plumb_protocol::message::{State, Telemetry};
 use plumb_protocol::units::Steps16;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorReceiver, operator};
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::Summary;
@@ -166,7 +166,8 @@ impl Observer for Person {
         }
     }
 
-    fn event(&mut self, event: &RunEvent) {
+    fn event(&mut self, record: &EventRecord) {
+        let event = &record.event;
         self.events.push(event.clone());
     }
 }

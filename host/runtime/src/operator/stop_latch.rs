@@ -55,6 +55,16 @@ pub enum StopEvent {
     },
 }
 
+impl StopEvent {
+    /// Returns the number of the Stop that the event is about.
+    pub(crate) fn stop(&self) -> u64 {
+        match self {
+            Self::Stopped(stop) | Self::Resumed { stop, .. } => stop.number,
+            Self::Refused { number, .. } => *number,
+        }
+    }
+}
+
 /// Refusal for a Stop that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("the rig is stopped (stop {0}): Resume first")]

@@ -4,6 +4,7 @@ use std::time::Duration;
 use nalgebra::Point3;
 
 use super::*;
+use crate::observer::RunEvent;
 
 /// Waits for permission before each record, and lists the records.
 struct Slow {
@@ -114,7 +115,8 @@ fn a_panic_of_the_observer_is_one_failure_and_an_error_of_close() {
         assert!(failure.contains("an unexpected record"), "{failure}");
         let dropped = queued.dropped();
         queued.frame(&record(4));
-        queued.event(&RunEvent::FrameLost { message: String::new() });
+        let event = RunEvent::FrameLost { message: String::new() };
+        queued.event(&EventRecord { time: 0.0, event });
         assert!(queued.failure().is_none());
         assert_eq!(queued.dropped(), dropped + 1);
         assert_eq!(queued.close().unwrap_err().to_string(), failure);

@@ -15,7 +15,7 @@ use super::error::ControlLoopError;
 use super::event_log::log_event;
 use super::repetition::{RepeatedPicture, RepetitionDetector};
 use crate::link::{Link, LinkError, Transport};
-use crate::observer::{FrameRecord, Observer, RunEvent};
+use crate::observer::{EventRecord, FrameRecord, Observer};
 use crate::operator::{OperatorReceiver, Submitted};
 use crate::stop_reason::StopReason;
 use crate::targets::TargetSource;
@@ -266,8 +266,8 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         }
     }
 
-    fn emit(&mut self, event: &RunEvent) {
-        log_event(event);
+    fn emit(&mut self, event: &EventRecord) {
+        log_event(&event.event);
         for observer in self.parts.observers.iter_mut() {
             observer.event(event);
         }

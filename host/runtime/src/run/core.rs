@@ -28,6 +28,7 @@ use plumb_protocol::units::{Covariance, Micros, Point};
 use tracing::debug;
 
 use super::error::ControlLoopError;
+use super::first_and_last::FirstAndLast;
 use super::goal::{Drive, Goal};
 use super::legs::Legs;
 use super::path::{PathDrive, PathPlan};
@@ -37,7 +38,7 @@ use super::targets::TargetDrive;
 use super::waypoint::{Route, Waypoint};
 use crate::error_chain::ErrorChain;
 use crate::link::{LinkView, Reply};
-use crate::observer::{FrameRecord, RunEvent};
+use crate::observer::{EventKind, EventRecord, FrameRecord, RunEvent};
 use crate::operator::{StopEvent, Submitted};
 use crate::rig::MotionRules;
 use crate::stop_reason::StopReason;
@@ -132,7 +133,7 @@ pub(super) enum Action {
     /// Ends the motions that were begun until now; [`Input::MotionsEnded`] follows.
     EndMotions,
     /// Tells the observers.
-    Event(RunEvent),
+    Event(EventRecord),
     /// Gives the observers the record of a frame.
     Record(Box<FrameRecord>),
 }
@@ -210,6 +211,10 @@ pub(super) struct RunCore {
     lost_in_a_row: u32,
     /// The frame of this round.
     picture: Option<Picture>,
+    /// Time of the step.
+    now: f64,
+    /// The events so far, but for lost frames.
+    pub(super) events: FirstAndLast<EventRecord>,
     /// What the link knows of the board.
     board: LinkView,
     actions: Actions,
@@ -241,6 +246,8 @@ impl RunCore {
             answered_at: None,
             lost_in_a_row: 0,
             picture: None,
+            now: 0.0,
+            events: FirstAndLast::default(),
             board: LinkView::default(),
             actions: Actions::default(),
         }
@@ -249,6 +256,7 @@ impl RunCore {
     /// Takes in what happened at `now`. Returns what is to be done.
     pub(super) fn step(&mut self, now: f64, input: Input) -> Actions {
         let before = self.goal.name();
+        self.now = now;
         match input {
             Input::Begin { is_stopped } => self.begin(is_stopped, now),
             Input::Operator(submitted) => self.take_command(submitted, now),
@@ -479,7 +487,13 @@ impl RunCore {
     }
 
     fn emit(&mut self, event: RunEvent) {
-        self.act(Action::Event(event));
+        let time = self.stats.start.map_or(0.0, |start| self.now - start);
+        let record = EventRecord { time, event };
+        // A camera may lose pictures for days; `lost.csv` lists them.
+        if record.event.kind() != EventKind::FrameLost {
+            self.events.push(record.clone());
+        }
+        self.act(Action::Event(record));
     }
 
     fn act(&mut self, action: Action) {

@@ -1,21 +1,14 @@
-//! The legs of a run: the waypoints that wait, and the drives that ended, in bounded memory. A run
-//! with a page may last for days.
+//! The legs of a run: the waypoints that wait, and the drives that ended.
 
 use std::collections::VecDeque;
 
+use super::first_and_last::FirstAndLast;
 use super::goal::Drive;
 use super::waypoint::{CheckedWaypoint, Route};
 use crate::stop_reason::StopReason;
 use crate::summary::{Leg, RunStats, millimetres, round};
 
-/// Number of legs at the begin of a run that are kept.
-const FIRST: usize = 100;
-
-/// Number of legs at the end of a run that are kept.
-const LAST: usize = 900;
-
-/// Legs of a run, but for the one under way. Of a long run the first and the last ones are kept,
-/// and all are counted.
+/// Legs of a run, but for the one under way.
 pub(super) struct Legs {
     /// Waypoints of the list that were not begun.
     waiting: VecDeque<CheckedWaypoint>,
@@ -23,9 +16,8 @@ pub(super) struct Legs {
     is_repeated: bool,
     /// Whether a command or a fault ended the list of targets before its end.
     is_cancelled: bool,
-    first: Vec<Leg>,
-    last: VecDeque<Leg>,
-    count: usize,
+    ended: FirstAndLast<Leg>,
+    /// Number of those whose targets were reached.
     reached: usize,
 }
 
@@ -36,9 +28,7 @@ impl Legs {
             waiting: route.waypoints.iter().copied().collect(),
             is_repeated: route.is_repeated,
             is_cancelled: false,
-            first: Vec::new(),
-            last: VecDeque::new(),
-            count: 0,
+            ended: FirstAndLast::default(),
             reached: 0,
         }
     }
@@ -69,22 +59,14 @@ impl Legs {
             ending,
             error_mm: stats.error.map(millimetres),
         };
-        self.count += 1;
         self.reached += usize::from(leg.reached);
-        if self.first.len() < FIRST {
-            self.first.push(leg);
-        } else {
-            if self.last.len() == LAST {
-                self.last.pop_front();
-            }
-            self.last.push_back(leg);
-        }
-        self.count - 1
+        self.ended.push(leg);
+        self.ended.count() - 1
     }
 
     /// Returns the number of legs that ended.
     pub(super) fn count(&self) -> usize {
-        self.count
+        self.ended.count()
     }
 
     /// Returns the number of those whose targets were reached.
@@ -96,12 +78,12 @@ impl Legs {
     /// under way.
     pub(super) fn all_reached(&self) -> bool {
         let is_complete = self.waiting.is_empty() && !self.is_cancelled;
-        is_complete && self.count > 0 && self.reached == self.count
+        is_complete && self.count() > 0 && self.reached == self.count()
     }
 
-    /// Returns the legs that were kept.
-    pub(super) fn into_kept(self) -> Vec<Leg> {
-        self.first.into_iter().chain(self.last).collect()
+    /// Returns the legs that ended.
+    pub(super) fn into_ended(self) -> FirstAndLast<Leg> {
+        self.ended
     }
 }
 
@@ -142,7 +124,7 @@ mod tests {
         }
         assert!(!legs.all_reached());
         assert_eq!((legs.count(), legs.reached()), (ALL, ALL - ALL / 10));
-        let kept: Vec<u64> = legs.into_kept().iter().map(|leg| leg.frames).collect();
+        let kept: Vec<u64> = legs.into_ended().into_kept().iter().map(|leg| leg.frames).collect();
         let expected = (0..100).chain(ALL as u64 - 900..ALL as u64);
         assert!(kept.iter().copied().eq(expected), "{kept:?}");
     }
@@ -156,7 +138,7 @@ mod tests {
             legs.end(&drive(0), ending, &RunStats::default());
         }
         assert!(!legs.all_reached());
-        assert!(legs.into_kept().iter().all(|leg| leg.reached));
+        assert!(legs.into_ended().into_kept().iter().all(|leg| leg.reached));
     }
 
     #[test]

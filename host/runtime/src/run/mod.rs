@@ -4,6 +4,7 @@ mod control_loop;
 mod core;
 mod error;
 mod event_log;
+mod first_and_last;
 mod goal;
 mod legs;
 mod path;
@@ -258,8 +259,7 @@ impl<T: Transport> Run<T> {
         let stats = core.stats;
         let path = core.path().and_then(PathDrive::summary);
         let targets = core.targets.as_ref().and_then(TargetDrive::summary);
-        let (count, targets_reached) = (core.legs.count(), core.legs.reached());
-        let legs = core.legs.into_kept();
+        let (targets_reached, legs) = (core.legs.reached(), core.legs.into_ended());
         Summary {
             reached: ending.reached,
             law: self.law,
@@ -268,8 +268,10 @@ impl<T: Transport> Run<T> {
             time_s: round(stats.time, 1e6),
             error_mm: stats.error.map(millimetres),
             targets_reached,
-            legs_left_out: (count - legs.len()) as u64,
-            legs,
+            legs_left_out: legs.left_out(),
+            legs: legs.into_kept(),
+            events_left_out: core.events.left_out(),
+            events: core.events.into_kept(),
             path,
             targets,
             at_rest: ending.at_rest,

@@ -11,7 +11,7 @@ use super::figures::{self, Sample, Samples};
 use super::lost_frames::LostFrames;
 use super::output_dir::{create_new, write_new};
 use super::{LogRow, OutputDir, RunLogError, figures_file};
-use crate::observer::{FrameRecord, Observer, RunEvent};
+use crate::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use crate::rig::{Rig, Simulation};
 use crate::summary::Summary;
 
@@ -177,8 +177,8 @@ impl Observer for RunLog {
         }
     }
 
-    fn event(&mut self, event: &RunEvent) {
-        let RunEvent::FrameLost { message } = event else { return };
+    fn event(&mut self, record: &EventRecord) {
+        let RunEvent::FrameLost { message } = &record.event else { return };
         if let Err(error) = self.lost.add(self.last_frame, message) {
             self.failure.get_or_insert(error);
         }

@@ -24,7 +24,7 @@ pub struct LogRow {
     pub target: Option<Point3<f64>>,
     /// |e|, the distance of the measured position from the target, metres.
     pub error_m: Option<f64>,
-    /// State of the board, if its telemetry is about the target.
+    /// State of the board, if its telemetry is about the target or it has stopped by itself.
     pub board: Option<State>,
     /// Motor positions, full steps from the zero of travel, + pays out; order A, B, C.
     pub motors_steps: Option<[f64; 3]>,
@@ -80,7 +80,7 @@ impl From<&FrameRecord> for LogRow {
             position: record.position(),
             target: Some(record.target),
             error_m: record.error(),
-            board: record.state,
+            board: record.board_state(),
             motors_steps: telemetry.map(|telemetry| telemetry.motors.map(Steps16::to_si)),
             rates_steps_s: telemetry.map(|telemetry| telemetry.rates.map(Rate::to_si)),
             tensions: telemetry

@@ -18,7 +18,7 @@ use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::Image;
 use plumb_frame::observation::BallObservation;
 use plumb_protocol::units::Micros;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunError, RunParts};
 use plumb_sim::memory::Memory;
@@ -92,8 +92,9 @@ impl Observer for Notes {
         self.frames.push(record.number);
     }
 
-    fn event(&mut self, event: &RunEvent) {
-        if matches!(event, RunEvent::FrameLost { message } if message.contains("no memory")) {
+    fn event(&mut self, record: &EventRecord) {
+        if matches!(&record.event, RunEvent::FrameLost { message } if message.contains("no memory"))
+        {
             self.lost.extend(self.frames.last());
         }
     }

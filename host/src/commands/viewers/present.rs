@@ -7,7 +7,7 @@ use plumb_cameras::record::Overflow;
 use plumb_cameras::source::BoxedError;
 use plumb_foxglove::{FoxgloveOutput, FoxgloveSettings};
 use plumb_runtime::error_chain::ErrorChain;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::Summary;
@@ -91,7 +91,7 @@ impl Observer for Viewers {
         }
     }
 
-    fn event(&mut self, event: &RunEvent) {
+    fn event(&mut self, event: &EventRecord) {
         if let Some(queue) = &mut self.0 {
             queue.event(event);
         }

@@ -9,7 +9,7 @@ use plumb_cameras::camera_file;
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{Limits, Run as Repetition};
 use plumb_protocol::message::State;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{
     CommandOutcome, OperatorClock, OperatorCommand, OperatorSender, operator_with_clock,
 };
@@ -110,7 +110,8 @@ impl Observer for Script<'_> {
         }
     }
 
-    fn event(&mut self, event: &RunEvent) {
+    fn event(&mut self, record: &EventRecord) {
+        let event = &record.event;
         self.seen.events.push(event.clone());
     }
 }

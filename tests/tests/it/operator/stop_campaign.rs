@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use plumb_cameras::camera_file;
 use plumb_protocol::message::State;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{
     BEGINS_ANEW_AFTER, OperatorCommand, OperatorSender, StopEvent, operator_with_clock,
 };
@@ -213,7 +213,8 @@ impl Observer for Campaign<'_> {
         }
     }
 
-    fn event(&mut self, event: &RunEvent) {
+    fn event(&mut self, record: &EventRecord) {
+        let event = &record.event;
         let is_begun = matches!(event, RunEvent::TargetSet { .. });
         if is_begun && self.plan.is_early && !self.has_begun {
             self.failures.push("the list began after an early Stop".to_owned());

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::{Point3, Vector3};
 use plumb_cameras::camera_file;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent, TargetsEvent};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent, TargetsEvent};
 use plumb_runtime::operator::{OperatorSender, operator};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary, TargetUse, TargetsSummary};
@@ -92,8 +92,8 @@ impl<F: FnMut(u64, &OperatorSender)> Observer for Seen<F> {
         (self.act)(record.number, &self.sender);
     }
 
-    fn event(&mut self, event: &RunEvent) {
-        if let RunEvent::Targets(event) = event {
+    fn event(&mut self, record: &EventRecord) {
+        if let RunEvent::Targets(event) = &record.event {
             let time = self.records.last().map_or(0.0, |record| record.time);
             self.events.push((time, event.clone()));
         }

@@ -89,7 +89,7 @@ impl Bench {
         self.ending = actions.ending.or(self.ending.take());
         for action in actions.list {
             match action {
-                Action::Event(event) => self.events.push(event),
+                Action::Event(record) => self.events.push(record.event),
                 Action::Record(_) => {}
                 Action::EndMotions => {
                     self.core.step(self.now, Input::MotionsEnded(self.motion));

@@ -75,13 +75,17 @@ fn rows_are_in_the_file_before_the_run_ends() {
     assert!(!path.join("summary.json").exists());
 }
 
+/// Returns the event of a lost frame.
+fn lost(message: &str) -> EventRecord {
+    EventRecord { time: 0.0, event: RunEvent::FrameLost { message: message.to_owned() } }
+}
+
 #[test]
 fn lost_frames_are_listed_with_their_cause() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
     let mut run = create(&path, scene()).unwrap();
     assert!(!path.join("lost.csv").exists(), "no frame is lost");
-    let lost = |message: &str| RunEvent::FrameLost { message: message.to_owned() };
     run.event(&lost("camera: no frame: colour and depth are out of step"));
     run.record(&row(0)).unwrap();
     run.record(&row(1)).unwrap();
@@ -101,7 +105,7 @@ fn a_list_of_lost_frames_that_cannot_be_written_is_a_failure() {
     let path = parent.path().join("run");
     let mut run = create(&path, scene()).unwrap();
     fs::create_dir(path.join("lost.csv")).unwrap();
-    run.event(&RunEvent::FrameLost { message: "camera: no frame".to_owned() });
+    run.event(&lost("camera: no frame"));
     let failure = Observer::failure(&mut run).expect("the failure");
     assert!(failure.to_string().contains("lost.csv"), "{failure}");
 }
