@@ -10,7 +10,7 @@ use foxglove::messages::{
 use nalgebra::Point3;
 use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::rig::quantity::Corner;
-use plumb_runtime::rig::{Rig, Simulation};
+use plumb_runtime::rig::{MotorPoints, Rig};
 
 use crate::camera::RIG;
 use crate::clock::timestamp;
@@ -36,8 +36,8 @@ const FAINT: Color = Color { r: 0.5, g: 0.5, b: 0.5, a: 0.4 };
 pub(crate) struct Scene {
     /// Corners of the workspace, smallest and largest coordinates, metres.
     workspace: [Point3<f64>; 2],
-    /// Motor points A, B, C, metres; `None` where they are unknown.
-    motors: Option<[Point3<f64>; 3]>,
+    /// Motor points; `None` where they are unknown.
+    motors: Option<MotorPoints>,
     /// Radius within which a target counts as reached, metres.
     reached: f64,
     /// Diameter of the ball, metres.
@@ -52,7 +52,7 @@ impl Scene {
         let corner = |corner: [Corner; 3]| Point3::from(corner.map(Corner::get));
         Self {
             workspace: [corner(rig.workspace.min), corner(rig.workspace.max)],
-            motors: rig.simulation.as_ref().map(Simulation::motors),
+            motors: rig.motor_points(),
             reached: rig.reached.radius.get(),
             ball_diameter,
             path: VecDeque::new(),
@@ -90,14 +90,11 @@ impl Scene {
             },
             SceneEntity { lines: vec![self.workspace()], ..entity("workspace") },
         ];
-        if let Some(motors) = &self.motors {
+        if let Some(points) = &self.motors {
+            let motors = &points.places;
             entities.push(SceneEntity {
                 lines: vec![line(Type::LineLoop, motors.iter(), THICK, GREY)],
-                texts: motors
-                    .iter()
-                    .zip(["A", "B", "C"])
-                    .map(|(at, name)| text(at, name))
-                    .collect(),
+                texts: motors.iter().zip(points.names()).map(|(at, name)| text(at, name)).collect(),
                 ..entity("motors")
             });
             entities.push(SceneEntity {

@@ -3,8 +3,8 @@
 use nalgebra::Point3;
 use plumb_runtime::observer::Tone;
 use plumb_runtime::operator::OperatorCommand;
+use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::quantity::Corner;
-use plumb_runtime::rig::{Rig, Simulation};
 use serde::{Deserialize, Serialize};
 
 /// Version of the messages. A page of another version reloads itself.
@@ -140,6 +140,8 @@ pub struct RigView {
     pub radius: f64,
     /// Motor points A, B, C; `None` where nobody knows them.
     pub motors: Option<[[f64; 3]; 3]>,
+    /// Names of the motors in the picture of the rig; they say where the points are approximate.
+    pub motor_names: Option<[&'static str; 3]>,
     /// Highest rate of a motor, full steps/s.
     pub max_rate: f64,
     /// Highest rate of a jog, full steps/s.
@@ -154,13 +156,14 @@ impl RigView {
     /// Returns the view of a rig file.
     pub fn of(rig: &Rig) -> Self {
         let corner = |corner: [Corner; 3]| corner.map(Corner::get);
-        let motors = rig.simulation.as_ref().map(Simulation::motors);
+        let motors = rig.motor_points();
         Self {
             title: rig.law.title(),
             law: rig.law.name().as_str(),
             workspace: [corner(rig.workspace.min), corner(rig.workspace.max)],
             radius: rig.reached.radius.get(),
-            motors: motors.map(|motors| motors.map(Into::into)),
+            motors: motors.map(|motors| motors.places.map(Into::into)),
+            motor_names: motors.map(|motors| motors.names()),
             max_rate: rig.motors.max_rate.get(),
             jog_rate: rig.jog.max_rate.get().min(rig.motors.max_rate.get()),
             jog_distance: rig.jog.max_distance.get(),

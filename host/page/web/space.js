@@ -42,7 +42,7 @@ export class Space {
   draw(history, goal, choice) {
     if (!this.#rig) return;
     const { context, width, height } = fit(this.#canvas);
-    const { workspace, motors } = this.#rig;
+    const { workspace, motors, motor_names: names } = this.#rig;
     const corners = boxCorners(workspace);
     const points = [...corners, ...(motors ?? [])];
     this.#view = project(this.#azimuth, this.#elevation, points, width, height);
@@ -52,7 +52,7 @@ export class Space {
     drawAxes(draw, workspace);
     const path = history.samples.map((sample) => sample.position);
     const ball = path.findLast((position) => position !== null) ?? null;
-    if (motors) drawMotors(draw, motors, ball, workspace[0][2]);
+    if (motors) drawMotors(draw, motors, names, ball, workspace[0][2]);
     drawPath(draw, path, workspace[0][2]);
     if (goal) drawTarget(draw, goal.target, workspace[0][2]);
     drawChoice(draw, choice, workspace[0][2]);
@@ -212,13 +212,13 @@ function drawAxes(draw, [low, high]) {
   });
 }
 
-function drawMotors(draw, motors, ball, floor) {
+function drawMotors(draw, motors, names, ball, floor) {
   draw.line([...motors, motors[0]], COLOURS.grey, 1.5);
   motors.forEach((motor, index) => {
     draw.line([motor, [motor[0], motor[1], floor]], COLOURS.faint, 1, [3, 4]);
     if (ball) draw.line([motor, ball], COLOURS.grey, 1);
     draw.dot(motor, 5, COLOURS.ink);
-    draw.text("ABC"[index], motor, COLOURS.ink, [0, -14]);
+    draw.text(names[index], motor, COLOURS.ink, [0, -14]);
   });
 }
 

@@ -220,7 +220,7 @@ impl fmt::Display for RunEvent {
 impl Serialize for EventRecord {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let Self { time, event } = self;
-        let target: Option<[f64; 3]> = event.target().map(Into::into);
+        let target = event.target().map(|at| <[f64; 3]>::from(at).map(|metres| round(metres, 1e6)));
         let mut fields = serializer.serialize_struct("EventRecord", 7)?;
         fields.serialize_field("time_s", &round(*time, 1e6))?;
         fields.serialize_field("kind", &event.kind())?;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::output_dir::write_new;
 use super::{FigureSettings, RunLogError};
+use crate::rig::MotorPoints;
 use crate::rig::quantity::Distance;
 
 /// Name of the file in the folder of the run.
@@ -27,6 +28,9 @@ struct Content {
     /// Motor points A, B, C, metres in the rig frame; `None` where they are unknown.
     #[serde(default, deserialize_with = "motors")]
     motors_m: Option<[[f64; 3]; 3]>,
+    /// Whether a person has measured them.
+    #[serde(default)]
+    motors_are_approximate: bool,
 }
 
 /// Reads a threshold, metres.
@@ -49,7 +53,8 @@ pub(super) fn write(folder: &Path, settings: &FigureSettings) -> Result<(), RunL
     let content = Content {
         title: settings.title.clone(),
         threshold_m: settings.threshold_m,
-        motors_m: settings.motors.map(|motors| motors.map(Into::into)),
+        motors_m: settings.motors.map(|motors| motors.places.map(Into::into)),
+        motors_are_approximate: settings.motors.is_some_and(|motors| motors.is_approximate),
     };
     match serde_json::to_vec_pretty(&content) {
         Ok(mut json) => {
@@ -70,9 +75,10 @@ pub(super) fn read(folder: &Path) -> Result<FigureSettings, RunLogError> {
         .map_err(|source| RunLogError::NotARun { folder: folder.into(), source: source.into() })?;
     let content: Content = serde_json::from_str(&text)
         .map_err(|source| RunLogError::NotARun { folder: folder.into(), source: source.into() })?;
-    Ok(FigureSettings {
-        title: content.title,
-        threshold_m: content.threshold_m,
-        motors: content.motors_m.map(|motors| motors.map(Point3::from)),
-    })
+    let Content { title, threshold_m, motors_m, motors_are_approximate: is_approximate } = content;
+    let motors = motors_m.map(|motors| {
+        let places = motors.map(Point3::from);
+        MotorPoints { places, is_approximate }
+    });
+    Ok(FigureSettings { title, threshold_m, motors })
 }

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
 use plumb_cameras::whole_writes::WholeWrites;
 use serde::Serialize;
@@ -12,7 +11,7 @@ use super::lost_frames::LostFrames;
 use super::output_dir::{create_new, write_new};
 use super::{LogRow, OutputDir, RunLogError, figures_file};
 use crate::observer::{EventRecord, FrameRecord, Observer, RunEvent};
-use crate::rig::{Rig, Simulation};
+use crate::rig::{MotorPoints, Rig};
 use crate::summary::Summary;
 
 /// Content of the figures besides the rows.
@@ -22,8 +21,8 @@ pub struct FigureSettings {
     pub title: String,
     /// |e| below which the target counts as reached, metres.
     pub threshold_m: f64,
-    /// Motor points A, B, C, metres in the rig frame, if they are known.
-    pub motors: Option<[Point3<f64>; 3]>,
+    /// Motor points, if they are known.
+    pub motors: Option<MotorPoints>,
 }
 
 impl FigureSettings {
@@ -32,7 +31,7 @@ impl FigureSettings {
         Self {
             title: rig.law.title(),
             threshold_m: rig.reached.radius.get(),
-            motors: rig.simulation.as_ref().map(Simulation::motors),
+            motors: rig.motor_points(),
         }
     }
 }

@@ -13,6 +13,7 @@ use super::{
     DrawError, FAINT, FONT, FigureSettings, INK, MEASURED, START, Sample, TARGET,
     shown_at_half_size, stretches, stroke,
 };
+use crate::rig::MotorPoints;
 
 const SIZE: (u32, u32) = (2000, 1640);
 const CAPTION: i32 = 46;
@@ -76,7 +77,9 @@ pub(crate) fn in_space(samples: &[Sample], scene: &FigureSettings) -> Result<Str
         area.draw_text(&scene.title, &bold, (80, 32))?;
         let seen = samples.iter().filter_map(|s| s.position.as_ref());
         let wanted = samples.iter().filter_map(|s| s.target.as_ref());
-        match Bounds::around(seen.chain(wanted).chain(scene.motors.iter().flatten())) {
+        match Bounds::around(
+            seen.chain(wanted).chain(scene.motors.iter().flat_map(|motors| &motors.places)),
+        ) {
             Some(bounds) => {
                 let corner = (f64::from(SIZE.0) - 140.0, f64::from(SIZE.1) - 150.0);
                 let view = Projection::fit(&bounds, (180.0, 120.0), corner);
@@ -168,15 +171,12 @@ impl Canvas<'_> {
     }
 
     /// Draws the triangle of motors, and the cables from there to the ball.
-    fn motors(
-        &self,
-        motors: &[Point3<f64>; 3],
-        ball: Option<Point3<f64>>,
-    ) -> Result<(), DrawError> {
+    fn motors(&self, points: &MotorPoints, ball: Option<Point3<f64>>) -> Result<(), DrawError> {
+        let motors = &points.places;
         let corners = motors.map(|m| self.view.pixel(&m)).to_vec();
         self.area.draw(&Polygon::new(corners, TRIANGLE.mix(0.10)))?;
         self.line(&[motors[0], motors[1], motors[2], motors[0]], stroke(TRIANGLE, 4))?;
-        for (motor, name) in motors.iter().zip(["A", "B", "C"]) {
+        for (motor, name) in motors.iter().zip(points.names()) {
             self.drop_line(motor)?;
             if let Some(ball) = ball {
                 self.line(&[*motor, ball], stroke(TRIANGLE, 2))?;

@@ -4,6 +4,8 @@ use std::os::unix::fs::symlink;
 use plumb_protocol::message::{Fault, State};
 use serde_json::json;
 
+use nalgebra::Point3;
+
 use super::*;
 use crate::run_log::{LogDetection, LogPath, LoggedRun};
 
@@ -13,12 +15,13 @@ fn create(path: impl Into<PathBuf>, settings: FigureSettings) -> Result<RunLog, 
 }
 
 fn scene() -> FigureSettings {
-    let motors = [
+    let places = [
         Point3::new(0.85, 0.61, 0.665),
         Point3::new(0.85, 0.0, 0.665),
         Point3::new(0.0, 0.24, 0.665),
     ];
-    FigureSettings { title: "interval, γ = 30 /s".into(), threshold_m: 0.01, motors: Some(motors) }
+    let points = MotorPoints { places, is_approximate: false };
+    FigureSettings { title: "interval, γ = 30 /s".into(), threshold_m: 0.01, motors: Some(points) }
 }
 
 /// A run like the paper's: y first, then x, z last; the ball is lost now and then.
