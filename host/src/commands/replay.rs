@@ -46,7 +46,10 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let mut camera = camera_file::read(&file)?;
     let topics = Ros2CameraSettings::default();
     let opened = open_recording(&args.recording, &camera, &topics)?;
-    let OpenedRecording { mut source, intrinsics } = opened;
+    let OpenedRecording { mut source, intrinsics, notes } = opened;
+    for note in &notes {
+        tell!("plumb: {note}");
+    }
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
     let debug = args.debug.as_deref().map(DebugFolder::create).transpose()?;

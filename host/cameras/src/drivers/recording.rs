@@ -21,7 +21,11 @@ impl CameraDriver for RecordingDriver {
 
     fn open(&self, request: &OpenRequest<'_>) -> Result<OpenedCamera, BoxedError> {
         let path = request.settings.recording.as_ref().ok_or(SettingsError::NoRecording)?;
-        let OpenedRecording { source, intrinsics } = open_recording(path, &request.camera)?;
-        Ok(OpenedCamera::start(Playback::new(source), request.camera.clone(), intrinsics)?)
+        let OpenedRecording { source, intrinsics, notes } = open_recording(path, &request.camera)?;
+        let camera = request.camera.clone();
+        Ok(OpenedCamera {
+            notes,
+            ..OpenedCamera::start(Playback::new(source), camera, intrinsics)?
+        })
     }
 }

@@ -20,6 +20,8 @@ pub struct OpenedRecording {
     pub source: Box<dyn CameraSource + Send>,
     /// Intrinsics of its frames.
     pub intrinsics: Intrinsics,
+    /// What the recording has and is not used, for a person.
+    pub notes: Vec<String>,
 }
 
 /// Failure to open a recording.
@@ -88,7 +90,7 @@ pub fn open_recording(
     if !path.is_file() {
         let source = TumFolder::open(path, intrinsics)?;
         let intrinsics = *source.intrinsics();
-        return Ok(OpenedRecording { source: Box::new(source), intrinsics });
+        return Ok(OpenedRecording { source: Box::new(source), intrinsics, notes: Vec::new() });
     }
     let kind = path.extension().unwrap_or_default();
     if kind == "bag" || kind == "db3" {
@@ -107,7 +109,7 @@ pub fn open_recording(
     let intrinsics = IntrinsicsSource::Calibrated(intrinsics);
     let source = OpenniSource::open(&openni, &target, Settings::default(), intrinsics)?;
     let intrinsics = *source.intrinsics();
-    Ok(OpenedRecording { source: Box::new(source), intrinsics })
+    Ok(OpenedRecording { source: Box::new(source), intrinsics, notes: Vec::new() })
 }
 
 /// Returns whether `path` is a file of MCAP by its name: `plumb-ros2` reads it.
@@ -149,8 +151,8 @@ fn open_video(
     intrinsics: FileIntrinsics,
 ) -> Result<OpenedRecording, OpenRecordingError> {
     let source = super::webcam::VideoFileSource::open(path, intrinsics)?;
-    let intrinsics = *source.intrinsics();
-    Ok(OpenedRecording { source: Box::new(source), intrinsics })
+    let (notes, intrinsics) = (source.notes().to_vec(), *source.intrinsics());
+    Ok(OpenedRecording { source: Box::new(source), intrinsics, notes })
 }
 
 /// Returns the error of a program without video files.
@@ -174,7 +176,7 @@ fn open_realsense(path: &Path) -> Result<OpenedRecording, OpenRecordingError> {
         other => other.into(),
     })?;
     let intrinsics = *source.intrinsics();
-    Ok(OpenedRecording { source: Box::new(source), intrinsics })
+    Ok(OpenedRecording { source: Box::new(source), intrinsics, notes: Vec::new() })
 }
 
 #[cfg(test)]

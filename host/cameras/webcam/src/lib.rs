@@ -24,6 +24,7 @@
 mod error;
 mod picture;
 mod settings;
+mod tracks;
 mod video_file;
 mod webcam;
 

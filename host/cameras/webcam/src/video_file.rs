@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use opencv::videoio::{
     CAP_FFMPEG, CAP_OPENCV_MJPEG, CAP_PROP_FPS, CAP_PROP_ORIENTATION_AUTO, CAP_PROP_POS_MSEC,
-    VideoCapture, VideoCaptureTrait, VideoCaptureTraitConst,
+    CAP_PROP_SAR_DEN, CAP_PROP_SAR_NUM, VideoCapture, VideoCaptureTrait, VideoCaptureTraitConst,
 };
 
 use crate::error::WebcamError;
 use crate::picture::{Picture, check_size, failed, retrieve};
 use crate::settings::Mode;
+use crate::tracks::video_tracks;
 
 /// Readers of OpenCV in the order in which they are tried: FFmpeg knows all formats, the other one,
 /// which every OpenCV has, MJPEG in AVI.
@@ -24,6 +25,8 @@ pub struct VideoFile {
     path: PathBuf,
     capture: VideoCapture,
     mode: Mode,
+    /// Parts of the file that are not used, for a person.
+    notes: Vec<String>,
     /// The first picture, until it is taken.
     first: Option<Picture>,
     /// Time stamp of the last picture, seconds.
@@ -51,7 +54,14 @@ impl VideoFile {
         let rate = capture.get(CAP_PROP_FPS).map_err(&failed)?;
         let rate = if rate.is_finite() && rate > 0.0 { rate } else { USUAL_RATE };
         let mode = Mode { width: first.width, height: first.height, rate };
-        Ok(Self { path: path.to_owned(), capture, mode, first: Some(first), last: 0.0 })
+        let notes = notes(path, &capture)?;
+        Ok(Self { path: path.to_owned(), capture, mode, notes, first: Some(first), last: 0.0 })
+    }
+
+    /// Returns what the file has and is not used, for a person: further tracks, and the shape of
+    /// its pixels.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Returns the size of the pictures, and their rate.
@@ -78,6 +88,30 @@ impl VideoFile {
         let size = (self.mode.width, self.mode.height);
         picture.map(|picture| check_size(picture, size, &self.path)).transpose()
     }
+}
+
+/// Returns what the file at `path` has and is not used, for a person.
+fn notes(path: &Path, capture: &VideoCapture) -> Result<Vec<String>, WebcamError> {
+    let mut notes = Vec::new();
+    let open = |source| WebcamError::Open { path: path.to_owned(), source };
+    let tracks = video_tracks(path).map_err(open)?;
+    if tracks > 1 {
+        notes.push(format!(
+            "{}: the file has {tracks} video tracks, and only the first one is read: depth in \
+             another one is not used",
+            path.display()
+        ));
+    }
+    let get = |property| capture.get(property).map_err(failed(path));
+    let [width, height] = [get(CAP_PROP_SAR_NUM)?, get(CAP_PROP_SAR_DEN)?];
+    if width > 0.0 && height > 0.0 && width != height {
+        notes.push(format!(
+            "{}: the file asks for pixels that are {width}:{height} as wide as high. They are read \
+             as they are stored: the camera file must have the lens of these pixels",
+            path.display()
+        ));
+    }
+    Ok(notes)
 }
 
 /// Opens the file at `path` with one of OpenCV's readers, and reads its first picture. Returns

@@ -1,6 +1,6 @@
 //! Video files that the tests write, and what is refused. No camera is needed.
 
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -81,6 +81,63 @@ fn the_pixels_of_a_video_are_as_they_are_stored() {
     assert_eq!((file.mode().width, file.mode().height), (64, 48));
     let pictures = std::iter::from_fn(|| file.next_picture().unwrap());
     assert!(pictures.map(|picture| (picture.width, picture.height)).eq([(64, 48); 3]));
+}
+
+/// Returns an element of a Matroska file (RFC 8794).
+fn element(id: &[u8], content: &[u8]) -> Vec<u8> {
+    let mut size = (content.len() as u64).to_be_bytes();
+    size[0] = 1;
+    [id, &size, content].concat()
+}
+
+/// Returns a track of JPEG pictures of 64x48, which are shown twice as wide.
+fn track(number: u8) -> Vec<u8> {
+    let sizes = [(&[0xB0][..], 64), (&[0xBA], 48), (&[0x54, 0xB0], 128), (&[0x54, 0xBA], 48)];
+    let video: Vec<u8> = sizes.iter().flat_map(|(id, size)| element(id, &[*size])).collect();
+    let entry = [
+        element(&[0xD7], &[number]),
+        element(&[0x73, 0xC5], &[number]),
+        element(&[0x83], &[1]),
+        element(&[0x86], b"V_MJPEG"),
+        element(&[0xE0], &video),
+    ];
+    element(&[0xAE], &entry.concat())
+}
+
+/// Returns the first picture of an AVI file, JPEG.
+fn first_jpeg(avi: &[u8]) -> &[u8] {
+    let name = avi.windows(4).position(|window| window == b"00dc").unwrap();
+    let size = u32::from_le_bytes(avi[name + 4..name + 8].try_into().unwrap()) as usize;
+    &avi[name + 8..][..size]
+}
+
+#[test]
+fn further_tracks_and_pixels_that_are_not_square_are_told() {
+    let (folder, path) = folder_with("one.avi");
+    write(&path, 1, (64, 48), 20.0);
+    assert_eq!(VideoFile::open(&path).unwrap().notes(), [] as [String; 0]);
+    let avi = fs::read(&path).unwrap();
+    let blocks = [1, 2].map(|number| {
+        let block = [&[0x80 | number, 0, 0, 0x80], first_jpeg(&avi)].concat();
+        element(&[0xA3], &block)
+    });
+    let scale = element(&[0x2A, 0xD7, 0xB1], &1_000_000_u32.to_be_bytes());
+    let segment = [
+        element(&[0x15, 0x49, 0xA9, 0x66], &scale),
+        element(&[0x16, 0x54, 0xAE, 0x6B], &[track(1), track(2)].concat()),
+        element(&[0x1F, 0x43, 0xB6, 0x75], &[element(&[0xE7], &[0]), blocks.concat()].concat()),
+    ];
+    let bytes = [
+        element(&[0x1A, 0x45, 0xDF, 0xA3], &element(&[0x42, 0x82], b"matroska")),
+        element(&[0x18, 0x53, 0x80, 0x67], &segment.concat()),
+    ];
+    let path = folder.path().join("two.mkv");
+    fs::write(&path, bytes.concat()).unwrap();
+    let file = VideoFile::open(&path).unwrap();
+    assert_eq!((file.mode().width, file.mode().height), (64, 48));
+    let [tracks, shape] = file.notes() else { panic!("{:?}", file.notes()) };
+    assert!(tracks.contains("2 video tracks, and only the first one is read"), "{tracks}");
+    assert!(shape.contains("2:1 as wide as high"), "{shape}");
 }
 
 #[test]

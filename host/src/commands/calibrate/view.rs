@@ -83,7 +83,7 @@ impl View {
             return Self::open(file, rig, camera, 1);
         };
         let topics = &rig.camera.ros2;
-        let OpenedRecording { source, intrinsics } = open_recording(path, &camera, topics)?;
+        let OpenedRecording { source, intrinsics, .. } = open_recording(path, &camera, topics)?;
         let camera = Camera { intrinsics, ..camera };
         Ok(Self { source: Source::Camera(source), camera, frames: 1 })
     }

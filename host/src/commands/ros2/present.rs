@@ -32,7 +32,8 @@ pub(in super::super) fn open_camera(
 ) -> Result<OpenedCamera, Failure> {
     if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
         settings.source(false)?;
-        let OpenedRecording { source, intrinsics } = open_recording(path, &camera, &settings.ros2)?;
+        let OpenedRecording { source, intrinsics, .. } =
+            open_recording(path, &camera, &settings.ros2)?;
         return Ok(OpenedCamera::start(Playback::new(source), camera, intrinsics)?);
     }
     Ok(open_camera_with(&[&Ros2Driver], settings, camera, device_recording)?)
@@ -49,7 +50,7 @@ pub(in super::super) fn open_recording(
     }
     let source = McapRecording::open(path, camera, settings)?;
     let intrinsics = *source.intrinsics();
-    Ok(OpenedRecording { source: Box::new(source), intrinsics })
+    Ok(OpenedRecording { source: Box::new(source), intrinsics, notes: Vec::new() })
 }
 
 /// Node of a run; without effect where no option asks for one.

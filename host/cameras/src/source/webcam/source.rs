@@ -86,6 +86,11 @@ impl VideoFileSource {
         Ok(Self { file, origin: path.display().to_string(), intrinsics, now: 0.0 })
     }
 
+    /// Returns what the file has and is not used, for a person ([`VideoFile::notes`]).
+    pub fn notes(&self) -> &[String] {
+        self.file.notes()
+    }
+
     /// Returns the intrinsics of the frames.
     pub fn intrinsics(&self) -> &Intrinsics {
         &self.intrinsics
