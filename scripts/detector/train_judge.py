@@ -111,6 +111,17 @@ def train(network, kept, steps, rate, seed):
             total = 0.0
 
 
+def unused(kept):
+    """Returns log-odds to keep that keep nothing."""
+    return np.full((len(kept[1]), 2), -np.inf, np.float32)
+
+
+def measured(kept):
+    """Returns the batches whose statistics the normalisations of a weights file are given."""
+    made = batches(np.random.default_rng(0), *kept)
+    return [next(made)[0] for _ in range(MEASURED)]
+
+
 def start(kind, path, kept):
     """Returns the network to train with `kept`, and the highest rate and seed of its training."""
     if path == "-":
@@ -119,8 +130,7 @@ def start(kind, path, kept):
     torch.manual_seed(FURTHER_SEED)
     network = read_network(KINDS.index(kind), path)
     if not path.endswith(".pt"):
-        made = batches(np.random.default_rng(0), *kept)
-        give_statistics(network, [next(made)[0] for _ in range(MEASURED)])
+        give_statistics(network, measured(kept))
     return network.train(), FURTHER_RATE, FURTHER_SEED
 
 
@@ -129,9 +139,8 @@ def main():
     kind, steps, out, before, test, *paths = sys.argv[1 + keeps :]
     torch.set_num_threads(1)
     kept = read(paths)
-    nothing = np.full((len(kept[1]), 2), -np.inf, np.float32)
-    least = to_keep(read_network(KINDS.index(kind), before), *kept[:2]) if keeps else nothing
-    kept.append(least)
+    named = KINDS.index(kind)
+    kept.append(to_keep(read_network(named, before), *kept[:2]) if keeps else unused(kept))
     network, rate, seed = start(kind, before, kept)
     network = network.to(memory_format=torch.channels_last)
     train(network, kept, int(steps), rate, seed)
