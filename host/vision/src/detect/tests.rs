@@ -2,7 +2,6 @@
 
 mod border;
 mod certainty;
-mod dull;
 mod interface;
 mod large;
 mod real;
