@@ -5,7 +5,7 @@
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, ChildStderr, Command, Output, Stdio};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
@@ -113,6 +113,26 @@ impl Drop for Emulator {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+}
+
+/// States of the board, as the emulator prints them.
+pub(crate) struct States(BufReader<ChildStderr>);
+
+impl States {
+    pub(crate) fn of(emulator: &mut Child) -> Self {
+        Self(BufReader::new(emulator.stderr.take().unwrap()))
+    }
+
+    /// Waits for a state with this text. No command is sent meanwhile, which would end the host's
+    /// silence.
+    pub(crate) fn wait_for(&mut self, text: &str) -> String {
+        let mut state = String::new();
+        while !state.contains(text) {
+            state.clear();
+            assert!(self.0.read_line(&mut state).unwrap() > 0, "the emulator has ended");
+        }
+        state
     }
 }
 

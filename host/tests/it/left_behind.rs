@@ -2,12 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, ChildStderr, Command, Stdio};
+use std::process::{Command, Stdio};
 
 use crate::common::{
-    CAMERA_AWAY, Emulator, folder, json, patient, plumb, rig_file, stderr, until_rows,
+    CAMERA_AWAY, Emulator, States, folder, json, patient, plumb, rig_file, stderr, until_rows,
 };
 
 /// Arguments of the commands that drive, without the rig file.
@@ -53,25 +52,6 @@ fn killed(arguments: &[&str], folder: &Path, out: &str) -> String {
     text
 }
 
-/// States of the board, as the emulator prints them.
-struct States(BufReader<ChildStderr>);
-
-impl States {
-    fn of(emulator: &mut Child) -> Self {
-        Self(BufReader::new(emulator.stderr.take().unwrap()))
-    }
-
-    /// Waits for a fault. No command is sent meanwhile, which would end the host's silence.
-    fn wait_for_fault(&mut self) -> String {
-        let mut state = String::new();
-        while !state.contains("fault") {
-            state.clear();
-            assert!(self.0.read_line(&mut state).unwrap() > 0, "the emulator has ended");
-        }
-        state
-    }
-}
-
 #[test]
 fn a_drive_clears_the_fault_that_a_killed_one_left_behind_and_says_so() {
     let folder = folder();
@@ -80,7 +60,7 @@ fn a_drive_clears_the_fault_that_a_killed_one_left_behind_and_says_so() {
     let mut states = States::of(&mut emulator.child);
     for (number, drive) in DRIVES.into_iter().chain([DRIVES[0]]).enumerate() {
         if number > 0 {
-            let state = states.wait_for_fault();
+            let state = states.wait_for("fault");
             assert!(state.contains("nothing came from the host"), "{state}");
         }
         let out = number.to_string();

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use nix::pty::openpty;
 
-use crate::common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
+use crate::common::{Emulator, States, folder, json, patient, plumb, rig_file, stderr};
 
 /// Emulated board, and a rig file for it.
 struct Rig {
@@ -100,7 +100,8 @@ fn a_jog_beyond_its_limits_moves_nothing() {
 fn a_fault_stays_until_it_is_cleared() {
     let folder = folder();
     let file = rig_file(folder.path(), |text| text);
-    let emulator = Emulator::start();
+    let mut emulator = Emulator::start();
+    let mut states = States::of(&mut emulator.child);
     let mut jog = Command::new(env!("CARGO_BIN_EXE_plumb"))
         .args(["jog", &file, "A", "200", "--rate", "10", "--port", &emulator.port])
         .stderr(Stdio::null())
@@ -110,15 +111,12 @@ fn a_fault_stays_until_it_is_cleared() {
         plumb(&[arguments, &["--port", &emulator.port, "--json"]].concat(), Path::new("."))
     };
     // The host dies during the jog, which takes 20 s.
-    std::thread::sleep(Duration::from_millis(1500));
+    states.wait_for("jogging");
     jog.kill().unwrap();
     jog.wait().unwrap();
     // A status is a sign of life of a host: the board must first notice that the host is silent.
-    std::thread::sleep(Duration::from_secs(2));
+    states.wait_for("fault");
     let state = || json(&on(&["board", "status"]))["state"].as_str().unwrap().to_owned();
-    while matches!(state().as_str(), "jogging" | "stopping") {
-        std::thread::sleep(Duration::from_millis(100));
-    }
     assert!(state().contains("fault"), "{}", state());
     let jog = on(&["jog", &file, "A", "1"]);
     assert_eq!(jog.status.code(), Some(1));

@@ -7,7 +7,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;
 use std::process::Stdio;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
@@ -26,6 +26,9 @@ const ADVICE: &str = "Check what else uses the computer's processor";
 /// Outcome of a target outside the workspace.
 const REFUSED: &str = "go to (9.000, 9.000, 9.000) m: the target is outside the workspace";
 
+/// Longest wait for something that must come.
+const PATIENCE: Duration = Duration::from_secs(120);
+
 /// An open page.
 struct Page(tungstenite::WebSocket<TcpStream>);
 
@@ -34,7 +37,7 @@ impl Page {
     fn open(address: &str) -> Self {
         let request = format!("ws://{address}/socket").into_client_request().unwrap();
         let stream = TcpStream::connect(address).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let (socket, _) = tungstenite::client(request, stream).unwrap();
         Self(socket)
     }
@@ -51,8 +54,9 @@ impl Page {
 
     /// Takes updates until `is_enough` of the last one and of the events so far. Returns these.
     fn until(&mut self, is_enough: impl Fn(&Value, &[Value]) -> bool) -> Vec<Value> {
-        let mut events = Vec::new();
+        let (mut events, end) = (Vec::new(), Instant::now() + PATIENCE);
         loop {
+            assert!(Instant::now() < end, "{events:#?}");
             let Message::Text(message) = self.0.read().unwrap() else { continue };
             let message: Value = serde_json::from_str(&message).unwrap();
             if message["type"] != "update" {
@@ -80,7 +84,7 @@ fn now_ms() -> u64 {
 #[test]
 fn a_fault_and_a_refused_command_stand_in_every_output() {
     let folder = folder();
-    let edit = |text| patient(text).replace("host = 5.0", "host = 2.0");
+    let edit = |text| patient(text).replace("host = 5.0", "host = 4.5");
     let rig = rig_file(folder.path(), edit);
     let path = "x,y,z\n0.52,0.25,0.42\n0.48,0.25,0.42\n";
     fs::write(folder.path().join("path.csv"), path).unwrap();
@@ -101,7 +105,7 @@ fn a_fault_and_a_refused_command_stand_in_every_output() {
     page.until(|update, _| update["board"]["pace"].as_f64().is_some_and(|pace| pace > 0.0));
     // The host is held up for longer than the board waits for it.
     send(&run, Signal::SIGSTOP);
-    std::thread::sleep(Duration::from_secs(3));
+    std::thread::sleep(Duration::from_secs(6));
     send(&run, Signal::SIGCONT);
     let happened = now_ms();
     let told = lines.find(|line| line.contains(FAULT)).unwrap();
