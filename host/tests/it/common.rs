@@ -116,6 +116,12 @@ impl Drop for Emulator {
     }
 }
 
+/// Returns the address of a page, with its port, from the messages of a program.
+pub(crate) fn page_address(lines: &mut impl Iterator<Item = String>) -> String {
+    let line = lines.find(|line| line.starts_with("page: ")).unwrap();
+    line.split("http://").nth(1).unwrap().split('/').next().unwrap().to_owned()
+}
+
 /// States of the board, as the emulator prints them.
 pub(crate) struct States(BufReader<ChildStderr>);
 

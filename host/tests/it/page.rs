@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::process::{Command, Stdio};
 
-use crate::common::{folder, plumb, stderr};
+use crate::common::{folder, page_address, plumb, stderr};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
@@ -36,8 +36,7 @@ fn the_address_is_printed_and_serves_until_ctrl_c() {
         .spawn()
         .unwrap();
     let mut lines = BufReader::new(demo.stderr.take().unwrap()).lines().map(Result::unwrap);
-    let line = lines.find(|line| line.starts_with("page: ")).unwrap();
-    let address = line.split("http://").nth(1).and_then(|rest| rest.split('/').next()).unwrap();
+    let address = &page_address(&mut lines);
     let mut page = TcpStream::connect(address).unwrap();
     page.write_all(format!("GET / HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes()).unwrap();
     let mut reply = String::new();

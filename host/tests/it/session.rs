@@ -14,7 +14,7 @@ use serde_json::Value;
 use tungstenite::Message;
 use tungstenite::client::IntoClientRequest;
 
-use crate::common::{Emulator, folder, patient, program, rig_file, send};
+use crate::common::{Emulator, folder, page_address, patient, program, rig_file, send};
 use crate::viewers::mcap_agrees;
 
 /// Fault of a board whose host is held up.
@@ -97,8 +97,7 @@ fn a_fault_and_a_refused_command_stand_in_every_output() {
         .spawn()
         .unwrap();
     let mut lines = BufReader::new(run.stderr.take().unwrap()).lines().map(Result::unwrap);
-    let line = lines.find(|line| line.starts_with("page: ")).unwrap();
-    let address = line.split("http://").nth(1).unwrap().split('/').next().unwrap().to_owned();
+    let address = page_address(&mut lines);
 
     let mut page = Page::open(&address);
     // The path is under way.
