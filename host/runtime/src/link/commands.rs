@@ -1,6 +1,6 @@
 //! The table of commands that wait for their answers: one place repeats them and gives them up.
 //!
-//! The board carries a command out once, and answers as often as it is asked ([`plumb_protocol`],
+//! The board carries out a command once, and answers each repetition of it ([`plumb_protocol`],
 //! order, loss and duplicates). So a command is repeated with its id until its answer comes. A part
 //! of a path is not repeated: the next one replaces it.
 //!

@@ -13,18 +13,16 @@
 //! ```
 
 mod follow;
+mod interface;
 mod operator;
 mod record;
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb_frame::detect::DetectError;
-use plumb_frame::frame::RgbdFrame;
-use plumb_frame::observation::{BallObservation, Gaussian3};
-use plumb_protocol::message::{Command, Fault, Reference};
-use plumb_protocol::units::{Covariance, Micros, Point};
+use plumb_frame::observation::Gaussian3;
+use plumb_protocol::message::{Command, Fault};
+use plumb_protocol::units::Micros;
 use tracing::debug;
 
 use super::error::ControlLoopError;
@@ -38,133 +36,17 @@ use super::targets::TargetDrive;
 use super::waypoint::{Route, Waypoint};
 use crate::error_chain::ErrorChain;
 use crate::link::{LinkView, Reply};
-use crate::observer::{EventKind, EventRecord, FrameRecord, RunEvent};
-use crate::operator::{StopEvent, Submitted};
+use crate::observer::{EventKind, EventRecord, RunEvent};
+use crate::operator::Submitted;
 use crate::rig::MotionRules;
 use crate::stop_reason::StopReason;
 use crate::summary::RunStats;
-use crate::targets::{Arrivals, MotionId};
+pub(super) use interface::{Action, Actions, Input, Picture};
 pub(super) use record::SentPosition;
 use record::SentPositions;
 
 /// Number of lost frames in a row after which the camera counts as gone.
 const MAX_LOST_IN_A_ROW: u32 = 30;
-
-/// What happened to a run.
-pub(super) enum Input {
-    /// The run begins. A Stop may hold already.
-    Begin {
-        /// Whether a Stop of the operator holds, or waits.
-        is_stopped: bool,
-    },
-    /// A command of the operator.
-    Operator(Submitted),
-    /// A command that a later Stop or End replaced before it was taken.
-    Replaced(Submitted),
-    /// A Stop holds, or a Resume has ended it.
-    Stop(StopEvent),
-    /// A frame, and the ball in it.
-    Picture(Picture),
-    /// A frame was lost.
-    FrameLost(ControlLoopError),
-    /// The source has no more frames.
-    EndOfFrames,
-    /// The messages of the board were taken in.
-    Board {
-        /// What the link knows of the board.
-        view: LinkView,
-        /// Answer to the operator's last command.
-        reply: Option<Reply>,
-    },
-    /// What has come from the source of targets that move.
-    Moving {
-        /// Targets and messages.
-        arrivals: Arrivals,
-        /// Whether a Stop of the operator holds, or waits.
-        is_stopped: bool,
-    },
-    /// The motions up to this one were ended, after [`Action::EndMotions`].
-    MotionsEnded(MotionId),
-    /// The messages of this round are on their way, or the link broke before.
-    Sent(LinkView),
-    /// The end of a round.
-    Tick {
-        /// Whether the camera repeats one picture.
-        is_repeating: bool,
-    },
-    /// The run is interrupted from outside.
-    Interrupt,
-    /// The run has ended. The commands were not taken.
-    Closed(Vec<Submitted>),
-    /// The link, the camera or an observer failed, for this reason.
-    Failed(StopReason),
-}
-
-/// What is to be done after a step, in this order.
-#[derive(Default)]
-pub(super) struct Actions {
-    /// Actions.
-    pub(super) list: Vec<Action>,
-    /// How the run ends, where it does.
-    pub(super) ending: Option<Result<StopReason, ControlLoopError>>,
-}
-
-/// Action after a step.
-pub(super) enum Action {
-    /// Tells the board where the ball is.
-    Position {
-        /// Place of the ball; `None` where it is unknown.
-        ball: Option<Point>,
-        /// Covariance of the place.
-        covariance: Option<Covariance>,
-        /// Age of the picture.
-        age: Duration,
-    },
-    /// Asks the board for a target.
-    Target(Point),
-    /// Sends the operator's command, or the run's own Stop.
-    Submit(Command),
-    /// Sends the next part of a path.
-    Follow(Reference),
-    /// Gives up the path that was sent.
-    LeavePath,
-    /// Notes that the last part of the path comes to rest at another place than those before.
-    NoteNewRest,
-    /// Ends the motions that were begun until now; [`Input::MotionsEnded`] follows.
-    EndMotions,
-    /// Tells the observers.
-    Event(EventRecord),
-    /// Gives the observers the record of a frame.
-    Record(Box<FrameRecord>),
-}
-
-/// A frame and the ball in it.
-pub(super) struct Picture {
-    /// The frame.
-    pub(super) frame: Arc<RgbdFrame>,
-    /// The ball; `None` where it was not found.
-    pub(super) ball: Option<BallObservation>,
-    /// Error of the detector, if it could not search the frame.
-    pub(super) error: Option<DetectError>,
-}
-
-impl Picture {
-    /// Returns the ball's position and covariance; `None` if they are unknown.
-    fn position(&self) -> Option<Gaussian3> {
-        self.ball.and_then(|ball| ball.position)
-    }
-
-    /// Returns the ball's position for the board; `None` if it is unknown.
-    fn point(&self) -> Option<Point> {
-        self.position().and_then(|position| Point::from_metres(position.mean.into()))
-    }
-
-    /// Returns the covariance of the position for the board; `None` if it is unknown.
-    fn covariance(&self) -> Option<Covariance> {
-        let position = self.position()?;
-        Covariance::from_metres2(position.covariance.transpose().into())
-    }
-}
 
 /// Settings of a run.
 pub(super) struct Settings {

@@ -1,12 +1,13 @@
 //! Every goal against every kind of input, and random sequences of inputs.
 
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use nalgebra::{Matrix3, Vector3};
 use plumb_frame::camera::Intrinsics;
+use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::Image;
-use plumb_frame::observation::Circle;
+use plumb_frame::observation::{BallObservation, Circle};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{Limits, Run as Repetition};
 use plumb_protocol::message::{State, Telemetry};
@@ -15,10 +16,10 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::link::Subject;
-use crate::operator::{CommandOutcome, OperatorCommand, Stop};
+use crate::operator::{CommandOutcome, OperatorCommand, Stop, StopEvent};
 use crate::rig::Rig;
 use crate::run::targets::{TargetRules, TargetUse};
-use crate::targets::{LeftOut, TargetSender, TimedTarget, target_channel};
+use crate::targets::{Arrivals, LeftOut, MotionId, TargetSender, TimedTarget, target_channel};
 
 /// Target of the list.
 const TARGET: [f64; 3] = [0.54, 0.22, 0.3];
