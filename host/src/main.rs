@@ -16,7 +16,8 @@ use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 ///
 /// Exit codes: 0 done; 1 the command failed or did not reach its aim (a target, a proof, a board
 /// that is silent, a full disk); 2 the input is wrong (an option, a file, a port that cannot be
-/// opened, a configuration that the board refuses). Messages for people go to standard error.
+/// opened, a configuration that the board refuses); 101 the program has a defect. Messages for
+/// people go to standard error.
 #[derive(Parser)]
 #[command(version, max_term_width = 100)]
 struct Cli {

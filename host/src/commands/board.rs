@@ -17,7 +17,6 @@ use serde_json::{Value, json};
 use super::print::tell;
 use super::rig_args::{BoardArgs, PortArgs, RigArg};
 use super::{Failure, print};
-pub(crate) use flash::FlashError;
 
 /// Ask the board for its state, store a configuration in it, or write new firmware to it
 #[derive(Parser)]

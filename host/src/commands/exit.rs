@@ -1,4 +1,6 @@
-//! Exit codes: one function from an error to a code, for every command.
+//! The end of a command by an error: what is printed, and the exit code.
+
+mod class;
 
 use std::error::Error;
 use std::ffi::OsString;
@@ -6,37 +8,12 @@ use std::fmt;
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
-use plumb_calibrate::calibration::CalibrationError;
-use plumb_calibrate::corners::BoardError;
-use plumb_calibrate::lens::LensError;
-use plumb_cameras::record::RecordError;
-#[cfg(feature = "foxglove")]
-use plumb_foxglove::FoxgloveError;
-use plumb_page::PageError;
-use plumb_protocol::message::Refusal;
-#[cfg(feature = "ros2")]
-use plumb_ros2::Ros2Error;
-use plumb_runtime::commission::ExaminationError;
 use plumb_runtime::error_chain::ErrorChain;
-use plumb_runtime::link::LinkError;
-use plumb_runtime::replay::ReplayError;
-use plumb_runtime::run::RunError;
-use plumb_runtime::run_log::RunLogError;
-use plumb_runtime::targets::TargetStreamError;
-use plumb_sim::emulator::serve::ServeError;
 use serde_json::json;
 use thiserror::Error;
 
-use super::bench;
-use super::board::FlashError;
 use super::print::{result, tell};
-
-/// Exit code of a command that did its work and did not succeed, and of a command that failed: a
-/// target is not reached, a board is silent, a disk is full.
-pub(crate) const FAILED: u8 = 1;
-
-/// Exit code of a command that cannot begin because of its input: an option, a file or a port.
-pub(crate) const BAD_INPUT: u8 = 2;
+pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, exit_code_of};
 
 /// Error that ends a command, and its exit code.
 pub(crate) struct Failure {
@@ -56,6 +33,9 @@ struct InputError(String);
 #[error("{0}")]
 struct CommandError(String);
 
+exit_code_of! { BAD_INPUT: InputError }
+exit_code_of! { FAILED: CommandError }
+
 /// Returns the failure of a command for a mistake in its input.
 pub(crate) fn bad_input(message: impl fmt::Display) -> Failure {
     InputError(message.to_string()).into()
@@ -71,9 +51,11 @@ pub(crate) fn failed_because(error: impl Error + 'static) -> Failure {
     Failure { code: FAILED, error: error.into(), has_result: false }
 }
 
-impl<E: Error + 'static> From<E> for Failure {
+impl<E: ExitClass + 'static> From<E> for Failure {
     fn from(error: E) -> Self {
-        Self { code: exit_code(&error), error: error.into(), has_result: false }
+        let is_without_room = chain(&error).any(is_without_room);
+        let code = if is_without_room { FAILED } else { error.exit_code() };
+        Self { code, error: error.into(), has_result: false }
     }
 }
 
@@ -133,81 +115,9 @@ fn is_json_asked(arguments: impl Iterator<Item = OsString>) -> bool {
         || options.iter().any(|option| option == "--json")
 }
 
-/// Returns the exit code for an error. An error that is not listed is a mistake in the input: what
-/// is read and checked before the work begins has many types of error.
-fn exit_code(error: &(dyn Error + 'static)) -> u8 {
-    if std::iter::successors(Some(error), |&cause| cause.source()).any(is_without_room) {
-        return FAILED;
-    }
-    if let Some(error) = error.downcast_ref::<LinkError>() {
-        return link_exit_code(error);
-    }
-    if let Some(error) = error.downcast_ref::<RunError>() {
-        return match error {
-            RunError::Connect(error) => link_exit_code(error),
-            RunError::Broken { .. } => FAILED,
-            _ => BAD_INPUT,
-        };
-    }
-    if let Some(error) = error.downcast_ref::<ExaminationError>() {
-        return match error {
-            ExaminationError::Link(error) => link_exit_code(error),
-            ExaminationError::NotLive => BAD_INPUT,
-            _ => FAILED,
-        };
-    }
-    if let Some(error) = error.downcast_ref::<FlashError>() {
-        return match error {
-            FlashError::Link(error) => link_exit_code(error),
-            FlashError::NoBoard | FlashError::SeveralBoards(_) => BAD_INPUT,
-            _ => FAILED,
-        };
-    }
-    if let Some(RunLogError::Io { source: error, .. }) = error.downcast_ref() {
-        return file_exit_code(error);
-    }
-    if let Some(RecordError::Io { error, .. }) = error.downcast_ref() {
-        return file_exit_code(error);
-    }
-    #[cfg(feature = "foxglove")]
-    if let Some(error) = error.downcast_ref::<FoxgloveError>() {
-        return match error {
-            FoxgloveError::Exists(_) | FoxgloveError::Listen { .. } => BAD_INPUT,
-            FoxgloveError::Create { source, .. } => file_exit_code(source),
-            _ => FAILED,
-        };
-    }
-    #[cfg(feature = "ros2")]
-    if let Some(Ros2Error::Join { .. } | Ros2Error::Endpoint { .. } | Ros2Error::Thread(_)) =
-        error.downcast_ref()
-    {
-        return FAILED;
-    }
-    if is_failure(error) { FAILED } else { BAD_INPUT }
-}
-
-/// Returns whether an error of a type with one exit code, or with a code for each variant, is a
-/// failure of the work.
-fn is_failure(error: &(dyn Error + 'static)) -> bool {
-    bench::is_failure(error)
-        || matches!(error.downcast_ref(), Some(ReplayError::Write(_) | ReplayError::Debug(_)))
-        || matches!(
-            error.downcast_ref(),
-            Some(RunLogError::Csv { .. } | RunLogError::Json { .. } | RunLogError::Figure { .. })
-        )
-        || matches!(error.downcast_ref(), Some(RecordError::Thread))
-        || matches!(error.downcast_ref(), Some(TargetStreamError::Thread(_)))
-        || error.is::<BoardError>()
-        || error.is::<CalibrationError>()
-        || error.is::<LensError>()
-        || matches!(
-            error.downcast_ref(),
-            Some(PageError::Token(_) | PageError::Serve(_) | PageError::Rig(_))
-        )
-        || error.is::<ServeError>()
-        || error.is::<CommandError>()
-        || error.is::<io::Error>()
-        || error.is::<serde_json::Error>()
+/// Returns an error and its causes.
+fn chain<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn Error + 'static)> {
+    std::iter::successors(Some(error), |&cause| cause.source())
 }
 
 /// Returns whether `error` is that of a write without room: a full disk, or a limit of the size.
@@ -219,43 +129,17 @@ fn is_without_room(error: &(dyn Error + 'static)) -> bool {
     )
 }
 
-/// Returns the exit code for a failed operation on an output file. A path that cannot be created is
-/// a mistake in the input. Any other error is a failure of the work, such as a full disk.
-fn file_exit_code(error: &io::Error) -> u8 {
-    match error.kind() {
-        ErrorKind::NotFound
-        | ErrorKind::PermissionDenied
-        | ErrorKind::NotADirectory
-        | ErrorKind::IsADirectory
-        | ErrorKind::AlreadyExists
-        | ErrorKind::ReadOnlyFilesystem
-        | ErrorKind::InvalidFilename
-        | ErrorKind::InvalidInput => BAD_INPUT,
-        _ => FAILED,
-    }
-}
-
-/// Returns the exit code for an error of the link. A port that cannot be opened, and a
-/// configuration that the board refuses, are mistakes in the input.
-fn link_exit_code(error: &LinkError) -> u8 {
-    match error {
-        LinkError::Absent { .. }
-        | LinkError::Busy { .. }
-        | LinkError::Permission { .. }
-        | LinkError::Open { .. }
-        | LinkError::Ports { .. }
-        | LinkError::Refused { refusal: Refusal::Config(_), .. } => BAD_INPUT,
-        _ => FAILED,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
 
     use plumb_cameras::png::PngError;
-    use plumb_protocol::message::ConfigField;
-    use plumb_runtime::link::Damage;
+    use plumb_cameras::record::RecordError;
+    use plumb_protocol::message::{ConfigField, Refusal};
+    use plumb_runtime::link::{Damage, LinkError};
+    use plumb_runtime::run::RunError;
+    use plumb_runtime::run_log::RunLogError;
+    use plumb_sim::emulator::serve::ServeError;
 
     use super::*;
 
@@ -269,7 +153,7 @@ mod tests {
         }
     }
 
-    fn code(error: impl Error + 'static) -> u8 {
+    fn code(error: impl ExitClass + 'static) -> u8 {
         Failure::from(error).code
     }
 

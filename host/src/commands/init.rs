@@ -15,6 +15,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use self::dialogue::Dialogue;
+use super::exit::exit_code_of;
 use super::print::tell;
 use super::{Failure, failed_because, numbers, print};
 
@@ -145,6 +146,8 @@ enum WriteError {
         error: io::Error,
     },
 }
+
+exit_code_of! { BAD_INPUT: WriteError }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let [rig_path, camera_path] = ["rig.toml", "camera.toml"].map(|name| args.folder.join(name));

@@ -1,6 +1,5 @@
 //! A program without the benchmarks.
 
-use std::error::Error;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -21,9 +20,4 @@ pub(crate) enum Command {
 pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
     let Command::Any(_arguments) = command;
     Err(bad_input(ABSENT))
-}
-
-/// Returns `false`: no benchmark has failed.
-pub(super) fn is_failure(_: &(dyn Error + 'static)) -> bool {
-    false
 }

@@ -18,7 +18,7 @@ use plumb_runtime::rig::LawSettings;
 use plumb_runtime::rig::quantity::Mean;
 
 use crate::commands::print::{self, Reader, message, tell};
-use crate::commands::{Failure, bad_input, failed, numbers};
+use crate::commands::{Failure, bad_input, failed, failed_because, numbers};
 
 /// Gain γ of the law interval in the benchmarks, 1/s: fast without oscillation at 30 Hz.
 const DEFAULT_GAMMA: f64 = 450.0;
@@ -173,7 +173,8 @@ pub(crate) fn main(args: &ControlArgs) -> Result<ExitCode, Failure> {
         }
     }
     if let (Some(mut svg), Some(file)) = (svg, &args.svg) {
-        let written = svg.write_all(control::draw_curves(&reports)?.as_bytes());
+        let curves = control::draw_curves(&reports).map_err(failed_because)?;
+        let written = svg.write_all(curves.as_bytes());
         written.map_err(|error| {
             let _absent = fs::remove_file(file);
             failed(format!("{}: {}", file.display(), ErrorChain(&error)))

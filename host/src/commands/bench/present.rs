@@ -5,7 +5,6 @@ mod control;
 mod stream;
 mod vision;
 
-use std::error::Error;
 use std::process::ExitCode;
 
 use clap::Subcommand;
@@ -13,6 +12,7 @@ use plumb_bench::control::{BenchError, ControlError};
 use plumb_bench::vision::VisionError;
 
 use super::Failure;
+use crate::commands::exit::{BAD_INPUT, ExitClass, FAILED, exit_code_of};
 use calibration::CalibrationArgs;
 use control::ControlArgs;
 use stream::StreamArgs;
@@ -49,11 +49,10 @@ pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Returns whether an error of a benchmark is a failure of the work, and no mistake in the input.
-pub(super) fn is_failure(error: &(dyn Error + 'static)) -> bool {
-    let is_bench_failure = match error.downcast_ref::<BenchError>() {
-        Some(error) => !matches!(error, BenchError::Range(_) | BenchError::Config(_)),
-        None => false,
-    };
-    is_bench_failure || error.is::<ControlError>() || error.is::<VisionError>()
+exit_code_of! { FAILED: ControlError, VisionError }
+
+impl ExitClass for BenchError {
+    fn exit_code(&self) -> u8 {
+        if matches!(self, Self::Range(_) | Self::Config(_)) { BAD_INPUT } else { FAILED }
+    }
 }

@@ -21,7 +21,6 @@ use super::super::print::{result, tell};
 use super::super::rig_args::{PortArgs, RIG_VARIABLE};
 use super::super::{Failure, bad_input};
 use computer::ThisComputer;
-pub(crate) use steps::FlashError;
 use steps::Greeting;
 
 use super::{compare_release, firmware_line};

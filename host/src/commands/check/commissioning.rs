@@ -95,7 +95,7 @@ fn offer_correction(args: &Args, rig: &Rig, report: &Report) -> Result<bool, Fai
     };
     let path = &args.rig.rig;
     let text = read_text(path, MAX_BYTES)?;
-    let new = corrected(&text, reversed)?;
+    let new = corrected(&text, reversed).map_err(bad_input)?;
     OldFile { path, text: &text }.offer(&new, &format!("`reversed = {reversed:?}`"), args.yes)
 }
 

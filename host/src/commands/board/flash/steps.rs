@@ -11,6 +11,7 @@ use plumb_runtime::rig::BoardPort;
 use thiserror::Error;
 
 use super::drive::{Drives, Written};
+use crate::commands::exit::{BAD_INPUT, ExitClass, FAILED};
 
 /// Longest wait for the drive of a board that has gone into its bootloader: the computer finds and
 /// mounts it.
@@ -122,6 +123,16 @@ pub(crate) enum FlashError {
     /// The link to the board failed.
     #[error(transparent)]
     Link(#[from] LinkError),
+}
+
+impl ExitClass for FlashError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Link(error) => error.exit_code(),
+            Self::NoBoard | Self::SeveralBoards(_) => BAD_INPUT,
+            _ => FAILED,
+        }
+    }
 }
 
 fn list(folders: &[PathBuf]) -> String {

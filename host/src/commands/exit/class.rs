@@ -1,0 +1,202 @@
+//! The exit code of each error that can end a command. An error that is not classified here, or
+//! beside its type, does not compile.
+
+use std::error::Error;
+use std::io::{self, ErrorKind};
+
+use plumb_calibrate::calibration::CalibrationError;
+use plumb_calibrate::camera_text::{NoIntrinsics, NoPose};
+use plumb_calibrate::corners::{BoardError, ProcessingError};
+use plumb_calibrate::lens::LensError;
+use plumb_cameras::bounded_read::ReadError;
+use plumb_cameras::driver::OpenError;
+use plumb_cameras::png::PngError;
+use plumb_cameras::record::RecordError;
+use plumb_cameras::settings::SettingsError;
+use plumb_cameras::source::capture::StartCaptureError;
+use plumb_cameras::source::tum::TumError;
+use plumb_cameras::source::{OpenRecordingError, SourceError};
+use plumb_cameras::toml_file::{NumberError, TomlFileError};
+#[cfg(feature = "foxglove")]
+use plumb_foxglove::FoxgloveError;
+use plumb_page::PageError;
+use plumb_path::trajectory::PathError;
+use plumb_protocol::message::Refusal;
+#[cfg(feature = "ros2")]
+use plumb_ros2::{McapError, Ros2Error};
+use plumb_runtime::commission::ExaminationError;
+use plumb_runtime::link::LinkError;
+use plumb_runtime::replay::{DebugError, ReplayError};
+use plumb_runtime::rig::OutOfRange;
+use plumb_runtime::rig::new_rig::{NewRigError, SizeError};
+use plumb_runtime::run::{RunError, WaypointError};
+use plumb_runtime::run_log::RunLogError;
+use plumb_runtime::targets::TargetStreamError;
+use plumb_sim::cosim::CosimError;
+use plumb_sim::emulator::plant::RigError;
+use plumb_sim::emulator::serve::ServeError;
+use plumb_sim::simulated::SimulationError;
+use plumb_sim::synthetic::SyntheticError;
+#[cfg(feature = "verify")]
+use plumb_verify::RigFamilyError;
+use plumb_vision::detect::DetectError;
+use plumb_vision::frame::FrameError;
+use tracing::subscriber::SetGlobalDefaultError;
+
+/// Exit code of a command that did its work and did not succeed, and of a command that failed: a
+/// target is not reached, a board is silent, a disk is full.
+pub(crate) const FAILED: u8 = 1;
+
+/// Exit code of a command that cannot begin because of its input: an option, a file or a port.
+pub(crate) const BAD_INPUT: u8 = 2;
+
+/// Error that can end a command.
+pub(crate) trait ExitClass: Error {
+    /// Returns the exit code of the command: [`FAILED`] or [`BAD_INPUT`].
+    fn exit_code(&self) -> u8;
+}
+
+/// Gives all errors of some types one exit code.
+macro_rules! exit_code_of {
+    ($code:ident: $($error:ty),+ $(,)?) => {
+        $(impl crate::commands::exit::ExitClass for $error {
+            fn exit_code(&self) -> u8 {
+                crate::commands::exit::$code
+            }
+        })+
+    };
+}
+pub(crate) use exit_code_of;
+
+// Files, options and cameras are read and checked before the work begins.
+exit_code_of! { BAD_INPUT:
+    DebugError, DetectError, FrameError, NewRigError, NoIntrinsics, NoPose, NumberError, OpenError,
+    OpenRecordingError, OutOfRange, PathError, PngError, ProcessingError, ReadError, RigError,
+    SetGlobalDefaultError, SettingsError, SimulationError, SizeError, SourceError,
+    StartCaptureError, SyntheticError, TomlFileError, TumError, WaypointError, CosimError,
+}
+#[cfg(feature = "verify")]
+exit_code_of! { BAD_INPUT: RigFamilyError }
+#[cfg(feature = "ros2")]
+exit_code_of! { BAD_INPUT: McapError }
+
+exit_code_of! { FAILED:
+    BoardError, CalibrationError, LensError, ServeError, io::Error, serde_json::Error,
+}
+
+impl ExitClass for LinkError {
+    /// A port that cannot be opened, and a configuration that the board refuses, are mistakes in
+    /// the input.
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Absent { .. }
+            | Self::Busy { .. }
+            | Self::Permission { .. }
+            | Self::Open { .. }
+            | Self::Ports { .. }
+            | Self::Refused { refusal: Refusal::Config(_), .. } => BAD_INPUT,
+            _ => FAILED,
+        }
+    }
+}
+
+impl ExitClass for RunError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Connect(error) => error.exit_code(),
+            Self::Broken { .. } => FAILED,
+            _ => BAD_INPUT,
+        }
+    }
+}
+
+impl ExitClass for ExaminationError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Link(error) => error.exit_code(),
+            Self::NotLive => BAD_INPUT,
+            _ => FAILED,
+        }
+    }
+}
+
+impl ExitClass for RunLogError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Io { source, .. } => file_exit_code(source),
+            Self::Csv { .. } | Self::Json { .. } | Self::Figure { .. } => FAILED,
+            _ => BAD_INPUT,
+        }
+    }
+}
+
+impl ExitClass for RecordError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Io { error, .. } => file_exit_code(error),
+            Self::Thread => FAILED,
+            _ => BAD_INPUT,
+        }
+    }
+}
+
+impl ExitClass for ReplayError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Write(_) | Self::Debug(_) => FAILED,
+            _ => BAD_INPUT,
+        }
+    }
+}
+
+impl ExitClass for TargetStreamError {
+    fn exit_code(&self) -> u8 {
+        if matches!(self, Self::Thread(_)) { FAILED } else { BAD_INPUT }
+    }
+}
+
+impl ExitClass for PageError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Token(_) | Self::Serve(_) | Self::Rig(_) => FAILED,
+            _ => BAD_INPUT,
+        }
+    }
+}
+
+#[cfg(feature = "foxglove")]
+impl ExitClass for FoxgloveError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Exists(_) | Self::Listen { .. } => BAD_INPUT,
+            Self::Create { source, .. } => file_exit_code(source),
+            _ => FAILED,
+        }
+    }
+}
+
+#[cfg(feature = "ros2")]
+impl ExitClass for Ros2Error {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Join { .. } | Self::Endpoint { .. } | Self::Thread(_) => FAILED,
+            _ => BAD_INPUT,
+        }
+    }
+}
+
+/// Returns the exit code for a failed operation on an output file. A path that cannot be created is
+/// a mistake in the input. Any other error is a failure of the work, such as a full disk.
+fn file_exit_code(error: &io::Error) -> u8 {
+    match error.kind() {
+        ErrorKind::NotFound
+        | ErrorKind::PermissionDenied
+        | ErrorKind::NotADirectory
+        | ErrorKind::IsADirectory
+        | ErrorKind::AlreadyExists
+        | ErrorKind::ReadOnlyFilesystem
+        | ErrorKind::InvalidFilename
+        | ErrorKind::InvalidInput => BAD_INPUT,
+        _ => FAILED,
+    }
+}
