@@ -33,7 +33,6 @@ use std::time::Duration;
 use foxglove::{Context, WebSocketServerHandle};
 use plumb_cameras::source::BoxedError;
 use plumb_frame::camera::Camera;
-use plumb_protocol::units::Micros;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::Summary;
@@ -129,7 +128,7 @@ pub struct FoxgloveOutput {
     /// Time of the last frame or target, seconds since the run's start.
     time: f64,
     /// Board's time of the last telemetry that was sent.
-    telemetry: Option<Micros>,
+    board_time: Option<f64>,
     file: Option<McapFile>,
     server: Option<WebSocketServerHandle>,
     failure: Option<FoxgloveError>,
@@ -157,7 +156,7 @@ impl FoxgloveOutput {
             scene: Scene::new(rig, camera.ball_diameter),
             clock: RunClock::default(),
             time: 0.0,
-            telemetry: None,
+            board_time: None,
             file,
             server,
             failure: None,
@@ -205,10 +204,10 @@ impl Observer for FoxgloveOutput {
         self.channels.transform.log_with_time(&camera::transform(&self.camera.pose, stamp), stamp);
         self.channels.scene.log_with_time(&self.scene.update(record, stamp), stamp);
         self.channels.observation.log(&Observation::from(record), stamp);
-        if let Some(telemetry) = &record.telemetry
-            && self.telemetry.replace(telemetry.time) != Some(telemetry.time)
+        if let Some(board) = &record.board
+            && self.board_time.replace(board.time) != Some(board.time)
         {
-            self.channels.telemetry.log(&TelemetryMessage::new(record, telemetry), stamp);
+            self.channels.telemetry.log(&TelemetryMessage::new(record, board), stamp);
         }
         self.check_file();
     }

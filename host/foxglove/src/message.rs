@@ -1,7 +1,6 @@
 //! JSON messages of a run. Their schemas are in `host/foxglove/schemas/`.
 
-use plumb_protocol::message::Telemetry;
-use plumb_protocol::units::{Rate, RelativeTension, Steps16};
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::{FrameRecord, PathPoint};
 use serde::Serialize;
 
@@ -106,23 +105,23 @@ pub(crate) struct TelemetryMessage {
 }
 
 impl TelemetryMessage {
-    /// Makes the message of the `telemetry` of a record.
-    pub(crate) fn new(record: &FrameRecord, telemetry: &Telemetry) -> Self {
+    /// Makes the message of the `board` of a record.
+    pub(crate) fn new(record: &FrameRecord, board: &BoardReport) -> Self {
         let filtered_error_m = record.filtered_error;
         Self {
             frame: record.number,
-            board_time_s: telemetry.time.0 as f64 / 1e6,
-            state: telemetry.state.to_string(),
+            board_time_s: board.time,
+            state: board.state.to_string(),
             advice: record.board_fault().map(|fault| fault.advice()),
-            configuration: telemetry.configuration,
-            target: telemetry.target,
-            sequence: telemetry.sequence,
-            motors_steps: telemetry.motors.map(Steps16::to_si),
-            rates_steps_s: telemetry.rates.map(Rate::to_si),
-            error_m: filtered_error_m.map(|_| telemetry.error.to_metres()),
+            configuration: board.configuration,
+            target: board.target,
+            sequence: board.sequence,
+            motors_steps: board.motors,
+            rates_steps_s: board.rates,
+            error_m: filtered_error_m.map(|_| board.error),
             filtered_error_m,
-            bad_frames: telemetry.bad_frames,
-            tensions_weights: telemetry.tensions.map(|t| t.map(RelativeTension::to_si)),
+            bad_frames: board.bad_frames,
+            tensions_weights: board.tensions,
         }
     }
 }

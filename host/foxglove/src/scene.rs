@@ -175,7 +175,7 @@ mod tests {
             frame: None,
             observation: None,
             target: Point3::new(0.4, 0.4, 0.15),
-            telemetry: None,
+            board: None,
             fault_cause: None,
             state: None,
             filtered_error: None,

@@ -13,7 +13,7 @@ use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
 use plumb_foxglove::{FoxgloveError, FoxgloveOutput, FoxgloveSettings};
-use plumb_protocol::message::Telemetry;
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::rig::{LawSettings, Rig};
@@ -178,13 +178,13 @@ impl Observer for Positions {
     }
 }
 
-/// What must not change: every position and every telemetry.
+/// What must not change: every position and every report of the board.
 #[derive(Default, PartialEq, Debug)]
-struct Trace(Vec<(f64, Option<Point3<f64>>, Option<Telemetry>)>);
+struct Trace(Vec<(f64, Option<Point3<f64>>, Option<BoardReport>)>);
 
 impl Observer for Trace {
     fn frame(&mut self, record: &FrameRecord) {
-        self.0.push((record.time, record.position(), record.telemetry));
+        self.0.push((record.time, record.position(), record.board));
     }
 }
 

@@ -67,7 +67,7 @@ fn record(number: u64, images: &(ColourImage, DepthImage)) -> FrameRecord {
         frame: Some(frame(time, images)),
         observation: None,
         target: Point3::origin(),
-        telemetry: None,
+        board: None,
         fault_cause: None,
         state: None,
         filtered_error: None,

@@ -97,10 +97,10 @@ impl RunStatus {
         if self.has_moved && self.present_target.is_some() {
             self.present_target = Some(record.target);
         }
-        let telemetry = record.telemetry.map(|telemetry| telemetry.state);
+        let newest = record.board.map(|board| board.state);
         // Telemetry from before a target says nothing about the drive to it.
-        self.state = if self.present_target.is_some() { record.state } else { telemetry };
-        if telemetry.is_some() {
+        self.state = if self.present_target.is_some() { record.state } else { newest };
+        if newest.is_some() {
             self.fault = record.board_fault();
         }
     }

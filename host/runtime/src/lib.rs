@@ -40,6 +40,7 @@
 
 pub mod advice;
 pub mod board_fault;
+pub mod board_report;
 pub mod commission;
 mod event;
 #[doc(hidden)]

@@ -7,9 +7,10 @@ use nalgebra::{Point3, Vector3};
 use plumb_cameras::source::BoxedError;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::observation::BallObservation;
-use plumb_protocol::message::{State, Telemetry};
+use plumb_protocol::message::State;
 
 use crate::board_fault::{BoardFault, FaultCause};
+use crate::board_report::BoardReport;
 pub use crate::event::{EventKind, EventRecord, RunEvent, TargetsEvent, Tone};
 use crate::summary::Summary;
 
@@ -55,8 +56,8 @@ pub struct FrameRecord {
     /// on the path at the time of the frame. After a Hold it is the last measured position
     /// once the board holds the ball, after a Stop the last target.
     pub target: Point3<f64>,
-    /// The newest telemetry of the board; `None` before the first.
-    pub telemetry: Option<Telemetry>,
+    /// The newest report of the board; `None` before its first telemetry.
+    pub board: Option<BoardReport>,
     /// Cause of the fault for which the board has stopped by itself; `None` where none is known.
     pub fault_cause: Option<FaultCause>,
     /// State of the board, if its telemetry is about the present target.
@@ -106,9 +107,9 @@ impl PathPoint {
 const LEAST_SPEED: f64 = 1e-6;
 
 impl FrameRecord {
-    /// Returns the fault that the telemetry reports, with its cause where that is known.
+    /// Returns the fault that the board reports, with its cause where that is known.
     pub fn board_fault(&self) -> Option<BoardFault> {
-        match self.telemetry.as_ref()?.state {
+        match self.board?.state {
             State::Fault(fault) => Some(BoardFault { fault, cause: self.fault_cause }),
             _ => None,
         }

@@ -52,7 +52,7 @@ mod tests {
         let intrinsics = camera_file::paper().unwrap().intrinsics;
         let (colour, depth) = (Image::filled(4, 4, [0; 3]), Image::filled(4, 4, 0));
         let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();
-        let (observation, telemetry, state) = (None, None, None);
+        let (observation, board, state) = (None, None, None);
         let (number, time, target) = (0, 0.0, Point3::origin());
         FrameRecord {
             number,
@@ -60,7 +60,7 @@ mod tests {
             frame: Some(Arc::new(frame)),
             observation,
             target,
-            telemetry,
+            board,
             fault_cause: None,
             state,
             filtered_error: None,

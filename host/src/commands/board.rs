@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
 use plumb_protocol::message::Telemetry;
-use plumb_protocol::units::{Rate, Steps16};
 use plumb_protocol::{Provenance, RELEASE};
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, Transport};
 use plumb_runtime::rig::Rig;
 use serde_json::{Value, json};
@@ -93,10 +93,11 @@ fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<(), Failure
     let port = link.port();
     tell!("{port}: {provenance}; started by {}", diagnostics.start);
     compare_release(&port, &provenance);
-    state(&port, &telemetry);
+    let report = BoardReport::from(&telemetry);
+    state(&port, &report);
     counts(&port, &diagnostics);
     if is_json {
-        let mut line = line(&port, &telemetry);
+        let mut line = line(&port, &report);
         line["firmware"] = firmware_line(&provenance);
         line["counts"] = chip_counts(&diagnostics);
         print::result(line)?;
@@ -175,30 +176,31 @@ pub(super) fn report<T: Transport>(
     is_json: bool,
 ) -> Result<(), Failure> {
     let port = link.port();
-    state(&port, telemetry);
-    tell!("{port}: {} damaged frames since its start", telemetry.bad_frames);
+    let report = BoardReport::from(telemetry);
+    state(&port, &report);
+    tell!("{port}: {} damaged frames since its start", report.bad_frames);
     if is_json {
-        print::result(line(&port, telemetry))?;
+        print::result(line(&port, &report))?;
     }
     Ok(())
 }
 
 /// Prints the state of the board, and where its motors are.
-fn state(port: &str, telemetry: &Telemetry) {
-    let [a, b, c] = telemetry.motors.map(Steps16::to_si);
+fn state(port: &str, board: &BoardReport) {
+    let [a, b, c] = board.motors;
     tell!(
         "{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel",
-        telemetry.state
+        board.state
     );
 }
 
 /// Returns the state of the board in JSON.
-pub(super) fn line(port: &str, telemetry: &Telemetry) -> Value {
+pub(super) fn line(port: &str, board: &BoardReport) -> Value {
     json!({
         "port": port,
-        "state": telemetry.state.to_string(),
-        "steps": telemetry.motors.map(Steps16::to_si),
-        "rates": telemetry.rates.map(Rate::to_si),
-        "bad_frames": telemetry.bad_frames,
+        "state": board.state.to_string(),
+        "steps": board.motors,
+        "rates": board.rates,
+        "bad_frames": board.bad_frames,
     })
 }

@@ -8,7 +8,6 @@ mod stop_campaign;
 
 use nalgebra::Point3;
 use plumb_protocol::message::{Fault, Refusal, State};
-use plumb_protocol::units::Steps16;
 use plumb_runtime::observer::RunEvent;
 use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorCommand};
 use plumb_runtime::run::StopReason;
@@ -22,8 +21,8 @@ fn a_stop_ramps_down_at_once_and_the_frames_go_on_until_the_end() {
     assert_eq!(seen.state(30), State::Seeking);
     assert!(matches!(seen.state(31), State::Stopping | State::Ready), "{}", seen.state(31));
     for number in 70..90 {
-        let telemetry = seen.frames[number].telemetry.expect("telemetry");
-        assert_eq!((telemetry.state, telemetry.rates.map(|r| r.0)), (State::Ready, [0; 3]));
+        let board = seen.frames[number].board.expect("a report");
+        assert_eq!((board.state, board.rates), (State::Ready, [0.0; 3]));
     }
     assert_eq!(seen.frames.len(), 91);
     assert!(!summary.reached && summary.at_rest, "{summary:?}");
@@ -136,9 +135,9 @@ fn a_motor_is_jogged_at_rest_only() {
     let (no_motor, accepted) = (outcomes[5], CommandOutcome::Accepted);
     assert_eq!(outcomes[..5], [busy, accepted, accepted, accepted, range]);
     assert!(matches!(no_motor, CommandOutcome::Refused(CommandRefusal::Board(_))), "{no_motor:?}");
-    let motors = |number: usize| seen.frames[number].telemetry.expect("telemetry").motors;
+    let motors = |number: usize| seen.frames[number].board.expect("a report").motors;
     let [before, after] = [motors(70), motors(129)];
-    assert_eq!(after, [before[0], Steps16(before[1].0 + 20 * 16), before[2]]);
+    assert_eq!(after, [before[0], before[1] + 20.0, before[2]]);
 }
 
 #[test]

@@ -219,7 +219,7 @@ fn host_and_board_agree_about_the_deviation() {
         // Without the start and the end, where the path rests.
         let records = &records[60..records.len() - 60];
         let differences = records.iter().map(|record| {
-            let (path, board) = (record.path.unwrap(), record.telemetry.unwrap().error.to_metres());
+            let (path, board) = (record.path.unwrap(), record.board.unwrap().error);
             let along = path.velocity.normalize().dot(&Vector3::from(board));
             path.along_track(record.position().unwrap()) - along
         });

@@ -65,7 +65,7 @@ fn targets_that_cease_let_the_ball_rest_and_it_goes_on_when_they_come_again() {
     let rest = circle(5.0 + 0.6);
     let farthest = places.iter().map(|place| (place - rest).norm()).fold(0.0, f64::max);
     assert!(places.len() > 60 && farthest < 0.006, "{farthest}");
-    let holds = |record: &FrameRecord| record.telemetry.unwrap().state == State::Holding;
+    let holds = |record: &FrameRecord| record.board.unwrap().state == State::Holding;
     assert!(outcome.records.iter().filter(rested).any(holds));
     assert!(outcome.has(&TargetsEvent::Ceased) && outcome.has(&TargetsEvent::Resumed));
     assert_eq!(outcome.targets().pauses, 1);
@@ -157,7 +157,7 @@ fn a_target_that_is_dragged_out_of_the_triangle_stops_no_board() {
         let last_good = Point3::new(0.4373, 0.4230, 0.30);
         assert!((last.position().unwrap() - last_good).norm() < 0.003, "{law}: {last:?}");
         let held = outcome.records.iter().filter(|record| record.time > 7.0);
-        let mut states = held.map(|record| record.telemetry.unwrap().state);
+        let mut states = held.map(|record| record.board.unwrap().state);
         assert!(states.all(|state| state == State::Holding), "{law}");
     }
 }
@@ -241,7 +241,7 @@ fn a_stop_ends_a_motion_and_a_new_one_moves_the_ball_again() {
     assert_eq!(endings, [StopReason::Replaced, StopReason::Stopped, StopReason::Ended]);
     let state = |time: f64| {
         let record = outcome.records.iter().find(|record| record.time >= time).unwrap();
-        record.telemetry.unwrap().state
+        record.board.unwrap().state
     };
     // The first motion goes on after the Stop at 4 s, and moves nothing.
     assert_eq!(

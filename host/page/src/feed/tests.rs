@@ -1,7 +1,7 @@
 use mio::{Poll, Token, Waker};
 use nalgebra::Point3;
-use plumb_protocol::message::{Fault, State, Telemetry};
-use plumb_protocol::units::{Micrometres, Micros, Point, Rate, RelativeTension, Steps16};
+use plumb_protocol::message::{Fault, State};
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::operator::operator;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::targets::TargetSource;
@@ -30,7 +30,7 @@ fn record(number: u64) -> FrameRecord {
         frame: None,
         observation: None,
         target: Point3::new(0.4, 0.4, 0.15),
-        telemetry: None,
+        board: None,
         fault_cause: None,
         state: None,
         filtered_error: None,
@@ -39,17 +39,16 @@ fn record(number: u64) -> FrameRecord {
     }
 }
 
-fn telemetry(state: State, target: Option<u16>) -> Telemetry {
-    Telemetry {
-        time: Micros(0),
+fn report(state: State, target: Option<u16>) -> BoardReport {
+    BoardReport {
+        time: 0.0,
         state,
         configuration: Some(1),
         target,
         sequence: None,
-        motors: [Steps16(16), Steps16(-8), Steps16(0)],
-        rates: [Rate(256), Rate(-25), Rate(0)],
-        error: Point::default(),
-        filtered_error: Micrometres(1500),
+        motors: [1.0, -0.5, 0.0],
+        rates: [1.0, -0.098, 0.0],
+        error: [0.0; 3],
         bad_frames: 0,
         tensions: None,
         reference: None,
@@ -89,19 +88,19 @@ fn what_the_board_has_not_said_is_unknown() {
     let update = feed.next_update(1, &mut cursor);
     assert_eq!(update.board, None);
     assert_eq!(update.frame.unwrap().position, None);
-    feed.frame(&FrameRecord { telemetry: Some(telemetry(State::Ready, None)), ..record(1) });
+    feed.frame(&FrameRecord { board: Some(report(State::Ready, None)), ..record(1) });
     let board = feed.next_update(2, &mut cursor).board.unwrap();
     assert_eq!((board.state, board.filtered_error, board.fault), ("ready", None, None));
     assert_eq!((board.rates, board.motors), ([1.0, -0.1, 0.0], [1.0, -0.5, 0.0]));
     assert_eq!(board.tensions, None);
-    let tensions = Some([128, 38, 39].map(RelativeTension));
-    let with_tensions = Telemetry { tensions, ..telemetry(State::Holding, Some(2)) };
-    feed.frame(&FrameRecord { telemetry: Some(with_tensions), ..record(2) });
+    let tensions = Some([128.0, 38.0, 39.0].map(|tension| tension / 256.0));
+    let with_tensions = BoardReport { tensions, ..report(State::Holding, Some(2)) };
+    feed.frame(&FrameRecord { board: Some(with_tensions), ..record(2) });
     let view = feed.next_update(3, &mut cursor).board.unwrap().tensions.unwrap();
     assert_eq!((view.weights, view.near_slack), ([0.5, 0.148, 0.152], [false, true, false]));
     let fault = State::Fault(Fault::PositionLost);
-    let faulted = Some(telemetry(fault, Some(3)));
-    feed.frame(&FrameRecord { telemetry: faulted, filtered_error: Some(0.0015), ..record(2) });
+    let faulted = Some(report(fault, Some(3)));
+    feed.frame(&FrameRecord { board: faulted, filtered_error: Some(0.0015), ..record(2) });
     let board = feed.next_update(3, &mut cursor).board.unwrap();
     assert_eq!((board.state, board.filtered_error), ("fault", Some(0.0015)));
     assert_eq!(board.fault.unwrap().text, Fault::PositionLost.to_string());
@@ -114,7 +113,7 @@ fn a_target_is_reached_once_the_run_confirms_it() {
     let set = RunEvent::TargetSet { number: 0, target: Point3::new(0.4, 0.4, 0.15) };
     feed.event(&record_of(set.clone()));
     // Holding is the board's word; the run compares it with the picture.
-    feed.frame(&FrameRecord { telemetry: Some(telemetry(State::Holding, Some(1))), ..record(0) });
+    feed.frame(&FrameRecord { board: Some(report(State::Holding, Some(1))), ..record(0) });
     assert!(!goal(&feed).reached && goal(&feed).ending.is_none());
     feed.event(&record_of(RunEvent::TargetEnded { number: 0, reason: StopReason::Reached }));
     assert!(goal(&feed).reached);

@@ -3,7 +3,6 @@
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use plumb_protocol::message::State;
-use plumb_protocol::units::{Rate, RelativeTension, Steps16};
 use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::operator::Stop;
@@ -40,17 +39,17 @@ pub(super) fn frame_view(record: &FrameRecord) -> FrameView {
 
 /// Returns the board's state; `None` before the first telemetry.
 pub(super) fn board_view(record: &FrameRecord) -> Option<BoardView> {
-    let telemetry = record.telemetry.as_ref()?;
+    let board = record.board?;
     let view = |fault: BoardFault| FaultView { text: fault.to_string(), next: fault.advice() };
     Some(BoardView {
-        state: state_name(telemetry.state),
+        state: state_name(board.state),
         fault: record.board_fault().map(view),
-        rates: telemetry.rates.map(Rate::to_si).map(|rate| (rate * 10.0).round() / 10.0 + 0.0),
-        motors: telemetry.motors.map(Steps16::to_si),
+        rates: board.rates.map(|rate| (rate * 10.0).round() / 10.0 + 0.0),
+        motors: board.motors,
         filtered_error: record.filtered_error,
         pace: record.path.map(|path| (path.pace * 100.0).round() / 100.0),
-        bad_frames: telemetry.bad_frames,
-        tensions: telemetry.tensions.map(tension_view),
+        bad_frames: board.bad_frames,
+        tensions: board.tensions.map(tension_view),
     })
 }
 
@@ -72,8 +71,7 @@ pub(super) fn milliseconds(time: SystemTime) -> u64 {
 }
 
 /// Returns the estimated tensions with their marks.
-fn tension_view(tensions: [RelativeTension; 3]) -> TensionView {
-    let tensions = tensions.map(RelativeTension::to_si);
+fn tension_view(tensions: [f64; 3]) -> TensionView {
     let weights = tensions.map(|tension| (tension * 1e3).round() / 1e3);
     TensionView { weights, near_slack: near_slack(tensions) }
 }

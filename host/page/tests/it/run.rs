@@ -12,8 +12,8 @@ use crate::common::{Client, connect, page};
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_page::Limits;
-use plumb_protocol::message::{State, Telemetry};
-use plumb_protocol::units::Steps16;
+use plumb_protocol::message::State;
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorReceiver, operator};
 use plumb_runtime::rig::{LawSettings, Rig};
@@ -34,13 +34,13 @@ fn drive(observers: Vec<&mut dyn Observer>, operator: Option<OperatorReceiver>) 
     board.drive(&rig(), &camera, &mut *detector, observers, operator).unwrap()
 }
 
-/// What must not change: every position and every telemetry.
+/// What must not change: every position and every report of the board.
 #[derive(Default, PartialEq, Debug)]
-struct Trace(Vec<(f64, Option<Point3<f64>>, Option<Telemetry>)>);
+struct Trace(Vec<(f64, Option<Point3<f64>>, Option<BoardReport>)>);
 
 impl Observer for Trace {
     fn frame(&mut self, record: &FrameRecord) {
-        self.0.push((record.time, record.position(), record.telemetry));
+        self.0.push((record.time, record.position(), record.board));
     }
 }
 
@@ -123,16 +123,16 @@ struct Person {
     silent: Vec<Client>,
     /// Frame number and act, in this order.
     script: Vec<(u64, Act)>,
-    /// Telemetry of each frame.
-    telemetry: Vec<Option<Telemetry>>,
+    /// Report of the board at each frame.
+    reports: Vec<Option<BoardReport>>,
     events: Vec<RunEvent>,
 }
 
 impl Person {
     fn new(address: SocketAddr, script: Vec<(u64, Act)>) -> Self {
         let client = Client::open(address, "", None).unwrap();
-        let (silent, telemetry, events) = (Vec::new(), Vec::new(), Vec::new());
-        Self { client, silent, script, telemetry, events }
+        let (silent, reports, events) = (Vec::new(), Vec::new(), Vec::new());
+        Self { client, silent, script, reports, events }
     }
 
     /// Leaves the page, opens it anew, and waits until the program has noticed.
@@ -156,7 +156,7 @@ impl Person {
 
 impl Observer for Person {
     fn frame(&mut self, record: &FrameRecord) {
-        self.telemetry.push(record.telemetry);
+        self.reports.push(record.board);
         let due = self.script.first().is_some_and(|(number, _)| *number == record.number);
         if due {
             match self.script.remove(0).1 {
@@ -190,8 +190,8 @@ fn commands_of_a_page_reach_the_board() {
     let summary = drive(vec![&mut page, &mut person], Some(receiver));
     drop(page);
 
-    let state = |frame: usize| person.telemetry[frame].unwrap().state;
-    let turns = |frame: usize| person.telemetry[frame].unwrap().rates.iter().any(|r| r.0 != 0);
+    let state = |frame: usize| person.reports[frame].unwrap().state;
+    let turns = |frame: usize| person.reports[frame].unwrap().rates.iter().any(|rate| *rate != 0.0);
     assert_eq!((state(20), turns(20)), (State::Seeking, true));
     assert!(matches!(state(21), State::Stopping | State::Ready), "{:?}", state(21));
     assert_eq!([(state(40), turns(40)), (state(60), turns(60))], [(State::Ready, false); 2]);
@@ -210,9 +210,9 @@ fn commands_of_a_page_reach_the_board() {
 }
 
 /// Returns the largest distance of a motor from its position in `from`, full steps.
-fn travelled(telemetry: &[Option<Telemetry>], from: usize) -> f64 {
-    let motors = |frame: usize| telemetry[frame].unwrap().motors.map(Steps16::to_si);
-    let last = motors(telemetry.len() - 1);
+fn travelled(reports: &[Option<BoardReport>], from: usize) -> f64 {
+    let motors = |frame: usize| reports[frame].unwrap().motors;
+    let last = motors(reports.len() - 1);
     motors(from).iter().zip(last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
@@ -233,7 +233,7 @@ fn abandoned_jog(departure: Departure) -> f64 {
     );
     let summary = drive(vec![&mut page, &mut person], Some(receiver));
     assert!(summary.at_rest);
-    travelled(&person.telemetry, 60)
+    travelled(&person.reports, 60)
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn record(state: Option<State>) -> FrameRecord {
         frame: None,
         observation: None,
         target: target(0.4),
-        telemetry: None,
+        board: None,
         fault_cause: None,
         state,
         filtered_error: None,

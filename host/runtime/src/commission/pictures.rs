@@ -71,7 +71,7 @@ impl<T: Transport> Examination<'_, '_, T> {
         }
         if let Some(record) = picture {
             see((record.time + self.begin, record.observation));
-            self.publish(FrameRecord { telemetry: Some(telemetry), ..record })?;
+            self.publish(FrameRecord { board: Some((&telemetry).into()), ..record })?;
         }
         Ok(telemetry)
     }
@@ -101,7 +101,7 @@ impl<T: Transport> Examination<'_, '_, T> {
             frame: Some(Arc::new(frame)),
             observation,
             target: self.start,
-            telemetry: None,
+            board: None,
             fault_cause: None,
             state: None,
         }))

@@ -27,7 +27,7 @@ impl Observer for Slow {
 
 fn record(number: u64) -> FrameRecord {
     let target = Point3::origin();
-    let (frame, observation, telemetry, state) = (None, None, None, None);
+    let (frame, observation, board, state) = (None, None, None, None);
     let (time, ground_truth, path) = (0.0, None, None);
     FrameRecord {
         number,
@@ -35,7 +35,7 @@ fn record(number: u64) -> FrameRecord {
         frame,
         observation,
         target,
-        telemetry,
+        board,
         fault_cause: None,
         state,
         filtered_error: None,

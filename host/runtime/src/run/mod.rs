@@ -20,6 +20,7 @@ use tracing::info;
 
 use self::core::{RunCore, Settings};
 use crate::board_fault::BoardFault;
+use crate::board_report::BoardReport;
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, LinkError, Serial, Transport};
 use crate::rig::{MotionRules, Rig};
@@ -179,7 +180,7 @@ impl<T: Transport> Run<T> {
     /// # Errors
     /// Where the link fails.
     pub fn motors(&mut self) -> Result<[f64; 3], LinkError> {
-        Ok(self.link.status()?.motors.map(Steps16::to_si))
+        Ok(BoardReport::from(&self.link.status()?).motors)
     }
 
     /// Drives the ball to one target after the other until one is not reached. With an

@@ -3,7 +3,6 @@
 use nalgebra::Point3;
 use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::State;
-use plumb_protocol::units::{Rate, RelativeTension, Steps16};
 
 use crate::observer::FrameRecord;
 use crate::summary::round;
@@ -72,7 +71,7 @@ impl From<BallObservation> for LogDetection {
 
 impl From<&FrameRecord> for LogRow {
     fn from(record: &FrameRecord) -> Self {
-        let telemetry = record.telemetry.as_ref();
+        let board = record.board;
         Self {
             frame: record.number,
             t_s: record.time,
@@ -81,11 +80,9 @@ impl From<&FrameRecord> for LogRow {
             target: Some(record.target),
             error_m: record.error(),
             board: record.board_state(),
-            motors_steps: telemetry.map(|telemetry| telemetry.motors.map(Steps16::to_si)),
-            rates_steps_s: telemetry.map(|telemetry| telemetry.rates.map(Rate::to_si)),
-            tensions: telemetry
-                .and_then(|telemetry| telemetry.tensions)
-                .map(|tensions| tensions.map(RelativeTension::to_si)),
+            motors_steps: board.map(|board| board.motors),
+            rates_steps_s: board.map(|board| board.rates),
+            tensions: board.and_then(|board| board.tensions),
             true_tensions: record.ground_truth.map(|truth| truth.tensions),
             path: record.path.map(|path| LogPath {
                 time: path.time,

@@ -5,7 +5,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
 use plumb_emulator::plant::Plant;
-use plumb_protocol::units::Steps16;
 use plumb_runtime::observer::{FrameRecord, Observer};
 
 use super::SimulationError;
@@ -83,8 +82,8 @@ impl Follower {
 
 impl Observer for Follower {
     fn frame(&mut self, record: &FrameRecord) {
-        if let Some(telemetry) = &record.telemetry {
-            self.failure = self.board_moved(telemetry.motors.map(Steps16::to_si)).err();
+        if let Some(board) = &record.board {
+            self.failure = self.board_moved(board.motors).err();
         }
     }
 

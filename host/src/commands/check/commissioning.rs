@@ -4,7 +4,7 @@ use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::toml_file::MAX_BYTES;
-use plumb_protocol::units::Steps16;
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::commission::{
     Examination, ExaminationParts, Explanation, Fault, Report, corrected,
 };
@@ -70,7 +70,7 @@ fn jog_and_look(
     let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", args.file())))?;
     let RunCamera { mut source, camera, mut follower } = match chosen {
         SourceName::Simulated => {
-            let motors = link.status()?.motors.map(Steps16::to_si);
+            let motors = BoardReport::from(&link.status()?).motors;
             RunCamera::simulated(rig, camera, Physics::QuasiStatic, motors)?
         }
         _ => RunCamera::open(rig, camera, None)?,

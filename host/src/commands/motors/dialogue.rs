@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
@@ -89,7 +90,7 @@ fn turn(
             }
             None => {}
         }
-        let line = line(keys.motor(), &telemetry);
+        let line = line(keys.motor(), &(&telemetry).into());
         if line != shown {
             message(format_args!("\r\x1b[2K{line}"));
             shown = line;
@@ -131,8 +132,8 @@ fn begin(
 }
 
 /// Returns the line with the selected motor, the motor positions and the state.
-fn line(selected: u8, telemetry: &Telemetry) -> String {
-    let [a, b, c] = telemetry.motors.map(Steps16::to_si);
-    let (name, state) = (NAMES[usize::from(selected)], telemetry.state);
+fn line(selected: u8, board: &BoardReport) -> String {
+    let [a, b, c] = board.motors;
+    let (name, state) = (NAMES[usize::from(selected)], board.state);
     format!("motor {name}   A {a:.2}  B {b:.2}  C {c:.2} steps   {state}")
 }

@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::Parser;
 use plumb_protocol::message::{Jog, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::Rig;
 
@@ -88,10 +89,11 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
         Some(wanted) => turn(&mut link, &wanted, rate, &interrupted)?,
         None => dialogue::run(&mut link, &rig, rate, &interrupted)?,
     };
-    let [a, b, c] = telemetry.motors.map(Steps16::to_si);
+    let report = BoardReport::from(&telemetry);
+    let [a, b, c] = report.motors;
     tell!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
     if args.json {
-        print::result(board::line(&link.port(), &telemetry))?;
+        print::result(board::line(&link.port(), &report))?;
     }
     Ok(if interrupted.load(Ordering::Relaxed) { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
 }

@@ -62,7 +62,7 @@ impl Seen {
 
     /// Returns the board's state at frame `number`.
     pub(crate) fn state(&self, number: u64) -> State {
-        self.frames[number as usize].telemetry.expect("telemetry").state
+        self.frames[number as usize].board.expect("a report").state
     }
 }
 

@@ -126,10 +126,8 @@ impl Outcome {
             .records
             .iter()
             .filter_map(|record| {
-                let telemetry = record.telemetry?;
-                let reference = telemetry.reference?;
-                let place = Vector3::from(reference.position.to_metres());
-                Some((telemetry.time.0 as f64 * 1e-6, place))
+                let board = record.board?;
+                Some((board.time, Vector3::from(board.reference?)))
             })
             .collect();
         let (mut speed, mut acceleration) = (0.0_f64, 0.0_f64);
@@ -148,7 +146,7 @@ impl Outcome {
     /// Returns the largest distance of the ball from the board's reference, metres.
     pub(crate) fn farthest_from_reference(&self) -> f64 {
         let distances = self.records.iter().filter_map(|record| {
-            let reference = record.telemetry?.reference?.position.to_metres();
+            let reference = record.board?.reference?;
             Some((record.position()? - Point3::from(reference)).norm())
         });
         distances.fold(0.0, f64::max)

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use plumb_protocol::message::{State, Telemetry};
 
 use super::{Action, RunCore};
+use crate::board_report::BoardReport;
 use crate::link::LinkView;
 use crate::observer::FrameRecord;
 
@@ -67,7 +68,7 @@ impl RunCore {
             time: stats.time,
             observation,
             target: path.map_or(self.target, |path| path.position),
-            telemetry: self.board.telemetry,
+            board: self.board.telemetry.as_ref().map(BoardReport::from),
             fault_cause: self.board.fault.and_then(|it| it.cause),
             state,
             filtered_error,

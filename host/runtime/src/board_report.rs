@@ -1,0 +1,50 @@
+//! What the board tells of itself, in SI units.
+
+use plumb_protocol::message::{State, Telemetry};
+use plumb_protocol::units::{Rate, RelativeTension, Steps16};
+
+/// Telemetry of the board in SI units. All outputs read it; the link reads the units of the wire.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoardReport {
+    /// Time on the board's clock, seconds.
+    pub time: f64,
+    /// State of the board.
+    pub state: State,
+    /// See [`Telemetry::configuration`].
+    pub configuration: Option<u16>,
+    /// See [`Telemetry::target`].
+    pub target: Option<u16>,
+    /// See [`Telemetry::sequence`].
+    pub sequence: Option<u16>,
+    /// Motor positions A, B, C from the zero of travel, full steps; + pays out.
+    pub motors: [f64; 3],
+    /// Motor rates A, B, C, full steps/s; + pays out.
+    pub rates: [f64; 3],
+    /// Last accepted position minus target, metres; zero without a target.
+    pub error: [f64; 3],
+    /// Number of damaged frames that the board received since its start.
+    pub bad_frames: u16,
+    /// The law's estimate of the tensions of cables A, B, C over the ball's weight; `None` without
+    /// one.
+    pub tensions: Option<[f64; 3]>,
+    /// Place of the reference while the board follows one, metres in the rig frame.
+    pub reference: Option<[f64; 3]>,
+}
+
+impl From<&Telemetry> for BoardReport {
+    fn from(telemetry: &Telemetry) -> Self {
+        Self {
+            time: telemetry.time.0 as f64 / 1e6,
+            state: telemetry.state,
+            configuration: telemetry.configuration,
+            target: telemetry.target,
+            sequence: telemetry.sequence,
+            motors: telemetry.motors.map(Steps16::to_si),
+            rates: telemetry.rates.map(Rate::to_si),
+            error: telemetry.error.to_metres(),
+            bad_frames: telemetry.bad_frames,
+            tensions: telemetry.tensions.map(|tensions| tensions.map(RelativeTension::to_si)),
+            reference: telemetry.reference.map(|reference| reference.position.to_metres()),
+        }
+    }
+}
