@@ -76,32 +76,16 @@ impl From<&FrameRecord> for Observation {
 pub(crate) struct TelemetryMessage {
     /// Number of the first frame after it.
     pub(crate) frame: u64,
-    /// Seconds on the board's clock.
-    pub(crate) board_time_s: f64,
-    /// State of the board.
-    pub(crate) state: String,
+    /// What the board tells of itself.
+    #[serde(flatten)]
+    pub(crate) board: BoardReport,
     /// What to do after the fault; `None` without a fault.
     pub(crate) advice: Option<&'static str>,
-    /// Number of the command whose configuration is in force.
-    pub(crate) configuration: Option<u16>,
-    /// Number of the command whose target is in force.
-    pub(crate) target: Option<u16>,
-    /// Number of the last accepted position.
-    pub(crate) sequence: Option<u16>,
-    /// Motor positions A, B, C since the zero of travel, full steps; + pays out.
-    pub(crate) motors_steps: [f64; 3],
-    /// Motor rates A, B, C, full steps/s; + pays out.
-    pub(crate) rates_steps_s: [f64; 3],
     /// Last accepted position minus target, metres; `None` without a target.
     pub(crate) error_m: Option<[f64; 3]>,
     /// |e| of the filtered position, metres; `None` without a target, and before the board has
     /// accepted a position of the ball.
     pub(crate) filtered_error_m: Option<f64>,
-    /// Number of damaged frames that the board received.
-    pub(crate) bad_frames: u16,
-    /// The law's estimate of the tensions of cables A, B, C over the ball's weight; `None` without
-    /// one.
-    pub(crate) tensions_weights: Option<[f64; 3]>,
 }
 
 impl TelemetryMessage {
@@ -110,18 +94,10 @@ impl TelemetryMessage {
         let filtered_error_m = record.filtered_error;
         Self {
             frame: record.number,
-            board_time_s: board.time,
-            state: board.state.to_string(),
+            board: *board,
             advice: record.board_fault().map(|fault| fault.advice()),
-            configuration: board.configuration,
-            target: board.target,
-            sequence: board.sequence,
-            motors_steps: board.motors,
-            rates_steps_s: board.rates,
             error_m: filtered_error_m.map(|_| board.error),
             filtered_error_m,
-            bad_frames: board.bad_frames,
-            tensions_weights: board.tensions,
         }
     }
 }

@@ -28,7 +28,7 @@ use gestures::Gestures;
 use jogs::{JogLimits, Jogs};
 use ring::Numbered;
 use sources::Sources;
-use views::{board_view, frame_view, milliseconds, sample, stop_view};
+use views::{frame_view, milliseconds, sample, stop_view};
 
 /// Number of samples in memory: 2 minutes at 30 frames/s.
 pub(crate) const SAMPLES: usize = 3600;
@@ -87,7 +87,7 @@ impl Feed {
         let mut news = self.shared.lock();
         news.samples.push(sample(record), SAMPLES);
         news.frame = Some(frame_view(record));
-        news.board = board_view(record);
+        news.board = BoardView::of(record);
         // The old frame is freed after the lock.
         let old = std::mem::replace(&mut news.image, image);
         self.shared.publish(news);

@@ -1,11 +1,15 @@
 //! Messages between the program and its page: JSON, a `type` in each. docs/use/page.md lists them.
 
+mod board_view;
+
 use nalgebra::Point3;
 use plumb_runtime::observer::Tone;
 use plumb_runtime::operator::OperatorCommand;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::quantity::Corner;
 use serde::{Deserialize, Serialize};
+
+pub(crate) use board_view::BoardView;
 
 /// Version of the messages. A page of another version reloads itself.
 pub const VERSION: u32 = 3;
@@ -218,44 +222,6 @@ pub(crate) struct FrameView {
     pub(crate) circle: Option<[f64; 3]>,
     /// Measured position, metres.
     pub(crate) position: Option<[f64; 3]>,
-}
-
-/// State of the board.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(crate) struct BoardView {
-    /// Name of the state.
-    pub(crate) state: &'static str,
-    pub(crate) fault: Option<FaultView>,
-    /// Motor rates A, B, C, full steps/s, + pays out.
-    pub(crate) rates: [f64; 3],
-    /// Motor positions, full steps from the zero of travel, + pays out.
-    pub(crate) motors: [f64; 3],
-    /// |e| of the filtered position, metres; `None` without a target, and before the board has
-    /// accepted a position of the ball.
-    pub(crate) filtered_error: Option<f64>,
-    /// Speed of the path's time, 1 where the motors and the ball keep up; `None` without a path.
-    pub(crate) pace: Option<f64>,
-    /// Number of damaged frames that the board received.
-    pub(crate) bad_frames: u16,
-    /// The law's estimate of the cables' tensions; `None` without one.
-    pub(crate) tensions: Option<TensionView>,
-}
-
-/// Estimated tensions of cables A, B, C.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(crate) struct TensionView {
-    /// Tensions over the ball's weight.
-    pub(crate) weights: [f64; 3],
-    /// Whether each cable is near slack.
-    pub(crate) near_slack: [bool; 3],
-}
-
-/// Reason why the board stopped by itself.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(crate) struct FaultView {
-    pub(crate) text: String,
-    /// What to do next.
-    pub(crate) next: &'static str,
 }
 
 /// Stop that holds.

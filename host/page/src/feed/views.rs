@@ -2,13 +2,10 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use plumb_protocol::message::State;
-use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::operator::Stop;
-use plumb_runtime::tension::near_slack;
 
-use crate::message::{BoardView, FaultView, FrameView, Sample, StopView, TensionView};
+use crate::message::{FrameView, Sample, StopView};
 
 /// Rounds to the micrometre, or the microsecond.
 fn round(value: f64) -> f64 {
@@ -37,22 +34,6 @@ pub(super) fn frame_view(record: &FrameRecord) -> FrameView {
     }
 }
 
-/// Returns the board's state; `None` before the first telemetry.
-pub(super) fn board_view(record: &FrameRecord) -> Option<BoardView> {
-    let board = record.board?;
-    let view = |fault: BoardFault| FaultView { text: fault.to_string(), next: fault.advice() };
-    Some(BoardView {
-        state: state_name(board.state),
-        fault: record.board_fault().map(view),
-        rates: board.rates.map(|rate| (rate * 10.0).round() / 10.0 + 0.0),
-        motors: board.motors,
-        filtered_error: record.filtered_error,
-        pace: record.path.map(|path| (path.pace * 100.0).round() / 100.0),
-        bad_frames: board.bad_frames,
-        tensions: board.tensions.map(tension_view),
-    })
-}
-
 /// Returns the Stop that holds.
 pub(super) fn stop_view(stop: Stop) -> StopView {
     StopView {
@@ -68,25 +49,4 @@ pub(super) fn milliseconds(time: SystemTime) -> u64 {
     // A clock before 1970 is wrong anyway.
     let time = time.duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
-}
-
-/// Returns the estimated tensions with their marks.
-fn tension_view(tensions: [f64; 3]) -> TensionView {
-    let weights = tensions.map(|tension| (tension * 1e3).round() / 1e3);
-    TensionView { weights, near_slack: near_slack(tensions) }
-}
-
-/// Returns the name of a state, without its details.
-fn state_name(state: State) -> &'static str {
-    match state {
-        State::Unconfigured => "unconfigured",
-        State::Ready => "ready",
-        State::Seeking => "seeking",
-        State::Holding => "holding",
-        State::Fault(_) => "fault",
-        State::Jogging => "jogging",
-        State::Stopping => "stopping",
-        State::Storing => "storing",
-        State::Following => "following",
-    }
 }
