@@ -1,5 +1,6 @@
 //! A bounded queue and a thread between a run and an observer that writes.
 
+use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -11,6 +12,9 @@ use thiserror::Error;
 
 use crate::observer::{EventRecord, FrameRecord, Observer};
 use crate::summary::Summary;
+
+/// Most events that wait for room: as many as the summary keeps.
+const MAX_WAITING: usize = 1000;
 
 /// Settings of the queue before an observer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +63,7 @@ type Failure = Arc<Mutex<Option<BoxedError>>>;
 /// Observer that runs in a thread of its own, behind a bounded queue.
 ///
 /// With [`Overflow::Drop`] a slow observer never delays the run: a record for which there is no
-/// room is dropped and counted. With [`Overflow::Block`] the run waits until the observer has
+/// room is dropped and counted. An event waits for room, and is received before the next record. With [`Overflow::Block`] the run waits until the observer has
 /// handled the record, so that a failure ends the run at the same frame every time.
 ///
 /// Dropping it waits until the observer has received everything, also while the run panics.
@@ -68,6 +72,8 @@ pub struct Queued<O> {
     items: Option<SyncSender<Item>>,
     /// Receives a message for each handled item with [`Overflow::Block`].
     handled: Receiver<()>,
+    /// Events for which there was no room yet, the oldest first.
+    waiting: VecDeque<EventRecord>,
     /// `None` once it is joined.
     thread: Option<JoinHandle<O>>,
     failure: Failure,
@@ -92,7 +98,8 @@ impl<O: Observer + Send + 'static> Queued<O> {
             .name(settings.name.to_owned())
             .spawn(move || serve(observer, &incoming, &shared, done.as_ref()))?;
         let (items, thread, panicked, dropped) = (Some(items), Some(thread), None, 0);
-        Ok(Self { items, handled, thread, failure, panicked, settings, dropped })
+        let waiting = VecDeque::new();
+        Ok(Self { items, handled, waiting, thread, failure, panicked, settings, dropped })
     }
 
     /// Waits until the observer has received everything. Returns it.
@@ -101,6 +108,7 @@ impl<O: Observer + Send + 'static> Queued<O> {
     /// A failure that [`Observer::failure`] has not returned yet; [`QueuedError::Panicked`] where
     /// the observer panicked.
     pub fn close(mut self) -> Result<O, QueuedError> {
+        self.add_all_waiting();
         self.items = None;
         let observer = self.thread.take().and_then(|thread| self.join(thread));
         let name = self.settings.name;
@@ -128,6 +136,16 @@ impl<O: Observer + Send + 'static> Queued<O> {
             self.items = None;
         }
         taken
+    }
+
+    /// Adds the waiting events for which there is room.
+    fn add_waiting(&mut self) {
+        while let Some(event) = self.waiting.pop_front() {
+            if !self.add(Item::Event(event.clone())) {
+                self.waiting.push_front(event);
+                break;
+            }
+        }
     }
 
     /// Waits for the end of the thread. Returns the observer; `None` if it panicked.
@@ -178,17 +196,29 @@ fn serve<O: Observer>(
 
 impl<O: Observer + Send + 'static> Observer for Queued<O> {
     fn frame(&mut self, record: &FrameRecord) {
+        self.add_waiting();
         let frame = record.frame.clone().filter(|_| self.settings.with_frames);
-        let taken = self.add(Item::Frame(Box::new(FrameRecord { frame, ..record.clone() })));
+        let item = Item::Frame(Box::new(FrameRecord { frame, ..record.clone() }));
+        // An event that waits comes first.
+        let taken = self.waiting.is_empty() && self.add(item);
         self.dropped += u64::from(!taken);
     }
 
     fn event(&mut self, event: &EventRecord) {
-        self.add(Item::Event(event.clone()));
+        if self.items.is_none() {
+            return;
+        }
+        if self.waiting.len() < MAX_WAITING {
+            self.waiting.push_back(event.clone());
+        } else {
+            self.dropped += 1;
+        }
+        self.add_waiting();
     }
 
     /// Waits for room. The motors stand at the end of a run, so this delays no position.
     fn end(&mut self, summary: &Summary) {
+        self.add_all_waiting();
         if let Some(items) = &self.items {
             let _panicked = items.send(Item::End(Box::new(summary.clone())));
         }
@@ -213,8 +243,19 @@ impl<O: Observer + Send + 'static> Observer for Queued<O> {
     }
 }
 
+impl<O> Queued<O> {
+    /// Adds all waiting events. Waits for room.
+    fn add_all_waiting(&mut self) {
+        for event in self.waiting.drain(..) {
+            let Some(items) = &self.items else { continue };
+            let _panicked = items.send(Item::Event(event));
+        }
+    }
+}
+
 impl<O> Drop for Queued<O> {
     fn drop(&mut self) {
+        self.add_all_waiting();
         self.items = None;
         if let Some(thread) = self.thread.take() {
             let _panicked = thread.join();

@@ -64,6 +64,51 @@ fn a_slow_observer_delays_nothing_and_drops_are_counted() {
     assert_eq!(numbers.len() as u64 + dropped, 100);
 }
 
+/// Waits for permission before each record, and lists what it receives.
+struct Words {
+    permission: Receiver<()>,
+    received: Vec<String>,
+}
+
+impl Observer for Words {
+    fn frame(&mut self, record: &FrameRecord) {
+        let _closed = self.permission.recv();
+        self.received.push(record.number.to_string());
+    }
+
+    fn event(&mut self, event: &EventRecord) {
+        self.received.push(event.event.to_string());
+    }
+}
+
+fn lost(message: &str) -> EventRecord {
+    EventRecord { time: 0.0, event: RunEvent::FrameLost { message: message.to_owned() } }
+}
+
+#[test]
+fn an_event_waits_for_room_and_comes_before_the_next_record() {
+    let (allow, permission) = channel();
+    let words = Words { permission, received: Vec::new() };
+    let settings = QueueSettings {
+        name: "slow observer",
+        capacity: 2,
+        overflow: Overflow::Drop,
+        with_frames: false,
+    };
+    let mut queued = Queued::new(words, settings).unwrap();
+    (0..10).for_each(|number| queued.frame(&record(number)));
+    let events: Vec<EventRecord> = (0..50).map(|number| lost(&format!("event {number}"))).collect();
+    events.iter().for_each(|event| queued.event(event));
+    queued.frame(&record(10));
+    let dropped = queued.dropped();
+    drop(allow);
+    let received = queued.close().unwrap().received;
+    let words: Vec<String> = events.iter().map(|event| event.event.to_string()).collect();
+    // The records that found room came before the events; the last found none.
+    assert_eq!(received.len() as u64, 11 - dropped + 50);
+    assert_eq!(received[received.len() - 50..], words);
+}
+
 #[test]
 fn a_queue_that_blocks_drops_nothing_and_fails_at_the_record() {
     let (mut queued, allow) = slow(Overflow::Block, 50);
