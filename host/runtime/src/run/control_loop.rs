@@ -9,7 +9,7 @@ use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_frame::detect::BallDetector;
 use tracing::trace;
 
-use super::core::{Action, Input, Picture, RunCore};
+use super::core::{Action, BoardAction, Input, Picture, RunCore};
 use super::ending_after;
 use super::error::ControlLoopError;
 use super::event_log::log_event;
@@ -231,8 +231,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
                 Action::Event(event) => self.emit(&event),
                 Action::Record(record) => self.record(&record),
                 Action::EndMotions => self.end_motions(),
-                action if sent.is_ok() => sent = self.send(action),
-                _ => {}
+                Action::Board(action) => sent = sent.and_then(|()| self.send(action)),
             }
         }
         sent?;
@@ -240,21 +239,22 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     }
 
     /// Carries out an action for the board.
-    fn send(&mut self, action: Action) -> Result<(), LinkError> {
+    fn send(&mut self, action: BoardAction) -> Result<(), LinkError> {
         match action {
-            Action::Position { ball, covariance, age } => self.link.position(ball, covariance, age),
-            Action::Target(target) => self.link.request_target(target),
-            Action::Submit(command) => self.link.submit(command),
-            Action::Follow(reference) => self.link.follow(reference),
-            Action::LeavePath => {
+            BoardAction::Position { ball, covariance, age } => {
+                self.link.position(ball, covariance, age)
+            }
+            BoardAction::Target(target) => self.link.request_target(target),
+            BoardAction::Submit(command) => self.link.submit(command),
+            BoardAction::Follow(reference) => self.link.follow(reference),
+            BoardAction::LeavePath => {
                 self.link.leave_path();
                 Ok(())
             }
-            Action::NoteNewRest => {
+            BoardAction::NoteNewRest => {
                 self.link.note_new_rest();
                 Ok(())
             }
-            Action::EndMotions | Action::Event(_) | Action::Record(_) => Ok(()),
         }
     }
 

@@ -41,7 +41,7 @@ use crate::operator::Submitted;
 use crate::rig::MotionRules;
 use crate::stop_reason::StopReason;
 use crate::summary::RunStats;
-pub(super) use interface::{Action, Actions, Input, Picture};
+pub(super) use interface::{Action, Actions, BoardAction, Input, Picture};
 pub(super) use record::SentPosition;
 use record::SentPositions;
 
@@ -183,7 +183,7 @@ impl RunCore {
     /// Requests the next target of the list. Returns whether there is one.
     fn begin_next_target(&mut self, now: f64) -> bool {
         let Some(next) = self.legs.next_waypoint() else { return false };
-        self.act(Action::Target(next.point));
+        self.send(BoardAction::Target(next.point));
         let drive = self.begin_leg(next.waypoint, now);
         self.goal = Goal::Waypoint(drive);
         true
@@ -235,21 +235,22 @@ impl RunCore {
         let age = Duration::try_from_secs_f64(age).unwrap_or(Duration::MAX);
         let (ball, covariance) = (picture.point(), picture.covariance());
         self.picture = Some(picture);
-        self.send_position(Action::Position { ball, covariance, age }, ball.is_some());
+        self.send_position(BoardAction::Position { ball, covariance, age }, ball.is_some());
     }
 
     /// Takes a lost frame: the board hears that the ball is unknown. The age has no effect then.
     fn take_lost_frame(&mut self, error: ControlLoopError) {
         self.lost_in_a_row += 1;
         if self.note_lost(error) {
-            let position = Action::Position { ball: None, covariance: None, age: Duration::ZERO };
+            let position =
+                BoardAction::Position { ball: None, covariance: None, age: Duration::ZERO };
             self.send_position(position, false);
         }
     }
 
-    fn send_position(&mut self, position: Action, has_ball: bool) {
+    fn send_position(&mut self, position: BoardAction, has_ball: bool) {
         self.sending = Some(has_ball);
-        self.act(position);
+        self.send(position);
     }
 
     /// Counts a frame that was lost or could not be searched. Returns whether the run goes on: it
@@ -350,7 +351,7 @@ impl RunCore {
             }
             StopReason::Timeout if is_operated => {
                 self.cancel_list();
-                self.act(Action::Submit(Command::Stop));
+                self.send(BoardAction::Submit(Command::Stop));
             }
             reason => self.actions.ending = Some(Ok(reason)),
         }
@@ -376,6 +377,11 @@ impl RunCore {
             self.events.push(record.clone());
         }
         self.act(Action::Event(record));
+    }
+
+    /// Adds an action for the board.
+    fn send(&mut self, action: BoardAction) {
+        self.act(Action::Board(action));
     }
 
     fn act(&mut self, action: Action) {

@@ -2,7 +2,7 @@
 
 use plumb_protocol::units::Point;
 
-use super::{Action, RunCore};
+use super::{Action, BoardAction, RunCore};
 use crate::observer::{PathPoint, RunEvent, TargetsEvent};
 use crate::run::goal::Goal;
 use crate::run::path::PathDrive;
@@ -22,7 +22,7 @@ impl RunCore {
         if self.board.fault.is_none()
             && let Some(reference) = path.next_message(now)
         {
-            self.act(Action::Follow(reference));
+            self.send(BoardAction::Follow(reference));
         }
         self.goal = Goal::Path(drive, Box::new(path));
         true
@@ -41,7 +41,7 @@ impl RunCore {
         if self.board.fault.is_none()
             && let Some(reference) = path.next_message(now)
         {
-            self.act(Action::Follow(reference));
+            self.send(BoardAction::Follow(reference));
         }
     }
 
@@ -97,7 +97,7 @@ impl RunCore {
         let is_complete = targets.is_complete();
         self.legs.cancel_list();
         self.cancel_path();
-        self.act(Action::LeavePath);
+        self.send(BoardAction::LeavePath);
         self.board.leave_path();
         self.end_leg(StopReason::Replaced);
         // A target that goes on has no end: its source or a person ends it.
@@ -118,12 +118,12 @@ impl RunCore {
         let state_at_rest = self.board.about_rest().map(|telemetry| telemetry.state);
         let message = targets.next_message(state_at_rest, now);
         if let Some(message) = message {
-            self.actions.list.push(Action::Follow(message));
+            self.actions.list.push(Action::Board(BoardAction::Follow(message)));
         }
         if let Some(rest) = targets.rest() {
             let rest = Point::from_metres(rest.into()).map_or(rest, |at| at.to_metres().into());
             if message.is_some() && (rest - self.target).norm() > REST_M {
-                self.actions.list.push(Action::NoteNewRest);
+                self.actions.list.push(Action::Board(BoardAction::NoteNewRest));
             }
             self.target = rest;
             drive.waypoint.target = rest.into();

@@ -75,8 +75,8 @@ pub(in crate::run) struct Actions {
     pub(in crate::run) ending: Option<Result<StopReason, ControlLoopError>>,
 }
 
-/// Action after a step.
-pub(in crate::run) enum Action {
+/// Something for the link to the board.
+pub(in crate::run) enum BoardAction {
     /// Tells the board where the ball is.
     Position {
         /// Place of the ball; `None` where it is unknown.
@@ -96,6 +96,12 @@ pub(in crate::run) enum Action {
     LeavePath,
     /// Notes that the last part of the path comes to rest at another place than those before.
     NoteNewRest,
+}
+
+/// Action after a step.
+pub(in crate::run) enum Action {
+    /// Is for the board.
+    Board(BoardAction),
     /// Ends the motions that were begun until now; [`Input::MotionsEnded`] follows.
     EndMotions,
     /// Tells the observers.

@@ -2,7 +2,7 @@
 
 use plumb_protocol::message::State;
 
-use super::{Action, RunCore};
+use super::{BoardAction, RunCore};
 use crate::link::Reply;
 use crate::observer::RunEvent;
 use crate::operator::{CommandOutcome, CommandRefusal, OperatorCommand, StopEvent, Submitted};
@@ -19,7 +19,7 @@ impl RunCore {
         match submitted.command.on_wire(&self.settings.rules) {
             Err(refusal) => self.refuse(submitted, refusal),
             Ok(Some(command)) => {
-                self.act(Action::Submit(command));
+                self.send(BoardAction::Submit(command));
                 self.note_submitted(submitted);
             }
             Ok(None) => {

@@ -37,7 +37,7 @@ struct Bench {
     now: f64,
     view: LinkView,
     /// Actions for the board.
-    sent: Vec<Action>,
+    sent: Vec<BoardAction>,
     events: Vec<RunEvent>,
     ending: Option<Result<StopReason, ControlLoopError>>,
     /// Number of the last command of the operator.
@@ -95,7 +95,7 @@ impl Bench {
                 Action::EndMotions => {
                     self.core.step(self.now, Input::MotionsEnded(self.motion));
                 }
-                action => {
+                Action::Board(action) => {
                     self.note_sent(&action);
                     self.sent.push(action);
                 }
@@ -104,12 +104,14 @@ impl Bench {
     }
 
     /// Changes what the link knows, as it does where it sends something.
-    fn note_sent(&mut self, action: &Action) {
+    fn note_sent(&mut self, action: &BoardAction) {
         match action {
-            Action::Position { .. } => self.view.sequence += 1,
+            BoardAction::Position { .. } => self.view.sequence += 1,
             // Telemetry so far is about another target.
-            Action::Target(_) | Action::LeavePath => self.view.subject = Subject::default(),
-            Action::Follow(_) if !self.view.subject.is_path => {
+            BoardAction::Target(_) | BoardAction::LeavePath => {
+                self.view.subject = Subject::default()
+            }
+            BoardAction::Follow(_) if !self.view.subject.is_path => {
                 self.view.subject = Subject::default();
             }
             _ => {}
@@ -424,7 +426,10 @@ fn a_command_without_an_answer_comes_before_the_next_target() {
         bench.command(command);
         bench.sent.clear();
         bench.arrive();
-        assert!(!bench.sent.iter().any(|action| matches!(action, Action::Target(_))), "{command}");
+        assert!(
+            !bench.sent.iter().any(|action| matches!(action, BoardAction::Target(_))),
+            "{command}"
+        );
         assert_eq!(bench.core.goal.name(), "waypoint");
     }
 }
@@ -593,9 +598,9 @@ impl Trial {
         }
         assert_eq!(self.leg.is_some(), self.bench.core.goal.drive().is_some());
         for action in self.bench.sent.drain(..) {
-            let moves = matches!(action, Action::Target(_) | Action::Follow(_));
+            let moves = matches!(action, BoardAction::Target(_) | BoardAction::Follow(_));
             assert!(!moves || !self.is_stopped, "a message moves the ball during a Stop");
-            let is_of_list = matches!(action, Action::Target(_));
+            let is_of_list = matches!(action, BoardAction::Target(_));
             assert!(!is_of_list || !self.has_left_list, "the list goes on after its end");
         }
     }
