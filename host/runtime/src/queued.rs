@@ -63,8 +63,9 @@ type Failure = Arc<Mutex<Option<BoxedError>>>;
 /// Observer that runs in a thread of its own, behind a bounded queue.
 ///
 /// With [`Overflow::Drop`] a slow observer never delays the run: a record for which there is no
-/// room is dropped and counted. An event waits for room, and is received before the next record. With [`Overflow::Block`] the run waits until the observer has
-/// handled the record, so that a failure ends the run at the same frame every time.
+/// room is dropped and counted. An event waits for room, and is received before the next record.
+/// With [`Overflow::Block`] the run waits until the observer has handled the record, so that a
+/// failure ends the run at the same frame every time.
 ///
 /// Dropping it waits until the observer has received everything, also while the run panics.
 pub struct Queued<O> {
