@@ -14,12 +14,18 @@ const FILE_SIZE_LIMIT: &str = "the limit of a file's size is reached: that of th
 #[derive(Debug, Clone, Copy)]
 pub struct ErrorChain<'a>(pub &'a (dyn Error + 'static));
 
+impl<'a> ErrorChain<'a> {
+    /// Returns the error, and then each source below it.
+    pub fn errors(self) -> impl Iterator<Item = &'a (dyn Error + 'static)> {
+        std::iter::successors(Some(self.0), |&cause| cause.source())
+    }
+}
+
 impl fmt::Display for ErrorChain<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.0)?;
-        let causes = || std::iter::successors(Some(self.0), |&cause| cause.source());
-        causes().skip(1).try_for_each(|cause| write!(f, ": {cause}"))?;
-        if causes().any(is_file_size_limit) {
+        self.errors().skip(1).try_for_each(|cause| write!(f, ": {cause}"))?;
+        if self.errors().any(is_file_size_limit) {
             write!(f, "; {FILE_SIZE_LIMIT}")?;
         }
         Ok(())

@@ -53,7 +53,7 @@ pub(crate) fn failed_because(error: impl Error + 'static) -> Failure {
 
 impl<E: ExitClass + 'static> From<E> for Failure {
     fn from(error: E) -> Self {
-        let is_without_room = chain(&error).any(is_without_room);
+        let is_without_room = ErrorChain(&error).errors().any(is_without_room);
         let code = if is_without_room { FAILED } else { error.exit_code() };
         Self { code, error: error.into(), has_result: false }
     }
@@ -113,11 +113,6 @@ fn is_json_asked(arguments: impl Iterator<Item = OsString>) -> bool {
     let options: Vec<OsString> = arguments.take_while(|argument| argument != "--").collect();
     options.first().is_some_and(|command| command == "demo")
         || options.iter().any(|option| option == "--json")
-}
-
-/// Returns an error and its causes.
-fn chain<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn Error + 'static)> {
-    std::iter::successors(Some(error), |&cause| cause.source())
 }
 
 /// Returns whether `error` is that of a write without room: a full disk, or a limit of the size.

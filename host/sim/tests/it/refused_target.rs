@@ -3,8 +3,6 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::cell::RefCell;
-use std::error::Error;
-use std::iter::successors;
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -38,11 +36,6 @@ impl CameraSource for Lossy {
     fn is_live(&self) -> bool {
         true
     }
-}
-
-/// Returns the error and its causes.
-fn chain<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn Error + 'static)> {
-    successors(Some(error), |&error| error.source())
 }
 
 /// Drives towards the rig's target for a second.
@@ -79,8 +72,8 @@ fn a_board_that_refuses_a_target_is_stopped_and_waited_for() {
     let error = result.unwrap_err();
     let message = ErrorChain(&error).to_string();
     assert!(message.contains("stands outside its travel"), "{message}");
-    assert!(chain(&error).any(|error| error.is::<ControlLoopError>()));
-    assert!(chain(&error).any(|error| error.is::<LinkError>()));
+    assert!(ErrorChain(&error).errors().any(|error| error.is::<ControlLoopError>()));
+    assert!(ErrorChain(&error).errors().any(|error| error.is::<LinkError>()));
     let RunError::Broken { summary, .. } = error else { panic!("{error:?}") };
     assert!(summary.at_rest);
 }
