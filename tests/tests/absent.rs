@@ -1,22 +1,28 @@
 //! The program without its optional parts, as `make demo` builds it: each says how to build it.
+//!
+//! The program is the one that the variable `PLUMB_PROGRAM` names. Cargo would build it for a test
+//! of its own package with the features of the test's libraries, and most of its crates once more.
 
-#![cfg(not(feature = "full"))]
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test stops at the first surprise")]
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// The folder with the example rigs.
+fn rigs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/rigs")
+}
 
 /// Runs the program in `folder`, expects that it refuses its input, and returns what it says.
 fn refusal(arguments: &[&str], folder: &Path) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
-    let output = command.args(arguments).current_dir(folder).output().unwrap();
+    let program = std::env::var_os("PLUMB_PROGRAM").expect("PLUMB_PROGRAM names the program");
+    let output = Command::new(program).args(arguments).current_dir(folder).output().unwrap();
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
     text
 }
 
-#[cfg(not(feature = "bench"))]
 #[test]
 fn benchmarks() {
     let folder = tempfile::tempdir().unwrap();
@@ -24,7 +30,6 @@ fn benchmarks() {
     assert!(text.contains("--features bench"), "{text}");
 }
 
-#[cfg(not(feature = "verify"))]
 #[test]
 fn proofs() {
     let folder = tempfile::tempdir().unwrap();
@@ -34,7 +39,6 @@ fn proofs() {
     }
 }
 
-#[cfg(not(feature = "foxglove"))]
 #[test]
 fn outputs_for_viewers() {
     let folder = tempfile::tempdir().unwrap();
@@ -46,7 +50,6 @@ fn outputs_for_viewers() {
     }
 }
 
-#[cfg(not(feature = "import"))]
 #[test]
 fn calibrations_of_other_programs() {
     let folder = tempfile::tempdir().unwrap();
@@ -54,7 +57,6 @@ fn calibrations_of_other_programs() {
     assert!(text.contains("--features import"), "{text}");
 }
 
-#[cfg(not(feature = "ros2"))]
 #[test]
 fn ros_2() {
     let folder = tempfile::tempdir().unwrap();
@@ -63,17 +65,16 @@ fn ros_2() {
     assert!(!folder.path().join("run").exists(), "nothing moves");
 
     fs::write(folder.path().join("bag.mcap"), "").unwrap();
-    let camera = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/camera.toml");
+    let camera = rigs().join("camera.toml");
     let replay = ["replay", "bag.mcap", "--camera", camera.to_str().unwrap()];
     let text = refusal(&replay, folder.path());
     assert!(text.contains("bag.mcap") && text.contains("--features ros2"), "{text}");
 }
 
-#[cfg(not(feature = "webcam"))]
 #[test]
 fn webcams_and_video_files() {
     let folder = tempfile::tempdir().unwrap();
-    let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
+    let rigs = rigs();
     fs::copy(rigs.join("camera.toml"), folder.path().join("camera.toml")).unwrap();
     let rig = fs::read_to_string(rigs.join("paper.toml")).unwrap();
     let rig = rig[..rig.find("[simulation]").unwrap()].replace(
