@@ -1,6 +1,6 @@
 """Reads what the example `candidates` of plumb-bench prints."""
 
-# Least score of a ball, as in the detector (`min_score` in `parameters/mod.rs`).
+# Least score of a ball, as in the detector (`min_score` in `parameters.rs`).
 MIN_SCORE = 0.52
 
 

@@ -6,8 +6,8 @@ macro_rules! examples {
 }
 
 mod address;
-#[cfg_attr(feature = "bench", path = "bench/present.rs")]
-#[cfg_attr(not(feature = "bench"), path = "bench/absent.rs")]
+#[cfg_attr(feature = "bench", path = "commands/bench/present.rs")]
+#[cfg_attr(not(feature = "bench"), path = "commands/bench/absent.rs")]
 pub(crate) mod bench;
 pub(crate) mod board;
 pub(crate) mod calibrate;
@@ -37,8 +37,8 @@ pub(crate) mod run;
 mod run_camera;
 mod steering;
 pub(crate) mod verbose;
-#[cfg_attr(feature = "verify", path = "verify/present.rs")]
-#[cfg_attr(not(feature = "verify"), path = "verify/absent.rs")]
+#[cfg_attr(feature = "verify", path = "commands/verify/present.rs")]
+#[cfg_attr(not(feature = "verify"), path = "commands/verify/absent.rs")]
 pub(crate) mod verify;
 mod viewers;
 

@@ -28,7 +28,7 @@ pub use self::finding::{Finding, Severity};
 pub type SimulationCheck<'a> = &'a dyn Fn(&Rig, &Simulation, &Camera) -> Result<(), BoxedError>;
 
 /// Values with which the check goes on where the file has a mistake.
-const PLACEHOLDERS: &str = include_str!("placeholders.toml");
+const PLACEHOLDERS: &str = include_str!("check/placeholders.toml");
 
 /// Checks the rig file at `path`, and the camera file that it names.
 ///

@@ -41,7 +41,7 @@ const SCREEN: [usize; 2] = [24, 64];
 const JUDGE: [usize; 2] = [48, 128];
 
 /// The weights file.
-const FILE: &[u8] = include_bytes!("weights.bin");
+const FILE: &[u8] = include_bytes!("network/weights.bin");
 
 /// The networks of the weights file.
 static NETWORKS: LazyLock<Networks> = LazyLock::new(|| {
