@@ -13,9 +13,8 @@ use intrinsics::CheckedIntrinsics;
 
 pub(crate) use intrinsics::NO_DEPTH;
 
-use crate::toml_file::{
-    BallDiameter, Coordinate, Hue, Mistake, TomlFileError, diagnose, parse_toml, read_toml,
-};
+use plumb_config::quantity::{BallDiameter, Coordinate, Hue};
+use plumb_config::toml_file::{Mistake, TomlFileError, diagnose, parse_toml, read_toml};
 
 /// Text of the paper's camera file, `rigs/camera.toml`.
 pub const PAPER: &str = include_str!("../../rigs/camera.toml");

@@ -9,7 +9,7 @@ use thiserror::Error;
 use crate::settings::{CameraSettings, SettingsError, SourceName};
 use crate::source::capture::{Capture, CaptureLimits, StartCaptureError};
 use crate::source::{BoxedError, CameraSource};
-use crate::toml_file::TomlFileError;
+use plumb_config::toml_file::TomlFileError;
 
 /// Driver of a kind of camera. [`drivers`](crate::drivers) has the registry of all drivers.
 pub trait CameraDriver: Sync {

@@ -85,9 +85,9 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::error_chain::ErrorChain;
     use crate::source::OpenRecordingError;
     use crate::source::tum::TumError;
+    use plumb_config::error_chain::ErrorChain;
 
     #[test]
     fn every_source_but_the_simulated_one_and_ros_has_one_driver() {

@@ -9,9 +9,7 @@
 //! - [`discovery`]: the cameras that are plugged in, and what is missing to use them.
 //! - [`png`]: PNG files. The crate `plumb-pictures` decodes and encodes pictures.
 //! - [`record`]: recording of frames as a TUM RGB-D folder.
-//! - [`camera_file`]: intrinsics and pose of a camera, and the ball. [`toml_file`] and
-//!   [`bounded_read`] read it and other files that a user names.
-//! - [`error_chain`]: the message of an error with its causes.
+//! - [`camera_file`]: intrinsics and pose of a camera, and the ball.
 //!
 //! The crate contains no board, no rig and no simulation.
 //!
@@ -63,20 +61,16 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-pub mod bounded_read;
 pub mod camera_file;
 pub mod discovery;
 pub mod driver;
 pub mod drivers;
-pub mod error_chain;
 #[doc(hidden)]
 pub mod fuzzing;
 pub mod png;
 pub mod record;
 pub mod settings;
 pub mod source;
-pub mod toml_file;
-pub mod whole_writes;
 
 /// The example in docs/change/add-camera.md is compiled and run with the other tests.
 #[cfg(doctest)]

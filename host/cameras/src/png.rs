@@ -8,7 +8,7 @@ use plumb_pictures::png::encode_colour;
 use thiserror::Error;
 
 use crate::source::BoxedError;
-use crate::whole_writes::write_whole;
+use plumb_config::whole_writes::write_whole;
 
 /// Failure to write a PNG file.
 #[derive(Debug, Error)]

@@ -16,8 +16,8 @@ use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 
 use crate::camera_file::{DISTORTION_KEYS, NO_DEPTH};
-use crate::whole_writes::write_whole;
 use error::io_error;
+use plumb_config::whole_writes::write_whole;
 use writer::Writer;
 
 pub use error::RecordError;

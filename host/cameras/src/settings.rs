@@ -177,7 +177,7 @@ impl CameraSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::toml_file::parse_toml;
+    use plumb_config::toml_file::parse_toml;
 
     fn settings(text: &str) -> CameraSettings {
         parse_toml(Path::new("rig.toml"), &format!("file = 'camera.toml'\n{text}")).unwrap()

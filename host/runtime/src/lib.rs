@@ -63,8 +63,6 @@ pub mod targets;
 pub mod tension;
 pub mod wall_clock;
 
-pub use plumb_cameras::error_chain;
-
 /// The example in docs/change/add-observer.md is compiled and run with the other tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/change/add-observer.md")]

@@ -22,7 +22,8 @@ mod wiring;
 use std::path::Path;
 
 use plumb_cameras::settings::CameraSettings;
-use plumb_cameras::toml_file::{Coordinate, NumberError, TomlFileError, parse_toml, read_toml};
+use plumb_config::quantity::{Coordinate, NumberError};
+use plumb_config::toml_file::{TomlFileError, parse_toml, read_toml};
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::units::Point;
 use serde::Deserialize;

@@ -192,8 +192,8 @@ impl<C: SimClock> CameraSource for SimulatedCamera<C> {
 mod tests {
     use std::error::Error;
 
+    use plumb_config::error_chain::ErrorChain;
     use plumb_emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic, Task};
-    use plumb_runtime::error_chain::ErrorChain;
 
     use super::*;
 

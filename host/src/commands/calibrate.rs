@@ -23,9 +23,9 @@ use plumb_calibrate::corners::{BoardError, find_corners};
 use plumb_calibrate::motors::{pose_from_motors, see_motors};
 use plumb_calibrate::places::pose_from_places;
 use plumb_calibrate::sheet::{self, Paper};
-use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
-use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_config::bounded_read::read_text;
+use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::rig::Rig;
 use plumb_vision::frame::RgbdFrame;
 

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb_cameras::bounded_read::read_line;
+use plumb_config::bounded_read::read_line;
+use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::Config;
-use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_sim::cosim::{Cosim, Request};
 use plumb_sim::limits::Limits;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Command, Parser};
 use clap_complete::Shell;
 
-use plumb_runtime::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 
 use super::print::tell;
 use super::{Failure, failed, print};

@@ -3,7 +3,7 @@
 //! option.
 
 use clap::builder::TypedValueParser;
-use plumb_cameras::toml_file::{Coordinate, Range};
+use plumb_config::quantity::{Coordinate, Range};
 use plumb_path::shape::{LEAST_SIZE_M, MAX_SIZE_M};
 use plumb_runtime::rig::new_rig::{
     BALL_RANGE_M, CABLE_PER_TURN_RANGE_M, HEIGHT_RANGE_M, SIDE_RANGE_M,

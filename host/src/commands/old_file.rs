@@ -4,8 +4,8 @@ use std::fs;
 use std::io::{self, BufRead, IsTerminal, stdin};
 use std::path::{Path, PathBuf};
 
-use plumb_cameras::whole_writes::write_whole;
-use plumb_runtime::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
+use plumb_config::whole_writes::write_whole;
 
 use super::print::{message, tell};
 use super::{Failure, failed};

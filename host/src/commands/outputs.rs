@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use plumb_cameras::record::{Overflow, Recorder, Recording};
+use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::board_fault::BoardFault;
-use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::observer::{EventKind, EventRecord, FrameRecord, Observer, RunEvent, Tone};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::recording::FrameRecorder;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use clap::Args;
 use nalgebra::Point3;
-use plumb_cameras::bounded_read::read_text;
-use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_config::bounded_read::read_text;
+use plumb_config::toml_file::MAX_BYTES;
 use plumb_path::file::{PathFile, parse};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{

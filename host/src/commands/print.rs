@@ -6,7 +6,7 @@ use std::io::{self, ErrorKind, Write};
 use std::thread;
 use std::time::Duration;
 
-use plumb_runtime::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 
 use super::{Failure, failed};
 

@@ -8,7 +8,7 @@ use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
 use plumb_cameras::source::OpenedRecording;
 use plumb_cameras::source::ros2::Ros2CameraSettings;
-use plumb_runtime::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::replay::{DebugFolder, replay};
 
 use super::print::{self, tell};

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::camera_file;
-use plumb_cameras::toml_file::{Key, keys};
+use plumb_config::reference::{Key, keys};
 use plumb_runtime::rig;
 use tempfile::TempDir;
 use toml::{Table, Value};

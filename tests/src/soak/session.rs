@@ -4,10 +4,10 @@ use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::camera_file;
 use plumb_cameras::source::{CameraSource, SourceError};
+use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Micros;
 use plumb_runtime::board_fault::BoardFault;
-use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::operator::operator;
 use plumb_runtime::rig::{LawName, LawSettings, Rig};

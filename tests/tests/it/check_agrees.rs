@@ -6,11 +6,11 @@ use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
-use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
-use plumb_cameras::error_chain::ErrorChain;
 use plumb_cameras::source::BoxedError;
-use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_config::bounded_read::read_text;
+use plumb_config::error_chain::ErrorChain;
+use plumb_config::toml_file::MAX_BYTES;
 use plumb_emulator::EmulatedBoard;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::check::{Severity, check};

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! protocol <- core <- { firmware, emulator }
-//! frame <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb;   protocol <- runtime
+//! config <- cameras;   frame <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb;   protocol <- runtime
 //! cameras <- calibrate <- plumb;   frame <- import <- plumb;   image <- plumb
 //! frame <- vision <- { bench, plumb, tests }
 //! { emulator, frame, cameras, path, runtime } <- sim <- { bench, plumb, tests }
@@ -40,6 +40,7 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-firmware", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-image", uses: &["plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-emulator", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
+    Rule { name: "plumb-config", uses: &[], tests_use: &[] },
     Rule { name: "plumb-frame", uses: &[], tests_use: &[] },
     // The tests read recorded pictures.
     Rule { name: "plumb-vision", uses: &["plumb-frame"], tests_use: &["plumb-cameras"] },
@@ -52,6 +53,7 @@ const CRATES: &[Rule] = &[
     Rule {
         name: "plumb-cameras",
         uses: &[
+            "plumb-config",
             "plumb-frame",
             "plumb-openni",
             "plumb-pictures",
@@ -69,7 +71,14 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-import", uses: &["plumb-frame"], tests_use: &[] },
     Rule {
         name: "plumb-runtime",
-        uses: &["plumb-cameras", "plumb-frame", "plumb-path", "plumb-protocol", "plumb-timing"],
+        uses: &[
+            "plumb-cameras",
+            "plumb-config",
+            "plumb-frame",
+            "plumb-path",
+            "plumb-protocol",
+            "plumb-timing",
+        ],
         tests_use: &["plumb-pictures", "plumb-vision"],
     },
     Rule {
@@ -92,6 +101,7 @@ const CRATES: &[Rule] = &[
         name: "plumb-ros2",
         uses: &[
             "plumb-cameras",
+            "plumb-config",
             "plumb-frame",
             "plumb-pictures",
             "plumb-protocol",
@@ -104,6 +114,7 @@ const CRATES: &[Rule] = &[
         name: "plumb-sim",
         uses: &[
             "plumb-cameras",
+            "plumb-config",
             "plumb-core",
             "plumb-emulator",
             "plumb-frame",
@@ -124,6 +135,7 @@ const CRATES: &[Rule] = &[
         uses: &[
             "plumb-calibrate",
             "plumb-cameras",
+            "plumb-config",
             "plumb-core",
             "plumb-emulator",
             "plumb-path",
@@ -141,6 +153,7 @@ const CRATES: &[Rule] = &[
             "plumb-bench",
             "plumb-calibrate",
             "plumb-cameras",
+            "plumb-config",
             "plumb-foxglove",
             "plumb-image",
             "plumb-import",
@@ -183,6 +196,7 @@ const CRATES: &[Rule] = &[
         uses: &[
             "plumb-adversary",
             "plumb-cameras",
+            "plumb-config",
             "plumb-core",
             "plumb-import",
             "plumb-openni",
@@ -199,6 +213,7 @@ const CRATES: &[Rule] = &[
         name: "plumb-tests",
         uses: &[
             "plumb-cameras",
+            "plumb-config",
             "plumb-core",
             "plumb-emulator",
             "plumb-page",

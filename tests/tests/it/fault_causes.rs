@@ -136,7 +136,7 @@ fn damaged_frames_from_the_board_are_no_silence() {
     let Err(RunError::Broken { error, .. }) = run(Trouble::Wire(damaging(true))) else {
         panic!("nothing came from the board");
     };
-    let text = plumb_runtime::error_chain::ErrorChain(&error).to_string();
+    let text = plumb_config::error_chain::ErrorChain(&error).to_string();
     assert!(text.contains("damaged on the wire"), "{text}");
     assert!(!text.contains("is it powered"), "{text}");
 }

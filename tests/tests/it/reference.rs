@@ -13,7 +13,7 @@ use std::fs;
 use std::path::Path;
 
 use plumb_cameras::camera_file;
-use plumb_cameras::toml_file::parse_toml;
+use plumb_config::toml_file::parse_toml;
 use plumb_core::params::Params;
 use plumb_emulator::EMULATED;
 use plumb_runtime::rig::Rig;

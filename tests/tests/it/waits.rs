@@ -10,12 +10,12 @@ use std::time::Duration;
 
 use plumb_cameras::camera_file;
 use plumb_cameras::source::{CameraSource, SourceError};
+use plumb_config::error_chain::ErrorChain;
 use plumb_emulator::EmulatedBoard;
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Answer, FromBoard, Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Acceleration, Micros, Milliseconds, Point, Rate, Steps16};
 use plumb_runtime::commission::{Examination, ExaminationParts};
-use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::link::{Link, LinkError, Transport};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunError, RunParts};

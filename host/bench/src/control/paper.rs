@@ -4,7 +4,8 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use plumb_cameras::toml_file::{NumberError, TomlFileError};
+use plumb_config::quantity::NumberError;
+use plumb_config::toml_file::TomlFileError;
 use plumb_emulator::plant::{QuasiStatic, RigError, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::units::{Micros, Point};

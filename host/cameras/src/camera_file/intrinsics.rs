@@ -10,7 +10,7 @@ use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
-use crate::toml_file::{
+use plumb_config::quantity::{
     DepthUnits, DistortionCoefficient, FocalLength, PixelCoordinate, some_pixels,
 };
 

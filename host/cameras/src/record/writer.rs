@@ -10,7 +10,7 @@ use plumb_pictures::{png, raw};
 
 use super::error::{RecordError, io_error};
 use crate::source::BoxedError;
-use crate::whole_writes::{WholeWrites, write_whole};
+use plumb_config::whole_writes::{WholeWrites, write_whole};
 
 /// Writer of the files of a recording.
 pub(super) struct Writer {

@@ -16,8 +16,8 @@ use tracing::debug;
 use super::camera_source::CameraSource;
 use super::clock::LiveClock;
 use super::error::SourceError;
-use crate::error_chain::ErrorChain;
 pub use error::{CaptureError, StartCaptureError};
+use plumb_config::error_chain::ErrorChain;
 use slot::{Item, Slot};
 
 /// Longest single wait of [`Capture::next_frame`].

@@ -143,7 +143,7 @@ mod tests {
     use plumb_frame::image::Image;
 
     use super::*;
-    use crate::error_chain::ErrorChain;
+    use plumb_config::error_chain::ErrorChain;
 
     /// Frames with these time stamps, or lost ones.
     struct Stamps(VecDeque<Result<f64, f64>>);

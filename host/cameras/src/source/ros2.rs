@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, de};
 use thiserror::Error;
 
 use super::openni::IntrinsicsFrom;
-use crate::toml_file::{CameraTime, domain};
+use plumb_config::quantity::{CameraTime, domain};
 
 /// Settings of a camera in ROS 2: table `[camera.ros2]` of a rig file. Every key may be left out.
 /// The topics are by default those of realsense-ros with the camera's default name.

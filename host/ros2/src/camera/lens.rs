@@ -193,7 +193,7 @@ mod tests {
     }
 
     fn refusal(info: &CameraInfo) -> String {
-        plumb_cameras::error_chain::ErrorChain(&raw(info).unwrap_err()).to_string()
+        plumb_config::error_chain::ErrorChain(&raw(info).unwrap_err()).to_string()
     }
 
     #[test]

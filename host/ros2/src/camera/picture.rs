@@ -220,7 +220,7 @@ fn packed(raw: &Image, per_pixel: usize, topic: &str) -> Result<Vec<u8>, Ros2Cam
 
 #[cfg(test)]
 mod tests {
-    use plumb_cameras::error_chain::ErrorChain;
+    use plumb_config::error_chain::ErrorChain;
     use plumb_pictures::png;
 
     use super::*;

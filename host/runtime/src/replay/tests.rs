@@ -8,7 +8,7 @@ use plumb_frame::observation::Circle;
 use plumb_vision::localise::observe;
 
 use super::*;
-use crate::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 
 /// Detector that finds a ball if the first pixel's blue is 1, and fails if it is 2.
 struct Scripted;

@@ -9,12 +9,13 @@ mod view;
 
 use std::path::{Path, PathBuf};
 
-use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
-use plumb_cameras::error_chain::ErrorChain;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_cameras::source::BoxedError;
-use plumb_cameras::toml_file::{Coordinate, MAX_BYTES, diagnose};
+use plumb_config::bounded_read::read_text;
+use plumb_config::error_chain::ErrorChain;
+use plumb_config::quantity::Coordinate;
+use plumb_config::toml_file::{MAX_BYTES, diagnose};
 use plumb_frame::camera::Camera;
 
 use self::finding::Document;

@@ -1,6 +1,6 @@
 //! Settings of the control law, and the configuration of the board that follows from them.
 
-use plumb_cameras::toml_file::NumberError;
+use plumb_config::quantity::NumberError;
 use plumb_protocol::config::{Estimated, Interval, Law, SIGNS, Sign};
 use plumb_protocol::units::{Bound, Gain, Milliseconds, SignGain};
 use serde::Deserialize;

@@ -1,8 +1,8 @@
 //! Numbers of a rig file: their ranges and units, as in docs/use/rig-file.md. Ranges of numbers
 //! that the board gets are the board's own (`Params` in firmware/core).
 
-use plumb_cameras::quantities;
-use plumb_cameras::toml_file::Range;
+use plumb_config::quantities;
+use plumb_config::quantity::Range;
 use serde::Deserializer;
 
 quantities! {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3};
 use plumb_cameras::camera_file::Pose;
-use plumb_cameras::toml_file::Coordinate;
+use plumb_config::quantity::Coordinate;
 use serde::Deserialize;
 
 use super::quantity::PulleyRadius;

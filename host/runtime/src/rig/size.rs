@@ -1,7 +1,7 @@
 //! Table `[size]` of a rig file.
 
 use nalgebra::Point3;
-use plumb_cameras::toml_file::Coordinate;
+use plumb_config::quantity::Coordinate;
 use serde::Deserialize;
 
 use super::quantity::CablePerStep;

@@ -34,7 +34,6 @@ use super::reached::Arrival;
 use super::repetition::RepeatedPicture;
 use super::targets::TargetDrive;
 use super::waypoint::{Route, Waypoint};
-use crate::error_chain::ErrorChain;
 use crate::link::{LinkView, Reply};
 use crate::observer::{EventKind, EventRecord, RunEvent};
 use crate::operator::Submitted;
@@ -42,6 +41,7 @@ use crate::rig::MotionRules;
 use crate::stop_reason::StopReason;
 use crate::summary::RunStats;
 pub(super) use interface::{Action, Actions, BoardAction, Input, Picture};
+use plumb_config::error_chain::ErrorChain;
 pub(super) use record::SentPosition;
 use record::SentPositions;
 

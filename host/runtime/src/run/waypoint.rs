@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb_cameras::bounded_read::{ReadError, read_text};
-use plumb_cameras::toml_file::{Coordinate, MAX_BYTES, Range};
+use plumb_config::bounded_read::{ReadError, read_text};
+use plumb_config::quantity::{Coordinate, Range};
+use plumb_config::toml_file::MAX_BYTES;
 use plumb_path::table::{Row, Table};
 use plumb_protocol::units::Point;
 use thiserror::Error;

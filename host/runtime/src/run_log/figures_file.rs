@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use nalgebra::Point3;
-use plumb_cameras::bounded_read::read_text;
-use plumb_cameras::toml_file::Coordinate;
+use plumb_config::bounded_read::read_text;
+use plumb_config::quantity::Coordinate;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::output_dir::write_new;

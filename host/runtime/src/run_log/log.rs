@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::source::BoxedError;
-use plumb_cameras::whole_writes::WholeWrites;
+use plumb_config::whole_writes::WholeWrites;
 use serde::Serialize;
 
 use super::figures::{self, Sample, Samples};

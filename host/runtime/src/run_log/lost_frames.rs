@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb_cameras::whole_writes::WholeWrites;
+use plumb_config::whole_writes::WholeWrites;
 
 use super::RunLogError;
 use super::output_dir::create_new;

@@ -56,7 +56,7 @@ impl fmt::Display for TargetAddress {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error_chain::ErrorChain;
+    use plumb_config::error_chain::ErrorChain;
 
     #[test]
     fn a_file_or_a_program_is_read_and_nothing_else() {

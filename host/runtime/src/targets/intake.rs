@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fmt;
 
-use plumb_cameras::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 use plumb_timing::SenderClock;
 use thiserror::Error;
 

@@ -119,7 +119,7 @@ fn is_within(value: f64, limit: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error_chain::ErrorChain;
+    use plumb_config::error_chain::ErrorChain;
 
     #[test]
     fn a_line_is_read_strictly() {

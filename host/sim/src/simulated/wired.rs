@@ -79,7 +79,7 @@ impl Plant for Wired {
 mod tests {
     use std::path::Path;
 
-    use plumb_cameras::toml_file::parse_toml;
+    use plumb_config::toml_file::parse_toml;
     use plumb_emulator::plant::{QuasiStatic, Task};
 
     use super::*;

@@ -13,7 +13,7 @@ use plumb_bench::control::{
     self, BenchError, Clock, ControllerKind, PAPER_GAMMAS, PathReport, PathSuite, Report, Suite,
     SuiteName,
 };
-use plumb_runtime::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::rig::LawSettings;
 use plumb_runtime::rig::quantity::Mean;
 

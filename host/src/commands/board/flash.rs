@@ -13,7 +13,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use plumb_cameras::bounded_read;
+use plumb_config::bounded_read;
 use plumb_image::uf2;
 use serde_json::json;
 

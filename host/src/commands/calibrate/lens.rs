@@ -12,7 +12,7 @@ use plumb_calibrate::camera_text::with_lens;
 use plumb_calibrate::lens::{LensCalibration, LensView, calibrate_lens};
 use plumb_calibrate::overlay::draw_corners;
 use plumb_cameras::{camera_file, png};
-use plumb_runtime::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::{CalibratedFor, Camera, DistortionCoefficients};
 use serde::Serialize;

@@ -7,7 +7,7 @@ use nalgebra::{Point2, Point3};
 use plumb_calibrate::board::{Board, Placement};
 use plumb_calibrate::motors::MotorMeasures;
 use plumb_calibrate::places::PLACE_SD_M;
-use plumb_cameras::toml_file::Range;
+use plumb_config::quantity::Range;
 use plumb_page::DEFAULT_ADDRESS;
 
 use crate::commands::page::address;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use plumb_calibrate::camera_text::with_pose;
 use plumb_cameras::camera_file;
-use plumb_runtime::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 use plumb_vision::image::ColourImage;
 
 use super::Found;

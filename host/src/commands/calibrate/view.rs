@@ -11,7 +11,7 @@ use plumb_calibrate::render::{draw_board, shown_pose};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::stream::StreamAddress;
 use plumb_cameras::source::{CameraSource, OpenedRecording};
-use plumb_runtime::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::rig::{Rig, Simulation};
 use plumb_sim::synthetic::{
     Background, ExtraBall, Material, RenderOptions, Room, Scene, SyntheticCamera,

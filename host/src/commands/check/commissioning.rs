@@ -1,9 +1,9 @@
 //! `plumb check RIG`: jogs each motor, watches the ball, and offers the corrected rig file.
 
-use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
 use plumb_cameras::settings::SourceName;
-use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_config::bounded_read::read_text;
+use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::commission::{
     Examination, ExaminationParts, Explanation, Fault, Report, corrected,

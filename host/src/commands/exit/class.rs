@@ -8,7 +8,6 @@ use plumb_calibrate::calibration::CalibrationError;
 use plumb_calibrate::camera_text::{NoIntrinsics, NoPose};
 use plumb_calibrate::corners::{BoardError, ProcessingError};
 use plumb_calibrate::lens::LensError;
-use plumb_cameras::bounded_read::ReadError;
 use plumb_cameras::driver::OpenError;
 use plumb_cameras::png::PngError;
 use plumb_cameras::record::RecordError;
@@ -16,7 +15,9 @@ use plumb_cameras::settings::SettingsError;
 use plumb_cameras::source::capture::StartCaptureError;
 use plumb_cameras::source::tum::TumError;
 use plumb_cameras::source::{OpenRecordingError, SourceError};
-use plumb_cameras::toml_file::{NumberError, TomlFileError};
+use plumb_config::bounded_read::ReadError;
+use plumb_config::quantity::NumberError;
+use plumb_config::toml_file::TomlFileError;
 #[cfg(feature = "foxglove")]
 use plumb_foxglove::FoxgloveError;
 use plumb_page::PageError;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use plumb_cameras::source::stream::AddressError;
-use plumb_cameras::toml_file::Range;
+use plumb_config::quantity::Range;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
 
 use super::dialogue::{Dialogue, DialogueError};

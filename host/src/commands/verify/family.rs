@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use plumb_cameras::toml_file::read_toml;
+use plumb_config::toml_file::read_toml;
 use plumb_verify::{Nonsingularity, Polytope, PolytopeError, Robustness};
 use serde::{Deserialize, Serialize};
 

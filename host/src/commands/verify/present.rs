@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use clap::builder::TypedValueParser;
-use plumb_cameras::toml_file::{Coordinate, Range};
+use plumb_config::quantity::{Coordinate, Range};
 use plumb_runtime::rig::Rig;
 use plumb_verify::{BallPath, Interval, RigFamily};
 

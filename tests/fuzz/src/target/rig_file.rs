@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plumb_adversary::generate;
-use plumb_cameras::toml_file::parse_toml;
+use plumb_config::toml_file::parse_toml;
 use plumb_core::params::Params;
 use plumb_protocol::Config;
 use plumb_protocol::message::ConfigField;

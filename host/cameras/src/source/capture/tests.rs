@@ -5,7 +5,7 @@ use plumb_frame::camera::Intrinsics;
 use plumb_frame::image::Image;
 
 use super::*;
-use crate::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 
 /// Longest wait for another thread: a test that reaches it fails.
 const LONG: Duration = Duration::from_secs(60);

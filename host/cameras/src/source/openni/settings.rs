@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use plumb_openni::{Settings, Target};
 use serde::Deserialize;
 
-use crate::toml_file::{CameraTime, pixels, rate};
+use plumb_config::quantity::{CameraTime, pixels, rate};
 
 /// Settings of a camera through OpenNI2: table `[camera.openni]` of a rig file. Every key may be
 /// left out.
@@ -75,7 +75,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::toml_file::parse_toml;
+    use plumb_config::toml_file::parse_toml;
 
     fn settings(text: &str) -> OpenniSettings {
         parse_toml(Path::new("rig.toml"), text).unwrap()

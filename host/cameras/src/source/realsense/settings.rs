@@ -4,7 +4,7 @@ use plumb_realsense::{Mode, Settings, Target};
 use serde::Deserialize;
 
 use crate::source::openni::IntrinsicsFrom;
-use crate::toml_file::{CameraTime, pixels, rate};
+use plumb_config::quantity::{CameraTime, pixels, rate};
 
 /// Settings of an Intel RealSense camera: table `[camera.realsense]` of a rig file. Every key may
 /// be left out.
@@ -68,7 +68,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::toml_file::parse_toml;
+    use plumb_config::toml_file::parse_toml;
 
     fn settings(text: &str) -> RealsenseSettings {
         parse_toml(Path::new("rig.toml"), text).unwrap()

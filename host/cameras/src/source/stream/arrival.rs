@@ -8,7 +8,7 @@ use nix::errno::Errno;
 use nix::sys::socket::{MsgFlags, recv};
 use thiserror::Error;
 
-use crate::bounded_read::excerpt;
+use plumb_config::bounded_read::excerpt;
 
 /// Byte that every documented stream begins with: that of a JSON object. What a browser sends first
 /// begins with another one: the method of a request (HTTP, also with an upgrade to WebSocket), 22

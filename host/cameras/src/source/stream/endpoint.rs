@@ -20,7 +20,7 @@ use tracing::{debug, warn};
 use super::address::StreamAddress;
 use super::arrival::{Arrival, MAX_WAITING, WaitingRoom};
 use super::error::StreamError;
-use crate::error_chain::ErrorChain;
+use plumb_config::error_chain::ErrorChain;
 
 /// Longest wait of one call into the operating system, ms: the reaction time to a closed stream.
 const POLL_MS: u16 = 100;

@@ -6,7 +6,7 @@ use plumb_frame::image::ImageSize;
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::bounded_read::LineError;
+use plumb_config::bounded_read::LineError;
 
 /// Longest header, bytes, including the end of its line.
 pub const MAX_HEADER_BYTES: u64 = 4096;
@@ -246,7 +246,7 @@ impl Header {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error_chain::ErrorChain;
+    use plumb_config::error_chain::ErrorChain;
 
     const GOOD: &str = r#"{"t": 12.345, "width": 640, "height": 480, "colour": "rgb8",
         "colour_bytes": 921600, "depth": "z16", "depth_bytes": 614400, "depth_scale": 1000.0}"#;

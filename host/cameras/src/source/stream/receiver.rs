@@ -12,10 +12,10 @@ use super::connection::{Connection, Interruption, SILENCE};
 use super::endpoint::Endpoint;
 use super::error::StreamError;
 use super::header::{Header, HeaderError, MAX_HEADER_BYTES};
-use crate::bounded_read::{LineError, read_line};
-use crate::error_chain::ErrorChain;
 use crate::source::capture::slot::{Item, Slot};
 use crate::source::{LiveClock, SourceError};
+use plumb_config::bounded_read::{LineError, read_line};
+use plumb_config::error_chain::ErrorChain;
 
 /// Most bytes that are reserved for a picture before they have come.
 const MAX_RESERVED: u64 = 1 << 20;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use plumb_frame::image::ImageSize;
 use thiserror::Error;
 
-use crate::bounded_read::ReadError;
 use crate::source::error::{InvalidFrame, SourceError};
 use crate::source::resolution::UnfitIntrinsics;
+use plumb_config::bounded_read::ReadError;
 use plumb_pictures::decode::DecodeError;
 
 /// Failure to read a TUM RGB-D folder or one of its frames.

@@ -6,7 +6,7 @@ use plumb_frame::image::{ColourImage, DepthImage};
 use plumb_pictures::decode;
 
 use super::error::TumError;
-use crate::bounded_read;
+use plumb_config::bounded_read;
 
 /// Most bytes of an image file: an uncompressed image of [`decode::MAX_PIXELS`], and a reserve.
 pub const MAX_BYTES: u64 = 1 << 28;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::TumError;
-use crate::bounded_read;
+use plumb_config::bounded_read;
 
 /// Largest time difference between a colour image and its depth image, seconds. It is below the
 /// 33 ms between frames, so that the neighbour of a missing depth image does not replace it.

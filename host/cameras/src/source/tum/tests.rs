@@ -5,9 +5,9 @@ use plumb_pictures::png::encode_depth;
 use tempfile::TempDir;
 
 use super::*;
-use crate::error_chain::ErrorChain;
 use crate::png;
 use crate::source::playback::Playback;
+use plumb_config::error_chain::ErrorChain;
 
 const INTRINSICS: Intrinsics =
     Intrinsics { fx: 500.0, fy: 500.0, cx: 15.5, cy: 11.5, depth_scale: 5000.0, distortion: None };

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::toml_file::{CameraGain, CameraTime, pixels, rate};
+use plumb_config::quantity::{CameraGain, CameraTime, pixels, rate};
 
 /// Settings of a webcam: table `[camera.webcam]` of a rig file. Every key may be left out.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -82,7 +82,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::toml_file::parse_toml;
+    use plumb_config::toml_file::parse_toml;
 
     fn settings(text: &str) -> Result<WebcamSettings, String> {
         parse_toml(Path::new("rig.toml"), text).map_err(|error| error.to_string())

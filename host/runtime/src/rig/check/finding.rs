@@ -3,7 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use plumb_cameras::toml_file::{Key, Mistake, keys, place};
+use plumb_config::reference::{Key, keys};
+use plumb_config::toml_file::{Mistake, place};
 use serde::Serialize;
 
 /// Severity of a finding.

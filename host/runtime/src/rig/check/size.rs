@@ -1,7 +1,7 @@
 //! Plausibility of a rig file: workspace, targets and travel against the rough size of the rig.
 
 use nalgebra::{Point2, Point3};
-use plumb_cameras::toml_file::Coordinate;
+use plumb_config::quantity::Coordinate;
 
 use super::finding::{Document, Finding, Severity};
 use crate::rig::quantity::{Corner, TravelLimit};

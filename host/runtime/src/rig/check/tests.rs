@@ -1,6 +1,6 @@
 use std::fs;
 
-use plumb_cameras::toml_file::place;
+use plumb_config::toml_file::place;
 use plumb_protocol::config::Config;
 use plumb_protocol::message::ConfigField;
 

@@ -1,6 +1,6 @@
 use std::fs;
 
-use plumb_cameras::toml_file::keys;
+use plumb_config::reference::keys;
 
 use super::*;
 use crate::rig::check::{Finding, check};

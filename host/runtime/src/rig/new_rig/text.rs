@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_cameras::toml_file::{Key, keys};
+use plumb_config::reference::{Key, keys};
 
 use super::{Limits, NewCamera, NewRig, Straps};
 use crate::rig::REFERENCE;

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use plumb_calibrate::camera_text::{with_lens, with_pose};
-use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
-use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_config::bounded_read::read_text;
+use plumb_config::toml_file::MAX_BYTES;
 use plumb_import::{Choice, Content, Imported, ImportedLens, ImportedPose, read};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::check::implausible;

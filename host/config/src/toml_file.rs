@@ -1,26 +1,17 @@
 //! Configuration files (TOML). Every mistake is reported with its file, line and key.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use thiserror::Error;
+use toml::de::{DeTable, DeValue};
 
 use crate::bounded_read::{ReadError, excerpt, read_text};
 
-mod diagnosis;
-mod number;
-mod places;
-mod reference;
-mod suggestion;
-
 pub use diagnosis::{Diagnosis, Mistake, diagnose};
-pub use number::{
-    BallDiameter, CameraGain, CameraTime, Coordinate, DepthUnits, DistortionCoefficient,
-    FocalLength, Hue, NumberError, PixelCoordinate, Range,
-};
-pub(crate) use number::{domain, pixels, rate, some_pixels};
-pub use places::{Place, place};
-pub use reference::{Key, keys};
+
+mod diagnosis;
 
 /// Most bytes of a file. Parsing takes about 60 times as much memory.
 pub const MAX_BYTES: u64 = 1 << 20;
@@ -82,7 +73,7 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Tom
             let quoted = excerpt(text.lines().nth(line - 1).unwrap_or_default().trim());
             message = format!("{message}: {quoted}");
         }
-        if let Some(name) = suggestion::nearest(error.message()) {
+        if let Some(name) = nearest(error.message()) {
             message.push_str(&format!("; did you mean `{name}`?"));
         }
         TomlFileError::Content { path: path.to_path_buf(), line, key, message }
@@ -110,11 +101,106 @@ fn key_of(mut error: toml::de::Error) -> String {
     last.strip_prefix("in `").and_then(|k| k.strip_suffix('`')).unwrap_or_default().to_owned()
 }
 
+/// Key with its tables, outermost first.
+type KeyPath = Vec<String>;
+
+/// Place of a key's value in a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// Number of the line, from 1.
+    pub line: usize,
+    /// Value as it is written.
+    pub value: String,
+}
+
+/// Returns the place of the dotted key `key` in the text of a file; `None` where the file does not
+/// have it.
+pub fn place(text: &str, key: &str) -> Option<Place> {
+    let (table, _) = DeTable::parse_recoverable(text);
+    let mut names = key.split('.');
+    let mut value = table.get_ref().get(names.next()?)?;
+    for name in names {
+        value = value.get_ref().as_table()?.get(name)?;
+    }
+    let span = value.span();
+    let written = text.get(span.clone()).unwrap_or_default();
+    Some(Place { line: line_at(text, span.start), value: written.to_owned() })
+}
+
+/// Returns the number of the line, from 1, of a byte of the text.
+fn line_at(text: &str, byte: usize) -> usize {
+    1 + text.bytes().take(byte).filter(|&b| b == b'\n').count()
+}
+
+/// Returns the key whose name or value is at `span`: the one with the smallest value around it.
+fn key_at(table: &DeTable<'_>, span: &Range<usize>) -> KeyPath {
+    let mut best = Candidate { size: usize::MAX, path: KeyPath::new() };
+    search(table, span, &mut KeyPath::new(), &mut best);
+    best.path
+}
+
+struct Candidate {
+    /// Length of the value, bytes.
+    size: usize,
+    path: KeyPath,
+}
+
+fn search(table: &DeTable<'_>, span: &Range<usize>, path: &mut KeyPath, best: &mut Candidate) {
+    for (key, value) in table {
+        path.push(key.get_ref().to_string());
+        let around = value.span();
+        if key.span() == *span {
+            *best = Candidate { size: 0, path: path.clone() };
+        } else if around.start <= span.start && span.end <= around.end && around.len() < best.size {
+            *best = Candidate { size: around.len(), path: path.clone() };
+        }
+        if let DeValue::Table(table) = value.get_ref() {
+            search(table, span, path, best);
+        }
+        path.pop();
+    }
+}
+
+/// Returns the name that `message` of the crate `toml` most probably means: of "unknown field
+/// `gian`, expected one of `gain`, `name`" it is `gain`. `None` where no expected name is similar.
+fn nearest(message: &str) -> Option<&str> {
+    if !message.starts_with("unknown field") && !message.starts_with("unknown variant") {
+        return None;
+    }
+    // The text between each pair of backquotes.
+    let mut names = message.split('`').skip(1).step_by(2);
+    let unknown = names.next()?;
+    let (distance, name) = names.map(|name| (edit_distance(unknown, name), name)).min()?;
+    (3 * distance <= unknown.chars().count().max(3)).then_some(name)
+}
+
+/// Returns the number of characters to insert, delete, replace or exchange with their neighbour
+/// that turns `a` into `b` (optimal string alignment distance).
+fn edit_distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
+    // Rows i - 2, i - 1 and i of the table: distances between the first i characters of `a` and the
+    // first j of `b`.
+    let (mut before, mut last): (Vec<usize>, Vec<usize>) = (Vec::new(), (0..=b.len()).collect());
+    for i in 1..=a.len() {
+        let mut row = vec![i];
+        for j in 1..=b.len() {
+            let replaced = last[j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            let mut distance = replaced.min(last[j] + 1).min(row[j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                distance = distance.min(before[j - 2] + 1);
+            }
+            row.push(distance);
+        }
+        (before, last) = (last, row);
+    }
+    last.last().copied().unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
-    use serde::Deserialize;
-
     use super::*;
+    use crate::quantity::{CameraTime, Coordinate};
+    use serde::Deserialize;
 
     #[derive(Debug, PartialEq, Deserialize)]
     #[serde(deny_unknown_fields)]
@@ -207,5 +293,63 @@ mod tests {
     fn an_absent_file_is_named() {
         let error = read_toml::<File>(Path::new("no/such/rig.toml")).unwrap_err();
         assert!(error.to_string().contains("no/such/rig.toml"), "{error}");
+    }
+
+    const TEXT: &str = "\
+targets = [[1, 2]]
+[motors]
+driver = { coils = { duty = 0.8 } }
+[law.sign]
+gain = 1
+";
+
+    #[test]
+    fn the_place_of_a_key_is_its_line_and_its_value() {
+        let found = |key| place(TEXT, key).map(|place| (place.line, place.value));
+        assert_eq!(found("targets"), Some((1, "[[1, 2]]".to_owned())));
+        assert_eq!(found("motors.driver.coils.duty"), Some((3, "0.8".to_owned())));
+        assert_eq!(found("law.sign.gain"), Some((5, "1".to_owned())));
+        for absent in ["motors.rate", "targets.x", "law.taut.mean"] {
+            assert_eq!(found(absent), None);
+        }
+    }
+
+    #[test]
+    fn a_byte_belongs_to_the_innermost_value_around_it() {
+        let table = DeTable::parse(TEXT).unwrap();
+        let key = |word: &str| {
+            let start = TEXT.find(word).unwrap();
+            key_at(table.get_ref(), &(start..start + word.len())).join(".")
+        };
+        assert_eq!(key("0.8"), "motors.driver.coils.duty");
+        assert_eq!(key("duty"), "motors.driver.coils.duty");
+        assert_eq!(key("2]"), "targets");
+        assert_eq!(key("gain"), "law.sign.gain");
+    }
+
+    #[test]
+    fn a_similar_name_is_suggested() {
+        let cases = [
+            ("unknown field `gian`, expected `gain` or `name`", Some("gain")),
+            ("unknown field `diameter`, expected `diameter_m` or `hue`", Some("diameter_m")),
+            ("unknown variant `opnni`, expected one of `simulated`, `openni`", Some("openni")),
+            ("unknown field `k1`, expected one of `fx`, `fy`, `cx`, `cy`", None),
+            ("unknown field `motor`, expected `rig` or `camera`", None),
+            ("unknown field `x`, there are no fields", None),
+            ("missing field `gain`", None),
+        ];
+        for (message, name) in cases {
+            assert_eq!(nearest(message), name, "{message}");
+        }
+    }
+
+    #[test]
+    fn the_distance_counts_single_edits() {
+        let cases = [("", "", 0), ("abc", "abc", 0), ("gian", "gain", 1), ("", "abc", 3)];
+        for (a, b, distance) in cases {
+            assert_eq!(edit_distance(a, b), distance, "{a} {b}");
+            assert_eq!(edit_distance(b, a), distance, "{b} {a}");
+        }
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
     }
 }

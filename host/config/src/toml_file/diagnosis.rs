@@ -10,8 +10,7 @@ use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue, Deserializer, Error};
 use toml::{Spanned, de};
 
-use super::places::{Path, key_at, line_at};
-use super::suggestion;
+use super::{KeyPath, key_at, line_at, nearest};
 
 /// Most repairs of a file.
 const MAX_REPAIRS: usize = 100;
@@ -96,7 +95,7 @@ struct Repair<'i> {
     text: &'i str,
     table: Spanned<DeTable<'i>>,
     placeholders: DeTable<'i>,
-    repaired: Vec<Path>,
+    repaired: Vec<KeyPath>,
     mistakes: Vec<Mistake>,
 }
 
@@ -124,7 +123,7 @@ impl Repair<'_> {
 
     /// Returns the kind of the mistake and the whole path of its key, where `path` is the innermost
     /// key around the place of the error.
-    fn classify(&self, error: &Error, mut path: Path) -> (Kind, Path) {
+    fn classify(&self, error: &Error, mut path: KeyPath) -> (Kind, KeyPath) {
         let message = error.message();
         if message.starts_with("unknown field") || message.starts_with("unexpected keys") {
             return (Kind::Unknown, path);
@@ -136,7 +135,7 @@ impl Repair<'_> {
         (Kind::Wrong, path)
     }
 
-    fn mistake(&self, error: &Error, kind: &Kind, path: &Path) -> Mistake {
+    fn mistake(&self, error: &Error, kind: &Kind, path: &KeyPath) -> Mistake {
         let span = error.span().unwrap_or_default();
         let is_whole_file = matches!(kind, Kind::Missing) && path.len() == 1;
         let value = find(self.table.get_ref(), path).map(Spanned::span).unwrap_or_default();
@@ -157,7 +156,7 @@ impl Repair<'_> {
 
 /// Returns the message about an unknown key, where `message` is that of the crate `toml`.
 fn unknown(message: &str) -> String {
-    match suggestion::nearest(message) {
+    match nearest(message) {
         Some(name) => format!("is no key of this file; did you mean `{name}`?"),
         None => "is no key of this file: remove it".to_owned(),
     }
@@ -166,7 +165,7 @@ fn unknown(message: &str) -> String {
 /// Returns the message about a wrong value, where `message` is that of the crate `toml`.
 fn wrong(message: &str) -> String {
     let line = message.replace('\n', " ");
-    match suggestion::nearest(message) {
+    match nearest(message) {
         Some(name) => format!("{line}; did you mean `{name}`?"),
         None => line,
     }

@@ -114,7 +114,7 @@ macro_rules! quantities {
 
         impl $name {
             /// Range, with the unit.
-            pub const RANGE: $crate::toml_file::Range = $range;
+            pub const RANGE: $crate::quantity::Range = $range;
 
             /// Returns a constant of the program. One that is out of the range does not compile,
             /// where it is evaluated at compile time.
@@ -130,7 +130,7 @@ macro_rules! quantities {
         }
 
         impl TryFrom<f64> for $name {
-            type Error = $crate::toml_file::NumberError;
+            type Error = $crate::quantity::NumberError;
 
             fn try_from(x: f64) -> Result<Self, Self::Error> {
                 Self::RANGE.check(x).map(Self)
@@ -173,24 +173,22 @@ const RATE: Range = Range::new(1.0, 1000.0, "pictures/s");
 const DOMAIN: Range = Range::new(0.0, 232.0, "");
 
 /// Reads the number of columns or rows of a picture.
-pub(crate) fn pixels<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
+pub fn pixels<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
     SIDE.deserialize_whole(deserializer)
 }
 
 /// Reads the number of columns or rows of a picture, of a key that may be left out.
-pub(crate) fn some_pixels<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Option<u16>, D::Error> {
+pub fn some_pixels<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u16>, D::Error> {
     pixels(deserializer).map(Some)
 }
 
 /// Reads the rate of a camera, pictures/s.
-pub(crate) fn rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
+pub fn rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
     RATE.deserialize_whole(deserializer)
 }
 
 /// Reads the number of a domain of ROS 2.
-pub(crate) fn domain<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u16>, D::Error> {
+pub fn domain<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u16>, D::Error> {
     DOMAIN.deserialize_whole(deserializer).map(Some)
 }
 

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 
 use super::*;
-use crate::toml_file::CameraTime;
+use crate::quantity::CameraTime;
 
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

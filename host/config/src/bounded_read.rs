@@ -196,7 +196,7 @@ pub fn read_line(input: &mut impl BufRead, limit: u64) -> Result<Option<String>,
 const MAX_EXCERPT: usize = 80;
 
 /// Returns the beginning of a line, to be quoted in a message.
-pub(crate) fn excerpt(line: &str) -> String {
+pub fn excerpt(line: &str) -> String {
     match line.char_indices().nth(MAX_EXCERPT) {
         None => line.to_owned(),
         Some((end, _)) => format!("{}...", &line[..end]),
