@@ -10,7 +10,7 @@ import numpy as np
 # Depth units of a metre in TUM RGB-D pictures.
 TUM_DEPTH = 5000.0
 # Largest time between a colour picture and its depth picture, seconds, as for the host's folders
-# (`MAX_TIME_DIFFERENCE` in `host/cameras/src/source/tum/list.rs`).
+# (`MAX_TIME_DIFFERENCE` in `host/cameras/src/tum/list.rs`).
 MAX_TIME_DIFFERENCE = 0.02
 # Of so many recorded pictures the last one is held out for the bench (`--held-out`).
 HELD_OUT = 4

@@ -9,9 +9,9 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_cameras::source::CameraSource;
 use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
+use plumb_frame::source::CameraSource;
 use plumb_runtime::link::Serial;
 use plumb_runtime::rig::{LawName, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use plumb_cameras::source::realsense::{RealsenseSource, Settings, Target};
+use plumb_realsense::{RealsenseSource, Settings, Target};
 use plumb_realsense_device::{Control, Feeder, Model, SoftwareCamera, library};
 use plumb_tests::live_camera::LiveRig;
 

@@ -9,11 +9,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::thread;
 
-use plumb_cameras::driver::{OpenError, OpenedCamera};
-use plumb_cameras::drivers::open_camera;
+use plumb_cameras::open::open_camera;
+use plumb_cameras::open::{OpenError, OpenedCamera};
 use plumb_cameras::settings::{CameraSettings, SourceName};
-use plumb_cameras::source::stream::{StreamAddress, StreamError};
-use plumb_cameras::source::{BoxedError, CameraSource, SourceError};
+use plumb_cameras::stream::{StreamAddress, StreamError};
+use plumb_frame::source::{BoxedError, CameraSource, SourceError};
 use plumb_sim::synthetic::SyntheticError;
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::detect::{DetectError, DetectorKind};

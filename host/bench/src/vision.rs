@@ -19,7 +19,7 @@ mod timing;
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
-use plumb_cameras::source::BoxedError;
+use plumb_frame::source::BoxedError;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;

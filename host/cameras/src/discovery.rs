@@ -1,6 +1,5 @@
 //! Discovery of cameras, and of what is missing to use them (`plumb cameras`).
 
-mod models;
 mod usb;
 
 use std::collections::BTreeMap;
@@ -8,11 +7,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::driver::{DriverListing, FoundCamera, LibraryState, LibraryStatus};
-use crate::drivers::DRIVERS;
-use crate::settings::SourceName;
+use crate::settings::{CameraSettings, SourceName};
+use plumb_frame::driver::{DriverListing, FoundCamera, LibraryState, LibraryStatus};
 
-pub use models::Support;
+pub use usb::Support;
 pub use usb::{Access, UsbCamera};
 
 /// Cameras that are plugged in, and what is missing to use them.
@@ -33,7 +31,9 @@ pub struct Discovery {
 /// system whose root folder is `root` ("/").
 pub fn discover(root: &Path) -> Discovery {
     let usb = usb::cameras(root);
-    let listings: Vec<_> = DRIVERS.iter().map(|driver| (driver.name(), driver.list())).collect();
+    let settings = CameraSettings::new("");
+    let listed = |&name: &SourceName| settings.driver(name).map(|driver| (name, driver.list()));
+    let listings = SourceName::ALL.iter().filter_map(listed).collect();
     let (cameras, libraries, mut missing) = merge(listings, &usb);
     missing.extend(usb::missing(root, &usb));
     if missing.is_empty() && cameras.is_empty() {

@@ -2,9 +2,9 @@
 
 use plumb_frame::camera::Intrinsics;
 
-use crate::source::stream;
+use crate::stream;
 
-/// Reads `bytes` as frames of a [stream](crate::source::stream), up to their end or the first
+/// Reads `bytes` as frames of a [stream](crate::stream), up to their end or the first
 /// error, and decodes them. Returns the number of frames without an error.
 pub fn stream(bytes: &[u8], intrinsics: Intrinsics) -> u64 {
     stream::decode_all(bytes, intrinsics)

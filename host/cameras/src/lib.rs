@@ -1,14 +1,14 @@
 //! Plumb's cameras: sources of RGB-D frames, recordings, and the camera file.
 //!
-//! - [`source`]: the trait [`CameraSource`](source::CameraSource) and its implementations: cameras
-//!   [through OpenNI2](source::openni), [streams](source::stream) of any program, recordings as
-//!   [TUM RGB-D folders](source::tum) and `.oni` files, and their [playback](source::playback) in
-//!   the place of a camera.
-//! - [`drivers`]: the registry of camera [`driver`]s. [`open_camera`](drivers::open_camera) opens
-//!   the camera that [`settings`] choose.
+//! - [`settings`]: the registry of all sources, and the settings that choose one;
+//!   [`open_camera`](open::open_camera) opens it. Each kind of camera is a crate (`plumb-openni`,
+//!   `plumb-realsense`, `plumb-webcam`) or a module ([`stream`]) with a
+//!   [`CameraDriver`](plumb_frame::driver::CameraDriver).
+//! - [`capture`]: a thread that reads a camera and keeps the newest frame.
+//! - [`recording`]: recordings of any format; [`tum`]: TUM RGB-D folders; [`playback`]: recordings
+//!   in the place of a camera; [`record`]: recording of frames as a TUM RGB-D folder.
 //! - [`discovery`]: the cameras that are plugged in, and what is missing to use them.
 //! - [`png`]: PNG files. The crate `plumb-pictures` decodes and encodes pictures.
-//! - [`record`]: recording of frames as a TUM RGB-D folder.
 //! - [`camera_file`]: intrinsics and pose of a camera, and the ball.
 //!
 //! The crate contains no board, no rig and no simulation.
@@ -20,7 +20,7 @@
 //!
 //! use plumb_cameras::camera_file;
 //! use plumb_cameras::record::{Overflow, RecordFolder};
-//! use plumb_cameras::source::open_recording;
+//! use plumb_cameras::recording::open_recording;
 //! use plumb_frame::frame::RgbdFrame;
 //! use plumb_frame::image::Image;
 //!
@@ -62,15 +62,19 @@
 #![deny(missing_docs)]
 
 pub mod camera_file;
+pub mod capture;
 pub mod discovery;
-pub mod driver;
-pub mod drivers;
 #[doc(hidden)]
 pub mod fuzzing;
+pub mod open;
+pub mod playback;
 pub mod png;
 pub mod record;
+pub mod recording;
+pub mod ros2;
 pub mod settings;
-pub mod source;
+pub mod stream;
+pub mod tum;
 
 /// The example in docs/change/add-camera.md is compiled and run with the other tests.
 #[cfg(doctest)]

@@ -7,8 +7,8 @@ use plumb_frame::image::ColourImage;
 use plumb_pictures::png::encode_colour;
 use thiserror::Error;
 
-use crate::source::BoxedError;
 use plumb_config::whole_writes::write_whole;
+use plumb_frame::source::BoxedError;
 
 /// Failure to write a PNG file.
 #[derive(Debug, Error)]

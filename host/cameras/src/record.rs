@@ -4,23 +4,21 @@
 //! the intrinsics that were used. Depth is written with the format's 5000 units in a metre, where
 //! that is exact.
 
-mod error;
-mod writer;
-
-use std::fs;
+use std::fs::{self, File};
+use std::io;
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
+use plumb_config::whole_writes::{WholeWrites, write_whole};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
+use plumb_frame::source::BoxedError;
+use plumb_pictures::{png, raw};
+use thiserror::Error;
 
 use crate::camera_file::{DISTORTION_KEYS, NO_DEPTH};
-use error::io_error;
-use plumb_config::whole_writes::write_whole;
-use writer::Writer;
-
-pub use error::RecordError;
 
 /// File name of the camera file in a recording.
 pub const CAMERA_FILE: &str = "camera.toml";
@@ -178,3 +176,118 @@ fn camera_file(text: &str, intrinsics: &Intrinsics) -> Result<String, RecordErro
 
 #[cfg(test)]
 mod tests;
+
+/// Failure of a recording.
+#[derive(Debug, Error)]
+pub enum RecordError {
+    /// The path exists, and is not an empty folder.
+    #[error(
+        "{} exists already and is not an empty folder: recordings are never overwritten; give \
+         another folder or move it away",
+        .0.display()
+    )]
+    Exists(PathBuf),
+    /// A file operation failed.
+    #[error("the recording: cannot {action} {}", .path.display())]
+    Io {
+        /// The operation.
+        action: &'static str,
+        /// Its file or folder.
+        path: PathBuf,
+        /// Error of the operating system.
+        #[source]
+        error: io::Error,
+    },
+    /// The camera file cannot be written with other intrinsics.
+    #[error("the recording: the camera file: {0}")]
+    Camera(String),
+    /// An image cannot be encoded.
+    #[error("the recording: cannot encode {}", .path.display())]
+    Encode {
+        /// File of the image.
+        path: PathBuf,
+        /// Error of the encoder.
+        #[source]
+        error: BoxedError,
+    },
+    /// The writing thread panicked.
+    #[error("the recording's thread broke down")]
+    Thread,
+}
+
+/// Returns a function that adds operation and path to an error.
+fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RecordError {
+    let path = path.to_owned();
+    move |error| RecordError::Io { action, path, error }
+}
+
+/// Writer of the files of a recording.
+struct Writer {
+    colour: ImageList,
+    depth: ImageList,
+    /// Factor for depth values.
+    factor: u16,
+}
+
+impl Writer {
+    /// Creates the lists and the folders for the images. Depth values are multiplied by `factor`.
+    ///
+    /// # Errors
+    /// Where a file or a folder cannot be created.
+    fn create(folder: &Path, factor: u16) -> Result<Self, RecordError> {
+        let colour = ImageList::create(folder, "rgb")?;
+        Ok(Self { colour, depth: ImageList::create(folder, "depth")?, factor })
+    }
+
+    /// Writes frames until the sender is dropped. Returns their number.
+    ///
+    /// # Errors
+    /// Where a frame cannot be written. The frames before it are complete.
+    fn run(&mut self, frames: &Receiver<RgbdFrame>) -> Result<u64, RecordError> {
+        let mut count = 0;
+        for frame in frames {
+            count += 1;
+            let depth = raw::multiplied(frame.depth(), self.factor);
+            self.colour.add(frame.time(), count, || png::encode_colour(frame.colour()))?;
+            self.depth.add(frame.time(), count, || png::encode_depth(&depth))?;
+        }
+        Ok(count)
+    }
+}
+
+/// List of the colour or depth images, with their folder.
+struct ImageList {
+    /// Folder of the recording.
+    folder: PathBuf,
+    /// Name of the list, without extension, and of the folder of its images.
+    name: &'static str,
+    file: WholeWrites,
+}
+
+impl ImageList {
+    /// Creates the list and the folder for its images.
+    fn create(folder: &Path, name: &'static str) -> Result<Self, RecordError> {
+        let images = folder.join(name);
+        fs::create_dir(&images).map_err(io_error("create", &images))?;
+        let path = folder.join(name).with_extension("txt");
+        let file = File::create_new(&path).map_err(io_error("create", &path))?;
+        let mut file = WholeWrites::new(file);
+        file.write_all(b"# timestamp path\n").map_err(io_error("write", &path))?;
+        Ok(Self { folder: folder.to_owned(), name, file })
+    }
+
+    /// Writes an image, and then its line in the list: every listed image is complete.
+    fn add(
+        &mut self,
+        time: f64,
+        number: u64,
+        encode: impl FnOnce() -> Result<Vec<u8>, BoxedError>,
+    ) -> Result<(), RecordError> {
+        let name = format!("{}/{number:06}.png", self.name);
+        let path = self.folder.join(&name);
+        let bytes = encode().map_err(|error| RecordError::Encode { path: path.clone(), error })?;
+        write_whole(&path, &bytes).map_err(io_error("write", &path))?;
+        let line = format!("{time:.6} {name}\n");
+        self.file.write_all(line.as_bytes()).map_err(io_error("add a line for", &path))
+    }
+}

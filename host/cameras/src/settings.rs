@@ -6,95 +6,121 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::source::openni::OpenniSettings;
-use crate::source::realsense::RealsenseSettings;
-use crate::source::ros2::Ros2CameraSettings;
-use crate::source::stream::StreamAddress;
-use crate::source::webcam::WebcamSettings;
+use crate::recording::RecordingDriver;
+use crate::ros2::Ros2CameraSettings;
+use crate::stream::StreamAddress;
+use plumb_frame::driver::CameraDriver;
+use plumb_openni::OpenniSettings;
+use plumb_realsense::RealsenseSettings;
+use plumb_webcam::WebcamSettings;
 
-/// Choice of a camera: table `[camera]` of a rig file.
-///
-/// ```toml
-/// [camera]
-/// file = "camera.toml"
-/// source = "openni"          # or "realsense", "webcam", "ros2", "simulated", "recording",
-///                            # "stream"
-/// recording = "desk.oni"     # of "recording": an .oni, .bag, .db3 or video file, or a TUM folder
-/// stream = "unix:cam.sock"   # of "stream": or "tcp:127.0.0.1:5600", or "-" (standard input)
-/// [camera.openni]            # of "openni", each key with a default
-/// uri = "1d27/0609@2/4"
-/// width = 640
-/// height = 480
-/// rate = 30
-/// latency = 0.045
-/// intrinsics = "device"
-/// [camera.realsense]         # of "realsense", each key with a default
-/// serial = "832112070255"
-/// [camera.webcam]            # of "webcam", each key with a default
-/// device = "/dev/video2"
-/// [camera.ros2]              # of "ros2", each key with a default
-/// colour = "/camera/camera/color/image_raw"
-/// ```
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CameraSettings {
-    /// Path of the camera file, relative to the rig file.
-    pub file: PathBuf,
-    /// Source of the frames. Default: the recording or the stream that is named, else the simulated
-    /// rig where there is one, else a camera through OpenNI2.
-    pub source: Option<SourceName>,
-    /// Path of the recording, relative to the rig file: an `.oni`, `.bag`, `.db3` or video file, or
-    /// a TUM folder.
-    pub recording: Option<PathBuf>,
-    /// Address at which a program delivers frames. A Unix socket is relative to the rig file.
-    pub stream: Option<StreamAddress>,
-    /// Settings of a camera through OpenNI2.
-    #[serde(default)]
-    pub openni: OpenniSettings,
-    /// Settings of an Intel RealSense camera.
-    #[serde(default)]
-    pub realsense: RealsenseSettings,
-    /// Settings of a webcam.
-    #[serde(default)]
-    pub webcam: WebcamSettings,
-    /// Settings of a camera in ROS 2.
-    #[serde(default)]
-    pub ros2: Ros2CameraSettings,
+/// Defines the settings and the names of all sources of frames. A kind of camera has a table of
+/// settings, which implements [`CameraDriver`].
+macro_rules! registry {
+    ($($(#[$about:meta])* $name:ident = $key:literal $($table:ident: $settings:ty)?;)+) => {
+        /// Choice of a camera: table `[camera]` of a rig file.
+        ///
+        /// ```toml
+        /// [camera]
+        /// file = "camera.toml"
+        /// source = "openni"          # or "realsense", "webcam", "ros2", "simulated", "recording",
+        ///                            # "stream"
+        /// recording = "desk.oni"     # of "recording": an .oni, .bag, .db3 or video file, or a TUM folder
+        /// stream = "unix:cam.sock"   # of "stream": or "tcp:127.0.0.1:5600", or "-" (standard input)
+        /// [camera.openni]            # of "openni", each key with a default
+        /// uri = "1d27/0609@2/4"
+        /// width = 640
+        /// height = 480
+        /// rate = 30
+        /// latency = 0.045
+        /// intrinsics = "device"
+        /// [camera.realsense]         # of "realsense", each key with a default
+        /// serial = "832112070255"
+        /// [camera.webcam]            # of "webcam", each key with a default
+        /// device = "/dev/video2"
+        /// [camera.ros2]              # of "ros2", each key with a default
+        /// colour = "/camera/camera/color/image_raw"
+        /// ```
+        #[derive(Debug, Clone, PartialEq, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct CameraSettings {
+            /// Path of the camera file, relative to the rig file.
+            pub file: PathBuf,
+            /// Source of the frames. Default: the recording or the stream that is named, else the
+            /// simulated rig where there is one, else a camera through OpenNI2.
+            pub source: Option<SourceName>,
+            /// Path of the recording, relative to the rig file: an `.oni`, `.bag`, `.db3` or video
+            /// file, or a TUM folder.
+            pub recording: Option<PathBuf>,
+            /// Address at which a program delivers frames. A Unix socket is relative to the rig
+            /// file.
+            pub stream: Option<StreamAddress>,
+            $($(
+                #[doc = concat!("Table `[camera.", $key, "]`.")]
+                #[serde(default)]
+                pub $table: $settings,
+            )?)+
+        }
+
+        /// Source of the frames: key `source` of the table `[camera]`.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
+        pub enum SourceName {
+            $($(#[$about])* #[serde(rename = $key)] $name,)+
+        }
+
+        impl SourceName {
+            /// All names.
+            pub const ALL: &[Self] = &[$(Self::$name),+];
+        }
+
+        impl fmt::Display for SourceName {
+            /// Writes the name as in a rig file.
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(match self {
+                    $(Self::$name => $key,)+
+                })
+            }
+        }
+
+        impl CameraSettings {
+            /// Returns the settings of the first camera that is plugged in, described by the camera
+            /// file `file`.
+            pub fn new(file: impl Into<PathBuf>) -> Self {
+                Self {
+                    file: file.into(),
+                    source: None,
+                    recording: None,
+                    stream: None,
+                    $($($table: <$settings>::default(),)?)+
+                }
+            }
+
+            /// Returns the table of the kind of camera `name`; `None` for other sources.
+            fn table(&self, name: SourceName) -> Option<&dyn CameraDriver> {
+                match name {
+                    $($(SourceName::$name => { let table: &$settings = &self.$table; Some(table) })?)+
+                    _ => None,
+                }
+            }
+        }
+    };
 }
 
-/// Source of the frames: key `source` of the table `[camera]`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum SourceName {
-    /// Frames of the simulated rig, which the program renders itself: no camera driver.
-    Simulated,
+registry! {
+    /// Frames of the simulated rig, which the program renders itself: no camera.
+    Simulated = "simulated";
     /// A camera through OpenNI2.
-    Openni,
+    Openni = "openni" openni: OpenniSettings;
     /// An Intel RealSense camera.
-    Realsense,
+    Realsense = "realsense" realsense: RealsenseSettings;
     /// A recording, played at the speed at which it was recorded.
-    Recording,
+    Recording = "recording";
     /// Frames that another program sends.
-    Stream,
+    Stream = "stream";
     /// A webcam, without depth.
-    Webcam,
-    /// A camera that another node of ROS 2 publishes. The crate `plumb-ros2` has its driver.
-    Ros2,
-}
-
-impl fmt::Display for SourceName {
-    /// Writes the name as in a rig file.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Simulated => "simulated",
-            Self::Openni => "openni",
-            Self::Realsense => "realsense",
-            Self::Recording => "recording",
-            Self::Stream => "stream",
-            Self::Webcam => "webcam",
-            Self::Ros2 => "ros2",
-        })
-    }
+    Webcam = "webcam" webcam: WebcamSettings;
+    /// A camera that another node of ROS 2 publishes.
+    Ros2 = "ros2" ros2: Ros2CameraSettings;
 }
 
 /// Contradiction in the table `[camera]`.
@@ -121,18 +147,19 @@ pub enum SettingsError {
 }
 
 impl CameraSettings {
-    /// Returns the settings of the first camera that is plugged in, described by the camera file
-    /// `file`.
-    pub fn new(file: impl Into<PathBuf>) -> Self {
-        Self {
-            file: file.into(),
-            source: None,
-            recording: None,
-            stream: None,
-            openni: OpenniSettings::default(),
-            realsense: RealsenseSettings::default(),
-            webcam: WebcamSettings::default(),
-            ros2: Ros2CameraSettings::default(),
+    /// Returns the driver of the source `name`, with these settings; `None` for the simulated rig,
+    /// and where no recording or no stream is named.
+    pub fn driver(&self, name: SourceName) -> Option<Box<dyn CameraDriver + '_>> {
+        match name {
+            SourceName::Recording => {
+                let path = self.recording.as_deref()?;
+                Some(Box::new(RecordingDriver(path)))
+            }
+            SourceName::Stream => {
+                let address = self.stream.as_ref()?;
+                Some(Box::new(address))
+            }
+            _ => self.table(name).map(|table| Box::new(table) as Box<dyn CameraDriver + '_>),
         }
     }
 

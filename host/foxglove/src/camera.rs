@@ -2,8 +2,8 @@
 
 use foxglove::messages::{CameraCalibration, CompressedImage, FrameTransform, Quaternion, Vector3};
 use nalgebra::Isometry3;
-use plumb_cameras::source::BoxedError;
 use plumb_frame::frame::RgbdFrame;
+use plumb_frame::source::BoxedError;
 use plumb_pictures::jpeg;
 
 use crate::clock::timestamp;

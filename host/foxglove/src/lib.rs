@@ -31,8 +31,8 @@ use std::thread;
 use std::time::Duration;
 
 use foxglove::{Context, WebSocketServerHandle};
-use plumb_cameras::source::BoxedError;
 use plumb_frame::camera::Camera;
+use plumb_frame::source::BoxedError;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::Summary;

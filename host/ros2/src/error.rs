@@ -3,7 +3,7 @@
 use std::io;
 use std::net::IpAddr;
 
-use plumb_cameras::source::BoxedError;
+use plumb_frame::source::BoxedError;
 use thiserror::Error;
 
 use crate::network::MAX_DOMAIN;

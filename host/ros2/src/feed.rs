@@ -4,7 +4,7 @@ use std::io;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use plumb_cameras::source::LiveClock;
+use plumb_frame::clock::LiveClock;
 use plumb_frame::observation::Gaussian3;
 use plumb_runtime::observer::{FrameRecord, RunEvent, TargetsEvent};
 use plumb_runtime::operator::OperatorSender;

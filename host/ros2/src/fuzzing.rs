@@ -1,6 +1,6 @@
 //! Entrances for the fuzz targets in `tests/fuzz` to the messages of other nodes.
 
-use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::ros2::Ros2CameraSettings;
 use serde::de::DeserializeOwned;
 
 use crate::camera::lens;

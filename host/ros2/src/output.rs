@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 use nalgebra::Isometry3;
-use plumb_cameras::source::LiveClock;
+use plumb_frame::clock::LiveClock;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;

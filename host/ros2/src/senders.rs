@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-use plumb_timing::HostClock;
+use plumb_frame::clock::HostClock;
 use ros2_client::Gid;
 
 /// Number of publishers that are remembered. One more makes the memory begin anew.

@@ -10,7 +10,7 @@ use std::fmt;
 use std::io;
 use std::time::Instant;
 
-use plumb_cameras::source::BoxedError;
+use plumb_frame::source::BoxedError;
 use ros2_client::{MessageInfo, RmwRequestId, Subscription};
 use rustdds::mio1::{Interest, Registry, Token};
 use rustdds::no_key::DataWriterCdr;

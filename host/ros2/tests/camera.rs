@@ -6,8 +6,8 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::time::Duration;
 
 use plumb_cameras::camera_file;
-use plumb_cameras::source::openni::IntrinsicsFrom;
-use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::ros2::Ros2CameraSettings;
+use plumb_frame::driver::IntrinsicsFrom;
 use plumb_ros2::{Network, Ros2Camera, Ros2CameraError};
 
 /// Domain of this test only, on this computer only.

@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
-use plumb_cameras::source::BoxedError;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::observation::BallObservation;
+use plumb_frame::source::BoxedError;
 use plumb_protocol::message::State;
 
 use crate::board_fault::{BoardFault, FaultCause};

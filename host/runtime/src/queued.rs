@@ -5,9 +5,9 @@ use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
+use plumb_cameras::capture::panic_message;
 use plumb_cameras::record::Overflow;
-use plumb_cameras::source::BoxedError;
-use plumb_cameras::source::capture::panic_message;
+use plumb_frame::source::BoxedError;
 use thiserror::Error;
 
 use crate::observer::{EventRecord, FrameRecord, Observer};

@@ -16,12 +16,12 @@ mod debug;
 use std::io::{self, Write};
 use std::path::Path;
 
-use plumb_cameras::source::tum::{TumError, TumFolder};
-use plumb_cameras::source::{CameraSource, SourceError};
+use plumb_cameras::tum::{TumError, TumFolder};
 use plumb_frame::camera::Camera;
 use plumb_frame::detect::{BallDetector, DetectError};
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::observation::BallObservation;
+use plumb_frame::source::{CameraSource, SourceError};
 use thiserror::Error;
 
 pub use debug::{DebugError, DebugFolder};

@@ -2,7 +2,7 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use plumb_cameras::source::LiveClock;
+use plumb_frame::clock::LiveClock;
 
 /// Number of attempts to read two clocks at one moment.
 const ATTEMPTS: usize = 5;

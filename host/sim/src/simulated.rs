@@ -13,10 +13,11 @@ pub use wired::wired;
 use std::collections::VecDeque;
 
 use nalgebra::Point3;
-use plumb_cameras::source::{CameraSource, LiveClock, SourceError};
 use plumb_emulator::plant::{Geometry, QuasiStatic, RigError};
 use plumb_frame::camera::Camera;
+use plumb_frame::clock::LiveClock;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
+use plumb_frame::source::{CameraSource, SourceError};
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::{Rig, Simulation};
 use thiserror::Error;

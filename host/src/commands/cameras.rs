@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_cameras::discovery::{Access, Discovery, discover};
-use plumb_cameras::driver::LibraryState;
+use plumb_frame::driver::LibraryState;
 
 use super::print::tell;
 use super::{FAILED, Failure, print};

@@ -6,7 +6,7 @@ mod words;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb_cameras::source::BoxedError;
+use plumb_frame::source::BoxedError;
 use plumb_runtime::rig::check::{Finding, Severity, check};
 use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Parser;
-use plumb_cameras::source::CameraSource;
+use plumb_frame::source::CameraSource;
 use plumb_runtime::rig::Rig;
 use plumb_vision::detect::BallDetector;
 
@@ -85,7 +85,7 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
     use nalgebra::{Matrix3, Point3};
-    use plumb_cameras::source::SourceError;
+    use plumb_frame::source::SourceError;
     use plumb_vision::camera::Intrinsics;
     use plumb_vision::detect::DetectError;
     use plumb_vision::frame::RgbdFrame;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
-use plumb_cameras::source::stream::StreamAddress;
+use plumb_cameras::stream::StreamAddress;
 use plumb_runtime::rig::new_rig::{DriverKind, NewFiles};
 use serde::Serialize;
 use thiserror::Error;

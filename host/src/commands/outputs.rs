@@ -200,7 +200,7 @@ impl Observer for Outputs {
         self.viewers.end(summary);
     }
 
-    fn failure(&mut self) -> Option<plumb_cameras::source::BoxedError> {
+    fn failure(&mut self) -> Option<plumb_frame::source::BoxedError> {
         self.log.failure().or_else(|| self.viewers.failure())
     }
 

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
-use plumb_cameras::source::OpenedRecording;
-use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::error_chain::ErrorChain;
+use plumb_frame::driver::OpenedSource;
 use plumb_runtime::replay::{DebugFolder, replay};
 
 use super::print::{self, tell};
@@ -46,7 +46,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let mut camera = camera_file::read(&file)?;
     let topics = Ros2CameraSettings::default();
     let opened = open_recording(&args.recording, &camera, &topics)?;
-    let OpenedRecording { mut source, intrinsics, notes } = opened;
+    let OpenedSource { mut source, intrinsics, notes, .. } = opened;
     for note in &notes {
         tell!("plumb: {note}");
     }

@@ -8,7 +8,7 @@ use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
 use plumb_cameras::settings::SourceName;
-use plumb_cameras::source::stream::StreamAddress;
+use plumb_cameras::stream::StreamAddress;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::link::Serial;

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb_cameras::driver::OpenedCamera;
+use plumb_cameras::capture::{Capture, CaptureLimits};
+use plumb_cameras::open::OpenedCamera;
 use plumb_cameras::record::RecordFolder;
 use plumb_cameras::settings::{CameraSettings, SourceName};
-use plumb_cameras::source::CameraSource;
-use plumb_cameras::source::capture::{Capture, CaptureLimits};
-use plumb_cameras::source::stream::FIRST_FRAME;
+use plumb_cameras::stream::FIRST_FRAME;
+use plumb_frame::source::CameraSource;
 use plumb_runtime::rig::Rig;
 use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing, synthetic_camera};
 use plumb_vision::camera::Camera;
@@ -37,7 +37,7 @@ impl RunCamera {
             DefaultSignals::begin()
         });
         let OpenedCamera { source, camera, description, notes } =
-            open_camera(&rig.camera, camera, oni)?;
+            open_camera(&rig.camera, camera, oni.as_deref())?;
         drop(signals);
         if let Some(description) = description {
             tell!("camera: {description}");

@@ -1,6 +1,6 @@
 //! Ways to steer a run: the page and ROS 2.
 
-use plumb_cameras::source::LiveClock;
+use plumb_frame::clock::LiveClock;
 use plumb_page::Page;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::{OperatorReceiver, OperatorSender};

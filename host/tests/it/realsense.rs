@@ -33,7 +33,7 @@ fn plumb(folder: &TempDir, library: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_plumb"))
         .args(arguments)
         .current_dir(folder.path())
-        .env(plumb_cameras::source::realsense::LIBRARY_VARIABLE, library)
+        .env(plumb_realsense::LIBRARY_VARIABLE, library)
         .output()
         .unwrap()
 }

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt;
 use std::mem::discriminant;
 
-use plumb_cameras::source::SourceError;
+use plumb_frame::source::SourceError;
 use plumb_protocol::message::{Fault, State};
 use plumb_runtime::link::LinkError;
 use plumb_runtime::run::{ControlLoopError, RepeatedPicture, RunError, StopReason, Summary};

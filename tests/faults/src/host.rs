@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_cameras::source::BoxedError;
+use plumb_frame::source::BoxedError;
 use plumb_protocol::units::Micros;
 use plumb_runtime::link::Link;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, PathPoint, RunEvent};

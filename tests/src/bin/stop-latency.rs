@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_cameras::source::capture::{Capture, CaptureLimits};
+use plumb_cameras::capture::{Capture, CaptureLimits};
 use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
 use plumb_page::{Limits, Page, PageSettings, RigView};

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Point3};
-use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
+use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_sim::simulated::{SimClock, SimulationError, Timing};
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::detect::{BallDetector, DetectError};

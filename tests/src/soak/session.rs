@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::camera_file;
-use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_config::error_chain::ErrorChain;
+use plumb_frame::source::{CameraSource, SourceError};
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Micros;
 use plumb_runtime::board_fault::BoardFault;

@@ -7,11 +7,11 @@ use std::ops::Range;
 use std::path::Path;
 
 use plumb_cameras::camera_file;
-use plumb_cameras::source::BoxedError;
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_emulator::EmulatedBoard;
+use plumb_frame::source::BoxedError;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::check::{Severity, check};
 use plumb_runtime::run::Run;

@@ -46,10 +46,17 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-vision", uses: &["plumb-frame"], tests_use: &["plumb-cameras"] },
     Rule { name: "plumb-path", uses: &[], tests_use: &[] },
     Rule { name: "plumb-pictures", uses: &["plumb-frame"], tests_use: &[] },
-    Rule { name: "plumb-timing", uses: &[], tests_use: &[] },
-    Rule { name: "plumb-openni", uses: &["plumb-timing"], tests_use: &[] },
-    Rule { name: "plumb-webcam", uses: &["plumb-timing"], tests_use: &[] },
-    Rule { name: "plumb-realsense", uses: &["plumb-timing"], tests_use: &[] },
+    Rule {
+        name: "plumb-openni",
+        uses: &["plumb-config", "plumb-frame", "plumb-pictures"],
+        tests_use: &[],
+    },
+    Rule { name: "plumb-webcam", uses: &["plumb-config", "plumb-frame"], tests_use: &[] },
+    Rule {
+        name: "plumb-realsense",
+        uses: &["plumb-config", "plumb-frame", "plumb-pictures"],
+        tests_use: &[],
+    },
     Rule {
         name: "plumb-cameras",
         uses: &[
@@ -58,7 +65,6 @@ const CRATES: &[Rule] = &[
             "plumb-openni",
             "plumb-pictures",
             "plumb-realsense",
-            "plumb-timing",
             "plumb-webcam",
         ],
         tests_use: &["plumb-openni-driver"],
@@ -71,14 +77,7 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-import", uses: &["plumb-frame"], tests_use: &[] },
     Rule {
         name: "plumb-runtime",
-        uses: &[
-            "plumb-cameras",
-            "plumb-config",
-            "plumb-frame",
-            "plumb-path",
-            "plumb-protocol",
-            "plumb-timing",
-        ],
+        uses: &["plumb-cameras", "plumb-config", "plumb-frame", "plumb-path", "plumb-protocol"],
         tests_use: &["plumb-pictures", "plumb-vision"],
     },
     Rule {
@@ -106,7 +105,6 @@ const CRATES: &[Rule] = &[
             "plumb-pictures",
             "plumb-protocol",
             "plumb-runtime",
-            "plumb-timing",
         ],
         tests_use: &[],
     },

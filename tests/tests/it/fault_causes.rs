@@ -8,9 +8,9 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use plumb_cameras::camera_file;
-use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_emulator::wire::Lane;
 use plumb_emulator::{EmulatedBoard, Wire};
+use plumb_frame::source::{CameraSource, SourceError};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Micros;
 use plumb_runtime::board_fault::{BoardFault, FaultCause};

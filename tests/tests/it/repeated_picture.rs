@@ -8,9 +8,9 @@ use std::sync::atomic::AtomicBool;
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_config::error_chain::ErrorChain;
 use plumb_emulator::plant::{QuasiStatic, Task};
+use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{Limits, Run as Repetition};
 use plumb_protocol::message::{Fault, State};

@@ -9,9 +9,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use plumb_cameras::camera_file;
-use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_config::error_chain::ErrorChain;
 use plumb_emulator::EmulatedBoard;
+use plumb_frame::source::{CameraSource, SourceError};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Answer, FromBoard, Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Acceleration, Micros, Milliseconds, Point, Rate, Steps16};

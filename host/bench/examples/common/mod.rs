@@ -7,8 +7,8 @@ use std::path::Path;
 
 use plumb_bench::vision::{VisionOptions, is_held_out, suite_camera};
 use plumb_cameras::camera_file;
-use plumb_cameras::source::CameraSource;
-use plumb_cameras::source::tum::TumFolder;
+use plumb_cameras::tum::TumFolder;
+use plumb_frame::source::CameraSource;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::ball::ShapeDetector;
 use plumb_vision::detect::shape::ShapeParameters;

@@ -4,7 +4,7 @@ use core::ffi::c_int;
 use std::path::Path;
 use std::time::Duration;
 
-use plumb_timing::Sensor;
+use plumb_frame::pairing::Sensor;
 
 use crate::error::OpenniError;
 use crate::handle::Handle;

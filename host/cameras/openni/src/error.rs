@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use plumb_timing::Sensor;
+use plumb_frame::pairing::Sensor;
 use thiserror::Error;
 
-use crate::mode::Mode;
-use crate::search::LIBRARY_VARIABLE;
+use crate::settings::Mode;
+use crate::sys::LIBRARY_VARIABLE;
 
 /// Failure to load OpenNI2, to open a camera or a recording, or to read it.
 #[derive(Debug, Clone, PartialEq, Error)]

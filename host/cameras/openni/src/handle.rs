@@ -3,15 +3,15 @@
 use core::ffi::{c_int, c_void};
 use std::ffi::CString;
 
-use plumb_timing::Sensor;
+use plumb_frame::pairing::Sensor;
 
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::mode::{Mode, formats, sensor_number};
+use crate::library::text;
 use crate::settings::Settings;
+use crate::settings::{Mode, formats, sensor_number};
 use crate::stream::{RawStream, Stream};
 use crate::sys;
-use crate::text::text;
 
 /// Colour stream and depth stream.
 type Streams = (Stream, Stream);

@@ -1,5 +1,8 @@
 //! Cameras and recordings through OpenNI2, behind an interface without `unsafe`.
 //!
+//! [`OpenniSettings`] is the table `[camera.openni]` of a rig file, which opens a camera as a
+//! source of frames ([`OpenniSource`]).
+//!
 //! The library (Debian's package libopenni2-0) is loaded at run time, so that a program also starts
 //! without it. A [`Camera`] has a thread of its own, which makes all calls into the library:
 //! [`Camera::next_pair`] returns in bounded time, also where a driver, a cable or a damaged
@@ -19,33 +22,31 @@
 mod api;
 mod camera;
 mod device;
+mod driver;
 mod error;
-mod events;
 #[doc(hidden)]
 pub mod fuzzing;
 mod handle;
 mod library;
 mod mailbox;
-mod message;
-mod mode;
 mod oni_file;
 mod picture;
 mod reader;
 mod recorder;
-mod search;
 mod settings;
+mod source;
 mod stream;
 pub mod sys;
-mod text;
-mod threads;
 mod worker;
 
 pub use camera::Camera;
+pub use driver::OpenniSettings;
 pub use error::OpenniError;
 pub use library::{DeviceInfo, OpenNi};
-pub use mode::{DepthUnit, Mode};
 pub use oni_file::is_recording;
 pub use picture::Pair;
-pub use plumb_timing::Sensor;
-pub use search::LIBRARY_VARIABLE;
+pub use plumb_frame::pairing::Sensor;
+pub use settings::{DepthUnit, Mode};
 pub use settings::{Opened, Settings, Target, Timeouts};
+pub use source::{IntrinsicsSource, OpenniSource, OpenniSourceError};
+pub use sys::LIBRARY_VARIABLE;

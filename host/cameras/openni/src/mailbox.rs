@@ -4,6 +4,10 @@ use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::error::OpenniError;
+use crate::picture::Pair;
+use crate::settings::Opened;
+
 /// Behaviour of a full mailbox.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Overflow {
@@ -102,6 +106,33 @@ impl<T: Message> Mailbox<T> {
 
     fn lock(&self) -> MutexGuard<'_, State<T>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Message about an open camera.
+#[derive(Debug)]
+pub(crate) enum Event {
+    /// The next pair of pictures.
+    Pair(Pair),
+    /// Pictures are lost. The camera goes on.
+    Problem(OpenniError),
+    /// The camera or recording is over: the last message.
+    Over(Result<(), OpenniError>),
+}
+
+impl Message for Event {
+    fn kind(&self) -> MessageKind {
+        match self {
+            Self::Pair(_) => MessageKind::Content,
+            Self::Problem(_) => MessageKind::Problem,
+            Self::Over(_) => MessageKind::End,
+        }
+    }
+}
+
+impl Message for Result<Opened, OpenniError> {
+    fn kind(&self) -> MessageKind {
+        MessageKind::Content
     }
 }
 

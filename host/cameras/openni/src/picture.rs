@@ -1,9 +1,9 @@
 //! Pictures, copied out of the library's memory.
 
-use plumb_timing::{Sensor, Timed};
+use plumb_frame::pairing::{Sensor, Timed};
 
 use crate::error::OpenniError;
-use crate::mode::Mode;
+use crate::settings::Mode;
 
 /// Colour picture and its depth picture.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,12 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use plumb_timing::{Paired, Pairing, Sensor, SensorClocks, Taken, Timed};
+use plumb_frame::clock::SensorClocks;
+use plumb_frame::pairing::{Paired, Pairing, Sensor, Taken, Timed};
 
 use crate::device::Device;
 use crate::error::OpenniError;
+use crate::mailbox::Event;
 use crate::mailbox::Mailbox;
-use crate::message::Event;
 use crate::picture::{Pair, Picture};
 use crate::recorder::Recorder;
 

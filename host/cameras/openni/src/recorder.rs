@@ -4,7 +4,7 @@ use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use plumb_timing::Sensor;
+use plumb_frame::pairing::Sensor;
 
 use crate::device::Device;
 use crate::error::OpenniError;

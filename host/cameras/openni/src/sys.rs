@@ -3,6 +3,10 @@
 
 use core::ffi::{c_char, c_int, c_void};
 
+/// Environment variable with the path of the library, for one that is not where the system keeps
+/// its libraries.
+pub const LIBRARY_VARIABLE: &str = "PLUMB_OPENNI2";
+
 /// Version of the interface for `oniInitialize`: 2.2.
 pub const API_VERSION: c_int = 2002;
 

@@ -5,11 +5,11 @@ use std::cell::Cell;
 use std::sync::Arc;
 use std::time::Duration;
 
-use plumb_timing::Sensor;
+use plumb_frame::pairing::Sensor;
 
-use crate::frame::Frame;
 use crate::handle::Owned;
 use crate::library::Inner;
+use crate::sensor::Frame;
 use crate::sys::{self, Handle};
 
 /// Longest time for one step of the alignment, which takes milliseconds.

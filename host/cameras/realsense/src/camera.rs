@@ -4,18 +4,19 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use plumb_timing::{Paired, Pairing, SensorClocks, Taken, Timed};
+use plumb_frame::clock::SensorClocks;
+use plumb_frame::pairing::{Paired, Pairing, Taken, Timed};
 
 use crate::aligner::{Aligner, queue, wait};
 use crate::device::Device;
 use crate::error::RealsenseError;
-use crate::frame::Frame;
 use crate::handle::Owned;
+use crate::handle::{Unfinished, within};
 use crate::library::{Inner, RealSense};
 use crate::options::Options;
+use crate::sensor::Frame;
 use crate::sensor::{Stream, Streams};
 use crate::settings::{Intrinsics, Opened, Settings, Target};
-use crate::within::{Unfinished, within};
 
 /// Frames of both sensors that may wait to be read. The library drops the oldest of a camera.
 const QUEUE: i32 = 8;

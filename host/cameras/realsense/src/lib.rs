@@ -1,5 +1,8 @@
 //! Intel RealSense cameras and their recordings, behind an interface without `unsafe`.
 //!
+//! [`RealsenseSettings`] is the table `[camera.realsense]` of a rig file, which opens a camera as a
+//! source of frames ([`RealsenseSource`]).
+//!
 //! librealsense2 is loaded at run time, so that a program also starts without it. Intel's packages
 //! and the Python wheel `pyrealsense2` contain it. A [`Camera`] reads both sensors without the
 //! library's own pairing, which goes by arrival: it pairs pictures by their time stamps and lets
@@ -22,18 +25,21 @@ mod aligner;
 mod api;
 mod camera;
 mod device;
+mod driver;
 mod error;
-mod frame;
 mod handle;
 mod library;
 mod options;
 mod sensor;
 mod settings;
+mod source;
 pub mod sys;
-mod within;
 
 pub use camera::{Camera, Pair};
+pub use driver::RealsenseSettings;
 pub use error::RealsenseError;
-pub use library::{DeviceInfo, LIBRARY_VARIABLE, RealSense};
-pub use plumb_timing::Sensor;
+pub use library::{DeviceInfo, RealSense};
+pub use plumb_frame::pairing::Sensor;
 pub use settings::{DistortionModel, Intrinsics, Mode, Opened, Settings, Target};
+pub use source::{RealsenseSource, RealsenseSourceError};
+pub use sys::LIBRARY_VARIABLE;

@@ -10,11 +10,8 @@ use libloading::Library;
 use crate::api::{Api, text};
 use crate::error::RealsenseError;
 use crate::handle::Owned;
+use crate::sys::LIBRARY_VARIABLE;
 use crate::sys::{self, Handle};
-
-/// Environment variable with the path of the library, for one that is not where the system keeps
-/// its libraries: `librealsense2.so`, or the extension module of the wheel `pyrealsense2`.
-pub const LIBRARY_VARIABLE: &str = "PLUMB_REALSENSE2";
 
 /// File names of the library, the most usual first: the plain name, then those of the versions
 /// that the packages install, whose names contain the minor version.

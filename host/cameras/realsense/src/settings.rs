@@ -37,7 +37,7 @@ pub struct Settings {
     /// Whether to switch the infrared projector on; `None` does not change it.
     pub emitter: Option<bool>,
     /// Time from exposure to the earliest arrival of a picture, seconds; see
-    /// [`HostClock`](plumb_timing::HostClock).
+    /// [`HostClock`](plumb_frame::clock::HostClock).
     pub latency: f64,
     /// File for the library's own recording.
     pub record: Option<PathBuf>,

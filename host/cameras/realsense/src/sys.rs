@@ -3,6 +3,10 @@
 
 use core::ffi::{c_float, c_int, c_void};
 
+/// Environment variable with the path of the library, for one that is not where the system keeps
+/// its libraries: `librealsense2.so`, or the extension module of the wheel `pyrealsense2`.
+pub const LIBRARY_VARIABLE: &str = "PLUMB_REALSENSE2";
+
 /// Handle of any kind: context, device, sensor, profile, frame, queue, processing block.
 pub type Handle = *mut c_void;
 /// Where a call puts its error: the address of a null handle.

@@ -7,8 +7,8 @@ use plumb_frame::image::Image;
 
 use super::*;
 use crate::camera_file;
-use crate::source::CameraSource;
-use crate::source::tum::TumFolder;
+use crate::tum::TumFolder;
+use plumb_frame::source::CameraSource;
 
 const CAMERA: &str = include_str!("../../../rigs/camera.toml");
 

@@ -35,7 +35,7 @@ pub struct Settings {
     /// Gain in the driver's units; `None` leaves it as it is.
     pub gain: Option<f64>,
     /// Time from exposure to the earliest arrival of a picture, seconds; see
-    /// [`HostClock`](plumb_timing::HostClock).
+    /// [`HostClock`](plumb_frame::clock::HostClock).
     pub latency: f64,
 }
 

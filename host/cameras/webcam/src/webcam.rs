@@ -9,7 +9,7 @@ use opencv::videoio::{
     CAP_PROP_FRAME_HEIGHT, CAP_PROP_FRAME_WIDTH, CAP_PROP_GAIN, CAP_PROP_POS_MSEC, CAP_V4L2,
     VideoCapture, VideoCaptureTrait, VideoCaptureTraitConst,
 };
-use plumb_timing::HostClock;
+use plumb_frame::clock::HostClock;
 
 use crate::error::WebcamError;
 use crate::picture::{Picture, check_size, failed, retrieve};

@@ -1,32 +1,25 @@
 //! Driver of the cameras in ROS 2.
 
-use plumb_cameras::driver::{CameraDriver, DriverListing, OpenRequest, OpenedCamera};
-use plumb_cameras::settings::SourceName;
-use plumb_cameras::source::BoxedError;
+use std::path::Path;
+
+use plumb_cameras::ros2::Ros2CameraSettings;
+use plumb_frame::camera::Camera;
+use plumb_frame::driver::{CameraDriver, OpenedSource};
+use plumb_frame::source::BoxedError;
 
 use super::source::{FIRST_PICTURE, Ros2Camera};
 use crate::network::Network;
 
-/// Driver of cameras that another node publishes in ROS 2.
+/// Driver of cameras that another node publishes in ROS 2. The nodes are unknown before they are
+/// heard: none is listed.
 #[derive(Debug, Clone, Copy)]
-pub struct Ros2Driver;
+pub struct Ros2Driver<'a>(pub &'a Ros2CameraSettings);
 
-impl CameraDriver for Ros2Driver {
-    fn name(&self) -> SourceName {
-        SourceName::Ros2
-    }
-
-    /// Lists nothing: the nodes are unknown before they are heard.
-    fn list(&self) -> DriverListing {
-        DriverListing::default()
-    }
-
-    fn open(&self, request: &OpenRequest<'_>) -> Result<OpenedCamera, BoxedError> {
-        let settings = &request.settings.ros2;
-        let network = Network::choose(settings.domain, settings.interface)?;
-        let source = Ros2Camera::open(settings, &network, &request.camera, FIRST_PICTURE)?;
+impl CameraDriver for Ros2Driver<'_> {
+    fn open(&self, camera: &Camera, _: Option<&Path>) -> Result<OpenedSource, BoxedError> {
+        let network = Network::choose(self.0.domain, self.0.interface)?;
+        let source = Ros2Camera::open(self.0, &network, camera, FIRST_PICTURE)?;
         let (description, intrinsics) = (Some(source.description()), source.intrinsics());
-        let camera = OpenedCamera::start(source, request.camera.clone(), intrinsics)?;
-        Ok(OpenedCamera { description, ..camera })
+        Ok(OpenedSource { description, ..OpenedSource::new(source, intrinsics) })
     }
 }

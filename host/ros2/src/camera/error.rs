@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
-use plumb_cameras::source::ros2::TopicNameError;
-use plumb_cameras::source::{SourceError, UnfitIntrinsics};
+use plumb_cameras::ros2::TopicNameError;
+use plumb_frame::clock::SenderClockError;
+use plumb_frame::file_intrinsics::UnfitIntrinsics;
 use plumb_frame::image::{ImageError, ImageSize};
+use plumb_frame::source::SourceError;
 use plumb_pictures::decode::DecodeError;
-use plumb_timing::SenderClockError;
 use thiserror::Error;
 
 use crate::error::Ros2Error;

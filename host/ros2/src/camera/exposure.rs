@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use plumb_timing::{SenderClock, SenderClockError};
+use plumb_frame::clock::{SenderClock, SenderClockError};
 
 /// Mapping of the stamps of a camera's node to the host's clock.
 #[derive(Debug)]

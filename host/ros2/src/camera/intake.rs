@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_frame::image::{ColourImage, DepthImage, ImageSize};
 
 use super::error::Ros2CameraError;

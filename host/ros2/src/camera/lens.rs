@@ -1,8 +1,8 @@
 //! Intrinsics from the description of a camera.
 
-use plumb_cameras::source::resolution;
-use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_frame::camera::{CoefficientsError, Distortion, DistortionCoefficients, Intrinsics};
+use plumb_frame::file_intrinsics;
 use plumb_frame::image::ImageSize;
 
 use super::error::Ros2CameraError;
@@ -48,7 +48,7 @@ pub(crate) fn intrinsics(
         distortion(info, topic)?
     };
     let intrinsics = Intrinsics { fx, fy, cx, cy, depth_scale, distortion };
-    resolution::check(&intrinsics, size, topic)?;
+    file_intrinsics::check(&intrinsics, size, topic)?;
     Ok(intrinsics)
 }
 

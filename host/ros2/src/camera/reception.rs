@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::ros2::Ros2CameraSettings;
 use ros2_client::QosProfile;
 use rustdds::mio1::{Events, Poll, Token};
 use serde::de::DeserializeOwned;

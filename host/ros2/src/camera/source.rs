@@ -3,13 +3,14 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use plumb_cameras::source::openni::IntrinsicsFrom;
-use plumb_cameras::source::resolution::FileIntrinsics;
-use plumb_cameras::source::ros2::Ros2CameraSettings;
-use plumb_cameras::source::{CameraSource, InvalidFrame, LiveClock, SourceError};
+use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_frame::camera::Intrinsics;
+use plumb_frame::clock::LiveClock;
+use plumb_frame::driver::IntrinsicsFrom;
+use plumb_frame::file_intrinsics::FileIntrinsics;
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::{Image, ImageSize};
+use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 
 use super::error::Ros2CameraError;
 use super::exposure::ExposureClock;

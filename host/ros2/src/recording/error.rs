@@ -3,8 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
-use plumb_cameras::source::resolution::UnfitIntrinsics;
-use plumb_cameras::source::ros2::TopicNameError;
+use plumb_cameras::ros2::TopicNameError;
+use plumb_frame::file_intrinsics::UnfitIntrinsics;
 use thiserror::Error;
 
 use crate::camera::Ros2CameraError;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use plumb_cameras::source::tum::MAX_TIME_DIFFERENCE;
+use plumb_cameras::tum::MAX_TIME_DIFFERENCE;
 
 use crate::camera::picture::Picture;
 

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb_cameras::source::openni::IntrinsicsFrom;
-use plumb_cameras::source::resolution::FileIntrinsics;
-use plumb_cameras::source::ros2::Ros2CameraSettings;
-use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
+use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_frame::camera::Intrinsics;
+use plumb_frame::driver::IntrinsicsFrom;
+use plumb_frame::file_intrinsics::FileIntrinsics;
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::{ColourImage, DepthImage, Image, ImageSize};
+use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 
 use super::error::McapError;
 use super::frames::{Frames, Pair};
@@ -24,7 +24,7 @@ use crate::message::sensor::CameraInfo;
 ///
 /// Time stamps are those of the headers, seconds.
 ///
-/// [`MAX_TIME_DIFFERENCE`]: plumb_cameras::source::tum::MAX_TIME_DIFFERENCE
+/// [`MAX_TIME_DIFFERENCE`]: plumb_cameras::tum::MAX_TIME_DIFFERENCE
 pub struct McapRecording {
     path: PathBuf,
     reader: Reader,

@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
-use plumb_cameras::source::CameraSource;
-use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
+use plumb_frame::source::CameraSource;
 
 use super::*;
 

@@ -1,7 +1,7 @@
 //! Errors of an examination.
 
-use plumb_cameras::source::SourceError;
 use plumb_frame::detect::DetectError;
+use plumb_frame::source::SourceError;
 use thiserror::Error;
 
 use super::fault::Output;
@@ -29,7 +29,7 @@ pub enum ExaminationError {
     Detect(#[from] DetectError),
     /// The simulated rig or another observer failed.
     #[error("output of the check")]
-    Observer(#[source] plumb_cameras::source::BoxedError),
+    Observer(#[source] plumb_frame::source::BoxedError),
     /// The ball was not seen before a motor turned.
     #[error(
         "the ball is seen in {seen} of {frames} pictures, {with_depth} of them with depth; hang it \

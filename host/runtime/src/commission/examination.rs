@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::Point3;
-use plumb_cameras::source::CameraSource;
 use plumb_frame::detect::BallDetector;
+use plumb_frame::source::CameraSource;
 use plumb_protocol::message::{Jog, Refusal};
 use plumb_protocol::units::{Rate, Steps16};
 

@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 
 use plumb_cameras::camera_file;
 use plumb_cameras::settings::{CameraSettings, SourceName};
-use plumb_cameras::source::BoxedError;
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::quantity::Coordinate;
 use plumb_config::toml_file::{MAX_BYTES, diagnose};
 use plumb_frame::camera::Camera;
+use plumb_frame::source::BoxedError;
 
 use self::finding::Document;
 use super::conversion::Conversion;

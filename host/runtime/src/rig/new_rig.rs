@@ -9,7 +9,7 @@ mod triangle;
 use std::path::PathBuf;
 
 use nalgebra::Point3;
-use plumb_cameras::source::stream::StreamAddress;
+use plumb_cameras::stream::StreamAddress;
 use thiserror::Error;
 
 use self::triangle::{WorkspaceBox, check_length};

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_frame::detect::BallDetector;
+use plumb_frame::source::{CameraSource, SourceError};
 use tracing::trace;
 
 use super::core::{Action, BoardAction, Input, Picture, RunCore};

@@ -1,7 +1,7 @@
 //! Errors of a run.
 
-use plumb_cameras::source::{BoxedError, SourceError};
 use plumb_frame::detect::DetectError;
+use plumb_frame::source::{BoxedError, SourceError};
 use thiserror::Error;
 
 use super::repetition::RepeatedPicture;

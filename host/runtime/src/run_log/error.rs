@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use plotters::drawing::DrawingAreaErrorKind;
-use plumb_cameras::source::BoxedError;
+use plumb_frame::source::BoxedError;
 use thiserror::Error;
 
 /// Failure to create or write the run log.

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb_cameras::source::BoxedError;
 use plumb_config::whole_writes::WholeWrites;
+use plumb_frame::source::BoxedError;
 use serde::Serialize;
 
 use super::figures::{self, Sample, Samples};

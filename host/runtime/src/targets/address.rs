@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use plumb_cameras::source::stream::{AddressError, StreamAddress};
+use plumb_cameras::stream::{AddressError, StreamAddress};
 use thiserror::Error;
 
 /// Place that a stream of targets comes from.

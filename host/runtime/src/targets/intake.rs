@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt;
 
 use plumb_config::error_chain::ErrorChain;
-use plumb_timing::SenderClock;
+use plumb_frame::clock::SenderClock;
 use thiserror::Error;
 
 use super::LeftOut;

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use plumb_cameras::source::stream::{Arrival, Connection, Endpoint, Interruption, StreamError};
+use plumb_cameras::stream::{Arrival, Connection, Endpoint, Interruption, StreamError};
 use plumb_config::bounded_read::{LineError, ReadError, read_line, read_text};
 use plumb_config::error_chain::ErrorChain;
 use thiserror::Error;

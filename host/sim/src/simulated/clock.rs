@@ -7,9 +7,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
-use plumb_cameras::source::LiveClock;
 use plumb_emulator::plant::RigError;
 use plumb_emulator::{EmulatedBoard, Served};
+use plumb_frame::clock::LiveClock;
 use plumb_protocol::units::Micros;
 
 /// The clock of a simulated rig, and the position of its ball.

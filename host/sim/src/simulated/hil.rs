@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Point3;
-use plumb_cameras::source::BoxedError;
 use plumb_emulator::plant::Plant;
+use plumb_frame::source::BoxedError;
 use plumb_runtime::observer::{FrameRecord, Observer};
 
 use super::SimulationError;

@@ -7,13 +7,13 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
-use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::detect::{BallDetector, DetectError};
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::Image;
 use plumb_frame::observation::BallObservation;
+use plumb_frame::source::{CameraSource, SourceError};
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Micros;
 use plumb_runtime::link::{LinkError, Transport};

@@ -9,14 +9,14 @@ use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::camera_file;
-use plumb_cameras::source::tum::TumFolder;
-use plumb_cameras::source::{CameraSource, SourceError};
+use plumb_cameras::tum::TumFolder;
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::detect::{BallDetector, DetectError};
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::Image;
 use plumb_frame::observation::BallObservation;
+use plumb_frame::source::{CameraSource, SourceError};
 use plumb_protocol::units::Micros;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use plumb_runtime::rig::Rig;

@@ -8,10 +8,10 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use plumb_cameras::camera_file;
-use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_config::error_chain::ErrorChain;
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_frame::frame::RgbdFrame;
+use plumb_frame::source::{CameraSource, SourceError};
 use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;

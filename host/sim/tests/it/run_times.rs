@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use plumb_cameras::camera_file;
-use plumb_cameras::source::CameraSource;
 use plumb_emulator::plant::Task;
+use plumb_frame::source::CameraSource;
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunParts};

@@ -9,9 +9,10 @@ use nalgebra::Point3;
 use plumb_calibrate::board::{Board, Placement};
 use plumb_calibrate::render::{draw_board, shown_pose};
 use plumb_cameras::settings::SourceName;
-use plumb_cameras::source::stream::StreamAddress;
-use plumb_cameras::source::{CameraSource, OpenedRecording};
+use plumb_cameras::stream::StreamAddress;
 use plumb_config::error_chain::ErrorChain;
+use plumb_frame::driver::OpenedSource;
+use plumb_frame::source::CameraSource;
 use plumb_runtime::rig::{Rig, Simulation};
 use plumb_sim::synthetic::{
     Background, ExtraBall, Material, RenderOptions, Room, Scene, SyntheticCamera,
@@ -83,7 +84,7 @@ impl View {
             return Self::open(file, rig, camera, 1);
         };
         let topics = &rig.camera.ros2;
-        let OpenedRecording { source, intrinsics, .. } = open_recording(path, &camera, topics)?;
+        let OpenedSource { source, intrinsics, .. } = open_recording(path, &camera, topics)?;
         let camera = Camera { intrinsics, ..camera };
         Ok(Self { source: Source::Camera(source), camera, frames: 1 })
     }

@@ -4,7 +4,7 @@ use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use plumb_cameras::source::stream::AddressError;
+use plumb_cameras::stream::AddressError;
 use plumb_config::quantity::Range;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
 

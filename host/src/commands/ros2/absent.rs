@@ -1,12 +1,13 @@
 //! A program without ROS 2.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use plumb_cameras::driver::OpenedCamera;
-use plumb_cameras::drivers;
+use plumb_cameras::open::{self, OpenedCamera};
+use plumb_cameras::recording::{self, is_mcap};
+use plumb_cameras::ros2::{NotBuilt, Ros2CameraSettings};
 use plumb_cameras::settings::{CameraSettings, SourceName};
-use plumb_cameras::source::ros2::Ros2CameraSettings;
-use plumb_cameras::source::{self, LiveClock, OpenedRecording, is_mcap};
+use plumb_frame::clock::LiveClock;
+use plumb_frame::driver::OpenedSource;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
@@ -14,35 +15,31 @@ use plumb_vision::camera::Camera;
 use super::super::{Failure, bad_input};
 use super::Ros2Options;
 
-/// Reason to refuse the option.
-const ABSENT: &str = "this program was built without ROS 2; build it with \
-                      cargo build --release -p plumb --features ros2";
-
 /// Namespace that is never read.
 #[derive(Clone)]
 pub(in super::super) struct Namespace;
 
 /// Refuses the option `--ros2`.
 pub(super) fn namespace(_: &str) -> Result<Namespace, String> {
-    Err(ABSENT.to_owned())
+    Err(NotBuilt.to_string())
 }
 
 /// Opens the camera that `settings` choose.
 ///
 /// # Errors
-/// Where it is a camera in ROS 2.
+/// Where it is a camera in ROS 2 or an MCAP file.
 pub(in super::super) fn open_camera(
     settings: &CameraSettings,
     camera: Camera,
-    device_recording: Option<PathBuf>,
+    device_recording: Option<&Path>,
 ) -> Result<OpenedCamera, Failure> {
     if settings.source == Some(SourceName::Ros2) {
-        return Err(bad_input(ABSENT));
+        return Err(bad_input(NotBuilt));
     }
     if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
         return Err(without_mcap(path));
     }
-    Ok(drivers::open_camera(settings, camera, device_recording)?)
+    Ok(open::open_camera(settings, camera, device_recording)?)
 }
 
 /// Opens a recording.
@@ -53,15 +50,15 @@ pub(in super::super) fn open_recording(
     path: &Path,
     camera: &Camera,
     _: &Ros2CameraSettings,
-) -> Result<OpenedRecording, Failure> {
+) -> Result<OpenedSource, Failure> {
     if is_mcap(path) {
         return Err(without_mcap(path));
     }
-    Ok(source::open_recording(path, camera)?)
+    Ok(recording::open_recording(path, camera)?)
 }
 
 fn without_mcap(path: &Path) -> Failure {
-    bad_input(format!("{}: an MCAP recording: {ABSENT}", path.display()))
+    bad_input(format!("{}: an MCAP recording: {NotBuilt}", path.display()))
 }
 
 /// Node without effect.

@@ -1,13 +1,13 @@
 //! The node of a run.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use plumb_cameras::driver::OpenedCamera;
-use plumb_cameras::drivers::open_camera_with;
-use plumb_cameras::settings::CameraSettings;
-use plumb_cameras::source::playback::Playback;
-use plumb_cameras::source::ros2::Ros2CameraSettings;
-use plumb_cameras::source::{self, LiveClock, OpenedRecording, is_mcap};
+use plumb_cameras::open::{self, OpenedCamera, open_with};
+use plumb_cameras::recording::{self, is_mcap, played};
+use plumb_cameras::ros2::Ros2CameraSettings;
+use plumb_cameras::settings::{CameraSettings, SourceName};
+use plumb_frame::clock::LiveClock;
+use plumb_frame::driver::OpenedSource;
 use plumb_ros2::{McapRecording, Network, Ros2Driver, Ros2Output, Ros2Settings};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
@@ -28,15 +28,18 @@ pub(super) fn namespace(text: &str) -> Result<Namespace, String> {
 pub(in super::super) fn open_camera(
     settings: &CameraSettings,
     camera: Camera,
-    device_recording: Option<PathBuf>,
+    device_recording: Option<&Path>,
 ) -> Result<OpenedCamera, Failure> {
     if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
         settings.source(false)?;
-        let OpenedRecording { source, intrinsics, .. } =
-            open_recording(path, &camera, &settings.ros2)?;
-        return Ok(OpenedCamera::start(Playback::new(source), camera, intrinsics)?);
+        let recording = open_recording(path, &camera, &settings.ros2)?;
+        return Ok(OpenedCamera::start(played(recording), camera)?);
     }
-    Ok(open_camera_with(&[&Ros2Driver], settings, camera, device_recording)?)
+    if settings.source(false)? == SourceName::Ros2 {
+        let driver = Ros2Driver(&settings.ros2);
+        return Ok(open_with(SourceName::Ros2, &driver, camera, device_recording)?);
+    }
+    Ok(open::open_camera(settings, camera, device_recording)?)
 }
 
 /// Opens a recording of any format. `settings` may name the topics of an MCAP file.
@@ -44,13 +47,13 @@ pub(in super::super) fn open_recording(
     path: &Path,
     camera: &Camera,
     settings: &Ros2CameraSettings,
-) -> Result<OpenedRecording, Failure> {
+) -> Result<OpenedSource, Failure> {
     if !is_mcap(path) {
-        return Ok(source::open_recording(path, camera)?);
+        return Ok(recording::open_recording(path, camera)?);
     }
     let source = McapRecording::open(path, camera, settings)?;
     let intrinsics = *source.intrinsics();
-    Ok(OpenedRecording { source: Box::new(source), intrinsics, notes: Vec::new() })
+    Ok(OpenedSource::new(source, intrinsics))
 }
 
 /// Node of a run; without effect where no option asks for one.

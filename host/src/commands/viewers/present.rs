@@ -4,9 +4,9 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use plumb_cameras::record::Overflow;
-use plumb_cameras::source::BoxedError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_foxglove::{FoxgloveOutput, FoxgloveSettings};
+use plumb_frame::source::BoxedError;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::rig::Rig;

@@ -18,7 +18,7 @@ fn a_missing_library_is_reported_with_its_package() {
         let output = Command::new(env!("CARGO_BIN_EXE_plumb"))
             .args(arguments)
             .current_dir(folder.path())
-            .env(plumb_cameras::source::openni::LIBRARY_VARIABLE, "/no/such/libOpenNI2.so.0")
+            .env(plumb_openni::LIBRARY_VARIABLE, "/no/such/libOpenNI2.so.0")
             .output()
             .unwrap();
         let text = stderr(&output);
@@ -28,7 +28,7 @@ fn a_missing_library_is_reported_with_its_package() {
     // Another library under that path.
     let other = Command::new(env!("CARGO_BIN_EXE_plumb"))
         .arg("cameras")
-        .env(plumb_cameras::source::openni::LIBRARY_VARIABLE, "libc.so.6")
+        .env(plumb_openni::LIBRARY_VARIABLE, "libc.so.6")
         .output()
         .unwrap();
     assert!(stderr(&other).contains("not OpenNI 2.2"), "{}", stderr(&other));

@@ -53,7 +53,7 @@ impl Fixture {
         command
             .args(arguments)
             .current_dir(self.path())
-            .env(plumb_cameras::source::openni::LIBRARY_VARIABLE, &self.library)
+            .env(plumb_openni::LIBRARY_VARIABLE, &self.library)
             .env(CONTROL_VARIABLE, self.camera.path());
         command
     }

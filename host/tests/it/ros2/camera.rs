@@ -12,9 +12,9 @@ use std::time::Duration;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plumb_cameras::camera_file;
-use plumb_cameras::source::ros2::Ros2CameraSettings;
-use plumb_cameras::source::{CameraSource, SourceError};
+use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::error_chain::ErrorChain;
+use plumb_frame::source::{CameraSource, SourceError};
 use plumb_ros2::{FIRST_PICTURE, Network, Ros2Camera, Ros2CameraError};
 
 use super::peer::{Domain, Peer};

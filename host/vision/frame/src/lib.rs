@@ -10,10 +10,14 @@
 //! - [`detect`]: the interface [`BallDetector`](detect::BallDetector); the detectors are in the
 //!   crate `plumb-vision`.
 //! - [`observation`]: what a detector returns.
+//! - [`source`]: the interface [`CameraSource`](source::CameraSource) of a camera or recording;
+//!   [`driver`]: the interface of a kind of camera. The crate `plumb-cameras` has them all.
+//! - [`clock`]: the clock of a source, and the mapping of time stamps to it; [`pairing`]: pairs of
+//!   colour and depth; [`file_intrinsics`]: intrinsics of a camera file for pictures of a source.
 //! - [`render`]: a small renderer for tests and examples.
 //!
 //! Crates that take or deliver frames (cameras, the control loop, the simulation) need this crate
-//! only. It reads no files, opens no devices, starts no threads, and has no clock.
+//! only. It reads no files, opens no devices and starts no threads.
 //!
 //! A detector that takes the brightest pixel for the centre of the ball:
 //!
@@ -59,10 +63,15 @@
 #![deny(missing_docs)]
 
 pub mod camera;
+pub mod clock;
 pub mod detect;
 mod distortion;
+pub mod driver;
+pub mod file_intrinsics;
 pub mod frame;
 mod geometry;
 pub mod image;
 pub mod observation;
+pub mod pairing;
 pub mod render;
+pub mod source;

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
-use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
+use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_protocol::units::Micros;
 use plumb_tests::links::tracking_frame;
 use plumb_tests::noise::{normal, position_noise};

@@ -3,8 +3,8 @@
 use std::fs;
 
 use plumb_cameras::camera_file;
-use plumb_cameras::source::CameraSource;
-use plumb_cameras::source::tum::TumFolder;
+use plumb_cameras::tum::TumFolder;
+use plumb_frame::source::CameraSource;
 use tempfile::TempDir;
 
 use super::Target;

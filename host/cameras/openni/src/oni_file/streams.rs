@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::fields::Fields;
+use super::Fields;
 use super::node::Node;
-use super::record::{
+use super::{
     DATA_BEGINS, END, GENERAL, INDEX, NEW_DATA, NODE_ADDED, NODE_REMOVED, NUMBER, READY, REAL,
     Record, TEXT,
 };

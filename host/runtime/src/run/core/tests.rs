@@ -555,7 +555,7 @@ impl Trial {
                 bench.picture(place);
             }
             Op::Lost => {
-                let error = plumb_cameras::source::SourceError::new("lost");
+                let error = plumb_frame::source::SourceError::new("lost");
                 bench.step(Input::FrameLost(error.into()));
             }
             Op::Moving => bench.moving_target(self.is_stopped),

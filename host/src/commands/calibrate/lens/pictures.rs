@@ -8,7 +8,7 @@ use plumb_calibrate::board_view::SeenCorner;
 use plumb_calibrate::corners::{BoardError, find_corners};
 use plumb_calibrate::lens::LensView;
 use plumb_cameras::png;
-use plumb_cameras::source::tum::MAX_BYTES;
+use plumb_cameras::tum::MAX_BYTES;
 use plumb_config::bounded_read;
 use plumb_pictures::decode;
 use plumb_runtime::run_log::OutputDir;

@@ -1,8 +1,8 @@
 //! The detector `ball` on real pictures, and on balls drawn into them.
 
 use nalgebra::Point3;
-use plumb_cameras::source::CameraSource;
-use plumb_cameras::source::tum::TumFolder;
+use plumb_cameras::tum::TumFolder;
+use plumb_frame::source::CameraSource;
 
 use super::{detect, miss};
 use crate::camera::Intrinsics;

@@ -1,0 +1,209 @@
+//! Opening a recording of any format.
+
+use std::path::{Path, PathBuf};
+
+use plumb_frame::camera::Camera;
+use plumb_frame::driver::{CameraDriver, OpenedSource};
+use plumb_frame::file_intrinsics::FileIntrinsics;
+use plumb_frame::source::BoxedError;
+use plumb_openni::{
+    IntrinsicsSource, OpenNi, OpenniSource, OpenniSourceError, Settings, Target, is_recording,
+};
+use plumb_realsense::{RealSense, RealsenseSource, RealsenseSourceError};
+use plumb_webcam::VIDEO_ENDINGS;
+use thiserror::Error;
+
+use crate::playback::Playback;
+use crate::tum::{TumError, TumFolder};
+
+/// Driver that plays the recording at a path at the speed at which it was recorded.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RecordingDriver<'a>(pub(crate) &'a Path);
+
+impl CameraDriver for RecordingDriver<'_> {
+    fn open(&self, camera: &Camera, _: Option<&Path>) -> Result<OpenedSource, BoxedError> {
+        Ok(played(open_recording(self.0, camera)?))
+    }
+}
+
+/// Failure to open a recording.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OpenRecordingError {
+    /// A TUM folder cannot be opened.
+    #[error(transparent)]
+    Tum(#[from] TumError),
+    /// An `.oni` file cannot be opened.
+    #[error(transparent)]
+    Openni(#[from] OpenniSourceError),
+    /// A `.bag` or `.db3` file cannot be opened.
+    #[error(transparent)]
+    Realsense(#[from] RealsenseSourceError),
+    /// A `.bag` or `.db3` file of another program than librealsense2.
+    #[error(
+        "{}: librealsense2 does not play it. Is it a bag of ROS? Write it anew as MCAP (`ros2 bag \
+         convert`, or `mcap convert`), or play it with `ros2 bag play` to a rig with \
+         `source = \"ros2\"`",
+        .path.display()
+    )]
+    Bag {
+        /// The file.
+        path: PathBuf,
+        /// What librealsense2 says.
+        source: RealsenseSourceError,
+    },
+    /// The file is no recording that Plumb reads.
+    #[error("{}: {advice}", .path.display())]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// What the file is, and the way that works.
+        advice: &'static str,
+    },
+    /// A video file cannot be opened.
+    #[cfg(feature = "webcam")]
+    #[error(transparent)]
+    Video(#[from] plumb_webcam::WebcamSourceError),
+    /// The program is built without video files.
+    #[cfg(not(feature = "webcam"))]
+    #[error("{}", .path.display())]
+    NoVideo {
+        /// The video file.
+        path: PathBuf,
+        /// What to do.
+        source: plumb_webcam::NotBuilt,
+    },
+}
+
+/// Opens the recording at `path`, to be read as fast as the caller takes frames: a `.bag` or `.db3`
+/// file of librealsense2, a video file, an `.oni` file of OpenNI2, or a TUM folder. `intrinsics`
+/// are those of the camera file; an `.oni` file states its depth scale itself, a file of
+/// librealsense2 its intrinsics too. A video file has no depth.
+///
+/// # Errors
+/// As [`TumFolder::open`], [`OpenniSource::open`] and [`RealsenseSource::open`]; where `path` is a
+/// file and its library cannot be loaded; where it is a video file and the program is built without
+/// them; where it is a file of another kind.
+pub fn open_recording(
+    path: &Path,
+    intrinsics: impl Into<FileIntrinsics>,
+) -> Result<OpenedSource, OpenRecordingError> {
+    let intrinsics = intrinsics.into();
+    if !path.is_file() {
+        let source = TumFolder::open(path, intrinsics)?;
+        let intrinsics = *source.intrinsics();
+        return Ok(OpenedSource::new(source, intrinsics));
+    }
+    let kind = path.extension().unwrap_or_default();
+    if kind == "bag" || kind == "db3" {
+        return open_realsense(path);
+    }
+    let ending = kind.to_string_lossy().to_ascii_lowercase();
+    if VIDEO_ENDINGS.contains(&ending.as_str()) {
+        return open_video(path, intrinsics);
+    }
+    if kind != "oni" && !is_recording(path) {
+        let advice = advice(&ending);
+        return Err(OpenRecordingError::Unknown { path: path.to_owned(), advice });
+    }
+    let openni = OpenNi::load().map_err(OpenniSourceError::from)?;
+    let target = Target::Recording(path.to_owned());
+    let intrinsics = IntrinsicsSource::Calibrated(intrinsics);
+    let source = OpenniSource::open(&openni, &target, Settings::default(), intrinsics)?;
+    let intrinsics = *source.intrinsics();
+    Ok(OpenedSource::new(source, intrinsics))
+}
+
+/// Returns a recording that is played at the speed at which it was recorded.
+pub fn played(recording: OpenedSource) -> OpenedSource {
+    let source = Box::new(Playback::new(recording.source));
+    OpenedSource { source, ..recording }
+}
+
+/// Returns whether `path` is a file of MCAP by its name: `plumb-ros2` reads it.
+pub fn is_mcap(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) && path.is_file()
+}
+
+/// Returns, for a person, what a file that is no recording may be, by the ending of its name in
+/// lower case.
+fn advice(ending: &str) -> &'static str {
+    match ending {
+        "mcap" => {
+            "an MCAP recording is read by the program only: `plumb replay`, or `recording` in a \
+             rig file"
+        }
+        "txt" | "csv" => "a list of pictures: give the folder that it is in",
+        "h264" | "264" | "h265" | "hevc" | "265" => {
+            "a stream of video without a container: make a file of it with \
+             `ffmpeg -i FILE -c copy video.mkv`"
+        }
+        "zip" | "tar" | "gz" | "tgz" | "xz" | "bz2" | "zst" | "7z" => {
+            "an archive: unpack it, and give the folder with the lists"
+        }
+        "png" | "jpg" | "jpeg" | "pgm" | "ppm" => {
+            "one picture: a recording is a folder with a list of pictures, rgb.txt, whose lines \
+             are `timestamp path`"
+        }
+        _ => {
+            "no recording that Plumb reads: a folder with the lists rgb.txt and depth.txt, a \
+             video, an .oni file of OpenNI2, or a .bag or .db3 file of librealsense2"
+        }
+    }
+}
+
+/// Opens a video file.
+#[cfg(feature = "webcam")]
+fn open_video(path: &Path, intrinsics: FileIntrinsics) -> Result<OpenedSource, OpenRecordingError> {
+    let source = plumb_webcam::VideoFileSource::open(path, intrinsics)?;
+    let (notes, intrinsics) = (source.notes().to_vec(), *source.intrinsics());
+    Ok(OpenedSource { notes, ..OpenedSource::new(source, intrinsics) })
+}
+
+/// Returns the error of a program without video files.
+#[cfg(not(feature = "webcam"))]
+fn open_video(path: &Path, _: FileIntrinsics) -> Result<OpenedSource, OpenRecordingError> {
+    let source = plumb_webcam::NotBuilt;
+    Err(OpenRecordingError::NoVideo { path: path.to_owned(), source })
+}
+
+/// Opens a recording of librealsense2. A bag of ROS has the same ending and the same format.
+fn open_realsense(path: &Path) -> Result<OpenedSource, OpenRecordingError> {
+    let open = || {
+        let library = RealSense::load()?;
+        let target = plumb_realsense::Target::Recording(path.to_owned());
+        RealsenseSource::open(&library, &target, plumb_realsense::Settings::default(), None)
+    };
+    let source = open().map_err(|error| match error {
+        RealsenseSourceError::Realsense(_) => {
+            OpenRecordingError::Bag { path: path.to_owned(), source: error }
+        }
+        other => other.into(),
+    })?;
+    let intrinsics = *source.intrinsics();
+    Ok(OpenedSource::new(source, intrinsics))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_another_kind_is_named_with_the_way_that_works() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, named) in [
+            ("a.mcap", "plumb replay"),
+            ("rgb.txt", "give the folder"),
+            ("a.H264", "ffmpeg"),
+            ("a.tar.gz", "unpack it"),
+            ("a.png", "one picture"),
+            ("a", "no recording that Plumb reads"),
+        ] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, b"\x89MCAP0\r\n").unwrap();
+            let intrinsics = crate::camera_file::paper().unwrap().intrinsics;
+            let error = open_recording(&path, intrinsics).err().unwrap().to_string();
+            assert!(error.contains(name) && error.contains(named), "{error}");
+        }
+    }
+}
