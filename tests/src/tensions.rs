@@ -5,8 +5,8 @@ use std::time::Duration;
 use plumb_emulator::plant::{Elastic, ElasticParameters, Observer, Population};
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Point, RelativeTension};
+use plumb_runtime::board_report::NEAR_SLACK;
 use plumb_runtime::rig::LawName;
-use plumb_runtime::tension::NEAR_SLACK;
 
 use crate::bench::{Bench, RATE_HZ, bench, wide_rig};
 use crate::links::link;

@@ -63,3 +63,18 @@ impl From<&Telemetry> for BoardReport {
 fn in_words<S: Serializer>(state: &State, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(state)
 }
+
+/// Estimated tension over the ball's weight below which a cable counts as near slack. The estimate
+/// is wrong by 0.06 in the median (docs/understand/taut.md).
+pub const NEAR_SLACK: f64 = 0.15;
+
+/// Returns which cables have an estimated tension (over the ball's weight) below [`NEAR_SLACK`].
+///
+/// ```
+/// use plumb_runtime::board_report::near_slack;
+///
+/// assert_eq!(near_slack([0.4, 0.1, 0.7]), [false, true, false]);
+/// ```
+pub fn near_slack(tensions: [f64; 3]) -> [bool; 3] {
+    tensions.map(|tension| tension < NEAR_SLACK)
+}

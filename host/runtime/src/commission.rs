@@ -10,24 +10,86 @@
 //! The board receives jogs only, no positions and no targets: the pose may be wrong.
 
 mod correction;
-mod error;
 mod examination;
 mod explanation;
-mod fault;
-mod fit;
-mod look;
-mod pictures;
 mod report;
 mod response;
-mod sectors;
 #[cfg(test)]
 mod tests;
 
+use plumb_frame::detect::DetectError;
+use plumb_frame::source::SourceError;
+use thiserror::Error;
+
+use crate::board_fault::BoardFault;
+use crate::link::LinkError;
+
 pub use correction::corrected;
-pub use error::ExaminationError;
 pub use examination::{Examination, ExaminationParts};
-pub use explanation::{Explanation, Frame, Wiring};
-pub use fault::{Fault, Output};
-pub use report::Report;
+pub use explanation::{Explanation, Frame, Sector, Sectors, Wiring};
+pub use report::{Fault, Output, Report};
 pub use response::{Motion, Probe, Response};
-pub use sectors::{Sector, Sectors};
+
+/// Reason that an examination ended without a result. The motors stand or ramp down.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ExaminationError {
+    /// The link to the board failed, or the board refused a jog.
+    #[error("link to the board")]
+    Link(#[from] LinkError),
+    /// The camera delivers no frames any more.
+    #[error("camera")]
+    Source(#[from] SourceError),
+    /// The frames ended.
+    #[error("the camera delivers no more frames")]
+    EndOfFrames,
+    /// The source is not live.
+    #[error("the source of the frames is not live: a recording does not show what the motors do")]
+    NotLive,
+    /// The detector failed.
+    #[error("detector")]
+    Detect(#[from] DetectError),
+    /// The simulated rig or another observer failed.
+    #[error("output of the check")]
+    Observer(#[source] plumb_frame::source::BoxedError),
+    /// The ball was not seen before a motor turned.
+    #[error(
+        "the ball is seen in {seen} of {frames} pictures, {with_depth} of them with depth; hang it \
+         into the picture, 0.5 to 2 m from the camera, and compare [ball] of the camera file with \
+         it: diameter and hue"
+    )]
+    BallNotSeen {
+        /// Pictures.
+        frames: u32,
+        /// Pictures with a ball.
+        seen: u32,
+        /// Pictures with a ball whose position is known.
+        with_depth: u32,
+    },
+    /// The ball went out of sight while a motor turned.
+    #[error(
+        "the ball went out of sight after output {output} had turned by {steps:.0} steps; `plumb \
+         jog` turns it back; hang the ball in the middle of the picture"
+    )]
+    BallLost {
+        /// Output whose motor turned.
+        output: Output,
+        /// Steps until then, + pays out.
+        steps: f64,
+    },
+    /// The ball does not hang still.
+    #[error(
+        "the ball does not hang still: its positions scatter by {scatter_mm:.0} mm; wait until it \
+         is at rest, and remove what else has its colour"
+    )]
+    Unsteady {
+        /// Scatter of the measured positions, millimetres.
+        scatter_mm: f64,
+    },
+    /// The board stopped by itself.
+    #[error("the board has stopped by itself: {0}; remove the cause, then `plumb clear`")]
+    Stopped(BoardFault),
+    /// Somebody interrupted the examination.
+    #[error("interrupted: the motors have stopped on the way")]
+    Interrupted,
+}

@@ -38,7 +38,6 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-pub mod advice;
 pub mod board_fault;
 pub mod board_report;
 pub mod commission;
@@ -50,17 +49,14 @@ pub mod observer;
 pub mod operator;
 pub mod plot_colours;
 pub mod queued;
-pub mod recording;
 pub mod reference;
 pub mod replay;
 pub mod rig;
 pub mod run;
 pub mod run_log;
 pub mod selftest;
-mod stop_reason;
 mod summary;
 pub mod targets;
-pub mod tension;
 pub mod wall_clock;
 
 /// The example in docs/change/add-observer.md is compiled and run with the other tests.

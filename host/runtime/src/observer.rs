@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
+use plumb_cameras::record::{RecordError, Recorder, Recording};
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::observation::BallObservation;
 use plumb_frame::source::BoxedError;
@@ -11,8 +12,9 @@ use plumb_protocol::message::State;
 
 use crate::board_fault::{BoardFault, FaultCause};
 use crate::board_report::BoardReport;
-pub use crate::event::{EventKind, EventRecord, RunEvent, TargetsEvent, Tone};
 use crate::summary::Summary;
+
+pub use crate::event::{EventKind, EventRecord, RunEvent, TargetsEvent, Tone};
 
 /// Output of a run.
 ///
@@ -129,5 +131,89 @@ impl FrameRecord {
     /// Returns the distance of the measured position from the target, metres.
     pub fn error(&self) -> Option<f64> {
         self.position().map(|position| (position - self.target).norm())
+    }
+}
+
+/// Observer that records the frames. The recorder has a queue and a thread of its own.
+#[derive(Debug)]
+pub struct FrameRecorder(Recorder);
+
+impl FrameRecorder {
+    /// Records to `recorder`.
+    pub fn new(recorder: Recorder) -> Self {
+        Self(recorder)
+    }
+
+    /// Ends the recording. Returns what was recorded.
+    ///
+    /// # Errors
+    /// Where the recording could not be written to its end.
+    pub fn finish(self) -> Result<Recording, RecordError> {
+        self.0.finish()
+    }
+}
+
+impl Observer for FrameRecorder {
+    fn frame(&mut self, record: &FrameRecord) {
+        if let Some(frame) = &record.frame {
+            self.0.add(frame);
+        }
+    }
+
+    fn dropped(&self) -> u64 {
+        self.0.dropped()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+    use plumb_cameras::camera_file;
+    use plumb_cameras::record::{Overflow, RecordFolder};
+    use plumb_frame::frame::RgbdFrame;
+    use plumb_frame::image::Image;
+    use std::fs;
+    use std::sync::Arc;
+
+    fn record() -> FrameRecord {
+        let intrinsics = camera_file::paper().unwrap().intrinsics;
+        let (colour, depth) = (Image::filled(4, 4, [0; 3]), Image::filled(4, 4, 0));
+        let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();
+        let (observation, board, state) = (None, None, None);
+        let (number, time, target) = (0, 0.0, Point3::origin());
+        FrameRecord {
+            number,
+            time,
+            frame: Some(Arc::new(frame)),
+            observation,
+            target,
+            board,
+            fault_cause: None,
+            state,
+            filtered_error: None,
+            ground_truth: None,
+            path: None,
+        }
+    }
+
+    #[test]
+    fn frames_that_cannot_be_written_count_as_dropped() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("record");
+        let record = record();
+        let intrinsics = record.frame.as_ref().unwrap().intrinsics();
+        let recorder = RecordFolder::create(&path)
+            .unwrap()
+            .begin(camera_file::PAPER, intrinsics, Overflow::Block)
+            .unwrap();
+        fs::remove_dir_all(path.join("depth")).unwrap();
+        let mut recorder = FrameRecorder::new(recorder);
+        let added = (1..1000).find(|_| {
+            recorder.frame(&record);
+            recorder.dropped() > 0
+        });
+        assert!(added.is_some_and(|added| added > 1), "{added:?}");
+        assert!(recorder.finish().is_err());
     }
 }

@@ -34,7 +34,6 @@
 mod channel;
 mod command;
 mod stop_latch;
-mod turn;
 
 pub(crate) use channel::Submitted;
 pub use channel::{
@@ -42,5 +41,5 @@ pub use channel::{
     operator_with_clock,
 };
 pub use command::{CommandOutcome, CommandRefusal, OperatorCommand};
+pub use stop_latch::{BEGINS_ANEW_AFTER, Continuity};
 pub use stop_latch::{ResumeError, Stop, StopEvent, Stopped};
-pub use turn::{BEGINS_ANEW_AFTER, Continuity};

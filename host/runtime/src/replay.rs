@@ -11,20 +11,18 @@
 //! Unknown fields are empty: all after `t` if the frame is broken or has no ball, and `depth`, `x`,
 //! `y` and `z` if the ball has too little depth.
 
-mod debug;
-
+use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use plumb_cameras::png::{self, PngError};
 use plumb_cameras::tum::{TumError, TumFolder};
 use plumb_frame::camera::Camera;
-use plumb_frame::detect::{BallDetector, DetectError};
+use plumb_frame::detect::{BallDetector, DetectError, StageImage};
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::observation::BallObservation;
 use plumb_frame::source::{CameraSource, SourceError};
 use thiserror::Error;
-
-pub use debug::{DebugError, DebugFolder};
 
 /// Header of the CSV: the names of the columns.
 pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", "score"];
@@ -204,3 +202,56 @@ fn row(time: f64, ball: Option<&BallObservation>, camera: &Camera) -> [String; 9
 
 #[cfg(test)]
 mod tests;
+
+/// A folder with an image of each stage for each frame: `000042-2-outline.png` is the second stage
+/// of frame 42. Frames are numbered from 0, as the rows of the replay.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DebugFolder {
+    path: PathBuf,
+}
+
+/// Reasons why the images could not be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum DebugError {
+    /// The folder could not be made.
+    #[error("cannot make the folder {}", .path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// The cause.
+        source: io::Error,
+    },
+    /// The folder is not empty.
+    #[error("{} is not empty: give another folder", .path.display())]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// An image could not be written.
+    #[error(transparent)]
+    Png(#[from] PngError),
+}
+
+impl DebugFolder {
+    /// Makes the folder, or takes an empty one.
+    ///
+    /// # Errors
+    /// Returns an error if the folder cannot be made or is not empty.
+    pub fn create(path: &Path) -> Result<Self, DebugError> {
+        let failed = |source| DebugError::Folder { path: path.to_owned(), source };
+        fs::create_dir_all(path).map_err(failed)?;
+        if fs::read_dir(path).map_err(failed)?.next().is_some() {
+            return Err(DebugError::NotEmpty { path: path.to_owned() });
+        }
+        Ok(Self { path: path.to_owned() })
+    }
+
+    /// Writes the images of one frame.
+    fn write(&self, number: usize, stages: &[StageImage]) -> Result<(), DebugError> {
+        for StageImage { name, image } in stages {
+            png::save(&self.path.join(format!("{number:06}-{name}.png")), image)?;
+        }
+        Ok(())
+    }
+}

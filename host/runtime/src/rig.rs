@@ -1,23 +1,15 @@
 //! Rig file: the configuration of a rig in SI units, from which that of the board follows.
 
 pub mod check;
-mod conversion;
-mod driver;
 mod guards;
-mod jog;
 mod law;
-mod law_name;
 mod motion;
-mod motor_points;
 mod motors;
 pub mod new_rig;
-mod path;
 pub mod quantity;
 mod simulation;
-mod size;
 #[cfg(test)]
 mod tests;
-mod wiring;
 
 use std::path::Path;
 
@@ -28,22 +20,22 @@ use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::units::Point;
 use serde::Deserialize;
 
-pub use self::conversion::OutOfRange;
-pub use self::driver::Driver;
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
-pub use self::jog::JogSettings;
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
-pub use self::law_name::{LawName, UnknownLaw};
 pub use self::motion::{MotionError, MotionRules};
-pub use self::motor_points::MotorPoints;
 pub use self::motors::Motors;
-pub use self::path::PathSettings;
 use self::quantity::Corner;
 pub use self::simulation::Simulation;
-pub use self::size::Size;
-pub use self::wiring::{SimulatedMotor, Wiring, WiringError};
+pub use law::{LawName, UnknownLaw};
+pub use motion::JogSettings;
+pub use motion::PathSettings;
+pub use motors::Driver;
+pub use quantity::OutOfRange;
+pub use simulation::MotorPoints;
+pub use simulation::Size;
+pub use simulation::{SimulatedMotor, Wiring, WiringError};
 
-use self::conversion::Conversion;
+use quantity::Conversion;
 
 /// Reference page of the rig file: every key with its unit, range, default and meaning.
 pub const REFERENCE: &str = include_str!("../../../docs/use/rig-file.md");

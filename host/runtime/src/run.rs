@@ -2,43 +2,44 @@
 
 mod control_loop;
 mod core;
-mod error;
-mod event_log;
 mod first_and_last;
 mod goal;
-mod legs;
 mod path;
 mod reached;
 mod repetition;
 mod targets;
 mod waypoint;
 
+use control_loop::ControlLoop;
+use path::PathDrive;
+use plumb_config::error_chain::ErrorChain;
+use plumb_frame::detect::DetectError;
+use plumb_frame::source::{BoxedError, SourceError};
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
+use repetition::RepetitionDetector;
+use targets::{TargetDrive, TargetRules};
+use thiserror::Error;
 use tracing::info;
+use waypoint::Route;
 
 use self::core::{RunCore, Settings};
 use crate::board_fault::BoardFault;
 use crate::board_report::BoardReport;
 use crate::link::{Link, LinkError, Serial, Transport};
-use crate::rig::{MotionRules, Rig};
-pub use crate::stop_reason::StopReason;
-pub use crate::summary::{Leg, Summary};
+use crate::rig::{MotionRules, OutOfRange, Rig};
 use crate::summary::{millimetres, round};
 use crate::targets::TargetSource;
-use control_loop::ControlLoop;
+
 pub use control_loop::{DEFAULT_TIMEOUT, RunParts};
-pub use error::{ControlLoopError, RunError};
-use path::PathDrive;
 pub use path::{PathPlan, PathPlanError, PathSummary, Spread, Spreads};
-use plumb_config::error_chain::ErrorChain;
 pub use repetition::RepeatedPicture;
-use repetition::RepetitionDetector;
-use targets::{TargetDrive, TargetRules};
 pub use targets::{TargetUse, TargetsSummary};
-use waypoint::Route;
 pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
+
+pub use crate::summary::StopReason;
+pub use crate::summary::{Leg, Summary};
 
 /// Source of targets that move.
 type BoxedTargets = Box<dyn TargetSource>;
@@ -316,5 +317,72 @@ fn come_to_rest<T: Transport>(
     match link.stop() {
         Ok(()) => (result, true),
         Err(error) => (result.and(Err(error.into())), false),
+    }
+}
+
+/// Failure of the control loop. The message names the part that failed; the source is its error.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ControlLoopError {
+    /// The link to the board failed.
+    #[error("link to the board")]
+    Link(#[from] LinkError),
+    /// The camera delivers no frames any more, or lost too many in a row.
+    #[error("camera")]
+    Source(#[from] SourceError),
+    /// The board lost the ball's position, because the camera repeats one picture.
+    #[error("camera")]
+    Repeated(#[from] RepeatedPicture),
+    /// The detector failed on too many frames in a row.
+    #[error("detector")]
+    Detect(#[from] DetectError),
+    /// An observer cannot go on.
+    #[error("output of the run")]
+    Observer(#[source] BoxedError),
+}
+
+/// Failure of a run. A message does not contain that of its source
+/// ([`ErrorChain`](plumb_config::error_chain::ErrorChain) joins them).
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// A value of the rig file is beyond what the board can be sent.
+    #[error("rig file")]
+    Config(#[source] OutOfRange),
+    /// Targets are outside the workspace of the rig file; all of them, metres.
+    #[error("the {} outside the workspace of the rig file", targets(.0))]
+    TargetsOutside(Vec<[f64; 3]>),
+    /// Targets are outside the triangle of the motors; all of them, metres.
+    #[error("the {} outside the triangle of the motors, where a cable is slack", targets(.0))]
+    TargetsSlack(Vec<[f64; 3]>),
+    /// The rig file has no targets.
+    #[error("the rig file has no targets: list them as `targets = [[x, y, z], ...]`, metres")]
+    NoTargets,
+    /// The source does not show the present: it is a recording that is read at any speed.
+    #[error(
+        "the source of the frames is not live: a recording must be played at the speed of its \
+         camera to drive a board"
+    )]
+    NotLive,
+    /// The board did not answer, or refused the configuration.
+    #[error("connection to the board")]
+    Connect(#[source] LinkError),
+    /// The run failed after it had begun.
+    #[error("the run failed")]
+    Broken {
+        /// Cause of the failure.
+        #[source]
+        error: ControlLoopError,
+        /// Summary of the run until then.
+        summary: Box<Summary>,
+    },
+}
+
+/// Returns subject and verb of a sentence about targets, metres.
+fn targets(targets: &[[f64; 3]]) -> String {
+    let list: Vec<String> = targets.iter().map(|target| format!("{target:?}")).collect();
+    match &list[..] {
+        [target] => format!("target {target} m is"),
+        list => format!("targets {} m are", list.join(", ")),
     }
 }

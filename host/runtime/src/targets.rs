@@ -18,7 +18,6 @@
 //! # drop(receiver);
 //! ```
 
-mod address;
 mod channel;
 mod intake;
 mod line;
@@ -27,12 +26,12 @@ mod stream;
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
-pub use address::{TargetAddress, TargetAddressError};
 pub use channel::{MAX_WAITING, MotionId, TargetReceiver, TargetSender, target_channel};
 pub use intake::{
     Beginning, LineIntake, MAX_AGE_S, Omission, OmissionKind, SenderFault, TargetClock,
 };
 pub use line::{LineMistake, MAX_LINE_BYTES, TargetLine};
+pub use line::{TargetAddress, TargetAddressError};
 pub use stream::{TargetStream, TargetStreamError};
 
 /// Place of a target at a time.

@@ -2,8 +2,8 @@
 
 use plumb_protocol::message::State;
 use plumb_runtime::board_fault::BoardFault;
+use plumb_runtime::board_report::near_slack;
 use plumb_runtime::observer::FrameRecord;
-use plumb_runtime::tension::near_slack;
 use serde::Serialize;
 
 /// State of the board.

@@ -1,21 +1,22 @@
 //! Course of an examination: jogs and pictures.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use plumb_frame::detect::BallDetector;
+use plumb_frame::observation::BallObservation;
 use plumb_frame::source::CameraSource;
-use plumb_protocol::message::{Jog, Refusal};
+use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
 
-use super::error::ExaminationError;
-use super::fault::Output;
-use super::look::Place;
-use super::pictures::Pictures;
+use super::ExaminationError;
+use super::report::Output;
 use super::report::Report;
 use super::response::{Probe, Response};
 use crate::link::{Link, LinkError, Transport};
-use crate::observer::Observer;
+use crate::observer::{FrameRecord, Observer};
 use crate::rig::Rig;
 
 /// Displacement of the ball that is enough, metres: some ten times the noise of a single picture.
@@ -229,4 +230,156 @@ fn max_steps(rig: &Rig) -> f64 {
     let limit = rig.jog.max_distance.get();
     let of_cable = rig.size.as_ref().map(|size| MAX_CABLE_M / size.cable_per_step.get());
     of_cable.unwrap_or(MAX_STEPS).min(limit)
+}
+
+/// Standard deviation of a normal distribution for a median absolute deviation of 1.
+const SD_PER_MAD: f64 = 1.4826;
+
+/// Standard deviation of a median of n values for a standard deviation of 1 of each, times √n.
+const MEDIAN_SD: f64 = 1.2533;
+
+/// Place of the ball from several pictures. Single outliers have no effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Place {
+    /// Median of the positions, metres.
+    pub median: Point3<f64>,
+    /// Scatter of a single position: the largest standard deviation of the axes, metres.
+    pub scatter: f64,
+    /// Standard deviation of the median along the axis with the largest, metres.
+    pub sd: f64,
+}
+
+impl Place {
+    /// Returns the place from these positions; `None` without any.
+    pub(super) fn of(positions: &[Point3<f64>]) -> Option<Self> {
+        let axis = |k: usize| positions.iter().map(|p| p[k]).collect::<Vec<f64>>();
+        let axes = [axis(0), axis(1), axis(2)];
+        let [x, y, z] = [median(&axes[0])?, median(&axes[1])?, median(&axes[2])?];
+        let centre = [x, y, z];
+        let scatter = axes.iter().zip(centre).filter_map(|(values, centre)| {
+            let distances: Vec<f64> = values.iter().map(|value| (value - centre).abs()).collect();
+            median(&distances)
+        });
+        let scatter = SD_PER_MAD * scatter.fold(0.0, f64::max);
+        let sd = MEDIAN_SD * scatter / (positions.len() as f64).sqrt();
+        Some(Self { median: Point3::from(centre), scatter, sd })
+    }
+
+    /// Returns the displacement since `before`, metres.
+    pub(super) fn since(&self, before: &Self) -> Vector3<f64> {
+        self.median - before.median
+    }
+}
+
+fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    let upper = *sorted.get(middle)?;
+    if sorted.len() % 2 == 1 { Some(upper) } else { Some((upper + sorted[middle - 1]) / 2.0) }
+}
+
+/// Time from the end of a jog to the first picture that counts, seconds.
+const SETTLE_S: f64 = 0.4;
+
+/// Longest wait for a picture before the board is asked for its state, so that the board does not
+/// stop for a silent host.
+const MAX_WAIT: Duration = Duration::from_millis(50);
+
+/// Number of lost pictures in a row after which the camera counts as gone, as in a run.
+const MAX_LOST_IN_A_ROW: u32 = 30;
+
+/// Pictures of the ball at rest.
+pub(super) struct Pictures {
+    /// Positions where the ball was located, metres in the rig frame.
+    pub(super) positions: Vec<Point3<f64>>,
+    /// Number of pictures.
+    pub(super) frames: u32,
+    /// Number of pictures with a ball.
+    pub(super) seen: u32,
+}
+
+impl<T: Transport> Examination<'_, '_, T> {
+    /// Takes pictures of the ball at rest: those from [`SETTLE_S`] after now.
+    pub(super) fn look(&mut self, pictures: u32) -> Result<Pictures, ExaminationError> {
+        let begin = self.parts.source.now() + SETTLE_S;
+        let mut taken = Pictures { positions: Vec::new(), frames: 0, seen: 0 };
+        while taken.frames < pictures {
+            self.tend(|(time, ball)| {
+                if time < begin {
+                    return;
+                }
+                taken.frames += 1;
+                taken.seen += u32::from(ball.is_some());
+                taken.positions.extend(ball.and_then(|ball| ball.position).map(|it| it.mean));
+            })?;
+        }
+        Ok(taken)
+    }
+
+    /// Waits for the next picture and gives its time and its ball to `see`. Asks the board for its
+    /// state meanwhile, so that the board hears from the host.
+    pub(super) fn tend(
+        &mut self,
+        mut see: impl FnMut((f64, Option<BallObservation>)),
+    ) -> Result<Telemetry, ExaminationError> {
+        if self.parts.interrupted.load(Ordering::Relaxed) {
+            self.link.stop()?;
+            return Err(ExaminationError::Interrupted);
+        }
+        let has_picture = self.parts.source.wait(MAX_WAIT);
+        let picture = if has_picture { self.picture()? } else { None };
+        self.link.poll()?;
+        let telemetry = self.link.status()?;
+        if let State::Fault(fault) = telemetry.state {
+            let fault = self.link.board_fault().unwrap_or_else(|| fault.into());
+            return Err(ExaminationError::Stopped(fault));
+        }
+        if let Some(record) = picture {
+            see((record.time + self.begin, record.observation));
+            self.publish(FrameRecord { board: Some((&telemetry).into()), ..record })?;
+        }
+        Ok(telemetry)
+    }
+
+    /// Takes the next picture and looks for the ball in it; `None` where it is lost.
+    fn picture(&mut self) -> Result<Option<FrameRecord>, ExaminationError> {
+        let frame = match self.parts.source.next_frame() {
+            Ok(Some(frame)) => frame,
+            Ok(None) => return Err(ExaminationError::EndOfFrames),
+            Err(error) if error.is_over() || self.lost_in_a_row >= MAX_LOST_IN_A_ROW => {
+                return Err(error.into());
+            }
+            Err(_lost) => {
+                self.lost_in_a_row += 1;
+                return Ok(None);
+            }
+        };
+        self.lost_in_a_row = 0;
+        let observation = self.parts.detector.detect(&frame)?;
+        self.frames += 1;
+        Ok(Some(FrameRecord {
+            number: self.frames - 1,
+            time: frame.time() - self.begin,
+            filtered_error: None,
+            ground_truth: frame.ground_truth(),
+            path: None,
+            frame: Some(Arc::new(frame)),
+            observation,
+            target: self.start,
+            board: None,
+            fault_cause: None,
+            state: None,
+        }))
+    }
+
+    fn publish(&mut self, record: FrameRecord) -> Result<(), ExaminationError> {
+        for observer in self.parts.observers.iter_mut() {
+            observer.frame(&record);
+            if let Some(error) = observer.failure() {
+                return Err(ExaminationError::Observer(error));
+            }
+        }
+        Ok(())
+    }
 }

@@ -7,8 +7,8 @@ use plumb_protocol::RELEASE;
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
 
-use super::port_users::PortUsers;
-use crate::advice::after_fault;
+use super::transport::PortUsers;
+use crate::board_fault::after_fault;
 
 /// Frames that were damaged on the wire in the last two seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -7,17 +7,15 @@ use std::time::Duration;
 
 use plumb_frame::detect::BallDetector;
 use plumb_frame::source::{CameraSource, SourceError};
-use tracing::trace;
+use tracing::{debug, info, trace};
 
 use super::core::{Action, BoardAction, Input, Picture, RunCore};
-use super::ending_after;
-use super::error::ControlLoopError;
-use super::event_log::log_event;
 use super::repetition::{RepeatedPicture, RepetitionDetector};
+use super::{ControlLoopError, ending_after};
 use crate::link::{Link, LinkError, Transport};
-use crate::observer::{EventRecord, FrameRecord, Observer};
-use crate::operator::{OperatorReceiver, Submitted};
-use crate::stop_reason::StopReason;
+use crate::observer::{EventRecord, FrameRecord, Observer, RunEvent};
+use crate::operator::{CommandOutcome, OperatorReceiver, Submitted};
+use crate::summary::StopReason;
 use crate::targets::TargetSource;
 
 /// Longest wait for a frame. After that the loop looks after the link: a board that is silent is
@@ -285,5 +283,26 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         for observer in self.parts.observers.iter_mut() {
             observer.frame(record);
         }
+    }
+}
+
+/// Emits `event` of a run: at debug level where it is about a single frame, else at info level.
+pub(super) fn log_event(event: &RunEvent) {
+    match event {
+        RunEvent::TargetSet { number, target } => {
+            let target = format!("{target:.4}");
+            info!(number, %target, "driving to a target");
+        }
+        RunEvent::TargetEnded { number, reason } => info!(number, %reason, "ended the drive"),
+        RunEvent::FrameLost { message } => debug!(%message, "lost a frame"),
+        RunEvent::Command { number, command, outcome: CommandOutcome::Accepted } => {
+            info!(number, ?command, "carried out a command of the operator");
+        }
+        RunEvent::Command { number, command, outcome: CommandOutcome::Refused(reason) } => {
+            info!(number, ?command, %reason, "refused a command of the operator");
+        }
+        RunEvent::Targets(event) => info!(%event, "targets that move"),
+        RunEvent::Stop(event) => info!(%event, "stop"),
+        RunEvent::BoardStopped { fault } => info!(%fault, "the board stopped outside of a drive"),
     }
 }

@@ -15,10 +15,15 @@
 //! The Stop that holds the rig is apart from the goal
 //! ([`StopEvent`](crate::operator::StopEvent)): a fault and its clearing leave it.
 
+use std::collections::VecDeque;
+
 use plumb_protocol::message::Fault;
 
+use super::first_and_last::FirstAndLast;
 use super::path::PathDrive;
-use super::waypoint::Waypoint;
+use super::waypoint::{CheckedWaypoint, Route, Waypoint};
+use crate::summary::StopReason;
+use crate::summary::{Leg, RunStats, millimetres, round};
 
 /// Goal of a run at one time.
 pub(super) enum Goal {
@@ -124,5 +129,154 @@ impl Drive {
     /// Has the drive end once its target is reached: a target that moved stays there.
     pub(super) fn come_to_an_end(&mut self) {
         (self.waypoint.dwell_s, self.reached) = (0.0, None);
+    }
+}
+
+/// Legs of a run, but for the one under way.
+pub(super) struct Legs {
+    /// Waypoints of the list that were not begun.
+    waiting: VecDeque<CheckedWaypoint>,
+    /// Whether a waypoint waits again once it was begun.
+    is_repeated: bool,
+    /// Whether a command or a fault ended the list of targets before its end.
+    is_cancelled: bool,
+    ended: FirstAndLast<Leg>,
+    /// Number of those whose targets were reached.
+    reached: usize,
+}
+
+impl Legs {
+    /// Returns the legs of a run along `route`.
+    pub(super) fn new(route: &Route) -> Self {
+        Self {
+            waiting: route.waypoints.iter().copied().collect(),
+            is_repeated: route.is_repeated,
+            is_cancelled: false,
+            ended: FirstAndLast::default(),
+            reached: 0,
+        }
+    }
+
+    /// Removes and returns the next waypoint of the list. In a repeated list it waits again.
+    pub(super) fn next_waypoint(&mut self) -> Option<CheckedWaypoint> {
+        let next = self.waiting.pop_front()?;
+        if self.is_repeated {
+            self.waiting.push_back(next);
+        }
+        Some(next)
+    }
+
+    /// Leaves out the targets of the list that were not begun.
+    pub(super) fn cancel_list(&mut self) {
+        self.is_cancelled |= !self.waiting.is_empty();
+        self.waiting.clear();
+    }
+
+    /// Adds a drive that ended. Returns its number, from 0.
+    pub(super) fn end(&mut self, drive: &Drive, ending: StopReason, stats: &RunStats) -> usize {
+        // A person who ends the leg during the dwell time does not undo the arrival.
+        let was_reached = drive.is_reached() && ending.is_chosen();
+        let leg = Leg {
+            target: drive.waypoint.target.map(|metres| round(metres, 1e6)),
+            frames: stats.frames - drive.frames_before,
+            reached: was_reached || ending == StopReason::Reached,
+            ending,
+            error_mm: stats.error.map(millimetres),
+        };
+        self.reached += usize::from(leg.reached);
+        self.ended.push(leg);
+        self.ended.count() - 1
+    }
+
+    /// Returns the number of legs that ended.
+    pub(super) fn count(&self) -> usize {
+        self.ended.count()
+    }
+
+    /// Returns the number of those whose targets were reached.
+    pub(super) fn reached(&self) -> usize {
+        self.reached
+    }
+
+    /// Returns whether every target of the list and of the operator was reached, where no leg is
+    /// under way.
+    pub(super) fn all_reached(&self) -> bool {
+        let is_complete = self.waiting.is_empty() && !self.is_cancelled;
+        is_complete && self.count() > 0 && self.reached == self.count()
+    }
+
+    /// Returns the legs that ended.
+    pub(super) fn into_ended(self) -> FirstAndLast<Leg> {
+        self.ended
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Waypoint;
+    use plumb_protocol::message::Fault;
+
+    fn no_route() -> Route {
+        Route { waypoints: Vec::new(), is_repeated: false }
+    }
+
+    fn drive(frames_before: u64) -> Drive {
+        Drive::new(Waypoint::new([0.4, 0.3, 0.2]), 0.0, frames_before)
+    }
+
+    /// Returns whether a leg counts as reached that ended for `ending` during its dwell time.
+    fn is_reached_after(ending: StopReason) -> bool {
+        let (mut legs, mut drive) = (Legs::new(&no_route()), drive(0));
+        drive.waypoint.dwell_s = 2.0;
+        drive.note_reached(1.0);
+        legs.end(&drive, ending, &RunStats::default());
+        legs.all_reached()
+    }
+
+    /// The leg number `number` takes as many frames and is reached, but for one of ten.
+    #[test]
+    fn of_many_legs_the_first_and_the_last_are_kept_and_all_are_counted() {
+        const ALL: usize = 25_000;
+        let (mut legs, mut stats) = (Legs::new(&no_route()), RunStats::default());
+        for number in 0..ALL {
+            let begun = drive(stats.frames);
+            stats.frames += number as u64;
+            let ending = if number % 10 == 0 { StopReason::Stopped } else { StopReason::Reached };
+            assert_eq!(legs.end(&begun, ending, &stats), number);
+        }
+        assert!(!legs.all_reached());
+        assert_eq!((legs.count(), legs.reached()), (ALL, ALL - ALL / 10));
+        let kept: Vec<u64> = legs.into_ended().into_kept().iter().map(|leg| leg.frames).collect();
+        let expected = (0..100).chain(ALL as u64 - 900..ALL as u64);
+        assert!(kept.iter().copied().eq(expected), "{kept:?}");
+    }
+
+    #[test]
+    fn a_leg_that_is_left_out_and_was_not_reached_counts() {
+        let mut legs = Legs::new(&no_route());
+        for number in 0..3000 {
+            let missed = number == 1000;
+            let ending = if missed { StopReason::Timeout } else { StopReason::Reached };
+            legs.end(&drive(0), ending, &RunStats::default());
+        }
+        assert!(!legs.all_reached());
+        assert!(legs.into_ended().into_kept().iter().all(|leg| leg.reached));
+    }
+
+    #[test]
+    fn a_command_during_the_dwell_time_does_not_undo_the_arrival() {
+        for ending in [StopReason::Stopped, StopReason::Held, StopReason::Replaced] {
+            assert!(is_reached_after(ending.clone()), "{ending}");
+        }
+        assert!(is_reached_after(StopReason::Ended));
+        assert!(is_reached_after(StopReason::Interrupted));
+    }
+
+    #[test]
+    fn a_fault_or_a_lost_source_during_the_dwell_time_is_no_success() {
+        assert!(!is_reached_after(StopReason::Fault(Fault::BallOutside.into())));
+        assert!(!is_reached_after(StopReason::EndOfFrames));
+        assert!(!is_reached_after(StopReason::Failed("the camera is gone".to_owned())));
     }
 }

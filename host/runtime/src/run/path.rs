@@ -1,12 +1,453 @@
 //! A path that the ball follows: its check, the messages to the board, and how well the ball
 //! follows.
 
-mod clock;
-mod deviation;
-mod drive;
-mod plan;
+use std::collections::VecDeque;
+use std::fmt;
 
-pub(super) use deviation::Deviations;
-pub use deviation::{PathSummary, Spread, Spreads};
-pub(super) use drive::{LEAST_PERIOD_S, PathDrive};
-pub use plan::{PathPlan, PathPlanError};
+use nalgebra::Point3;
+use plumb_path::check::{Breach, check};
+use plumb_path::trajectory::{Limits, Trajectory};
+use plumb_protocol::message::{Reference, State, Telemetry};
+use plumb_protocol::units::Point;
+use serde::Serialize;
+
+use crate::observer::PathPoint;
+use crate::reference::{INTERVAL_S, reference};
+use crate::rig::{MotionError, Rig};
+use crate::summary::{millimetres, round};
+
+/// First place of a path that the rig does not allow.
+pub type PathPlanError = Breach<MotionError>;
+
+/// Path for a run, within what the rig file allows.
+#[derive(Debug, Clone)]
+pub struct PathPlan {
+    trajectory: Trajectory,
+    waits: bool,
+}
+
+impl PathPlan {
+    /// Checks a trajectory by the rig file: workspace, triangle and rates of the motors, and the
+    /// limits of the table `[path]`. Where `waits`, the path goes slower while the ball is far from
+    /// it or not seen; otherwise its time goes on.
+    ///
+    /// # Errors
+    /// The first place that the rig does not allow.
+    pub fn new(trajectory: Trajectory, waits: bool, rig: &Rig) -> Result<Self, PathPlanError> {
+        let rules = rig.motion_rules();
+        check(&trajectory, &path_limits(rig), |at| rules.check(at.position, at.velocity))?;
+        Ok(Self { trajectory, waits })
+    }
+
+    /// Returns the trajectory.
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+
+    /// Returns whether the path goes slower while the ball cannot keep up.
+    pub fn waits(&self) -> bool {
+        self.waits
+    }
+}
+
+/// Returns the limits of the table `[path]` of the rig file.
+fn path_limits(rig: &Rig) -> Limits {
+    Limits {
+        speed: rig.path.max_speed.get(),
+        acceleration: rig.path.max_acceleration.get(),
+        jerk: rig.path.max_jerk.get(),
+    }
+}
+
+/// Number of reports that are kept: 2 s of telemetry at 30 Hz.
+const REPORTS: usize = 60;
+
+/// Decrease of the offset, seconds a second: the clocks of board and host drift.
+const DRIFT: f64 = 1e-3;
+
+/// Longest extrapolation beyond the last report, seconds.
+const LONGEST_S: f64 = 0.3;
+
+/// Report of the board.
+#[derive(Debug, Clone, Copy)]
+struct Report {
+    /// Time on the board's clock, seconds.
+    board: f64,
+    /// The path's time then, seconds.
+    path: f64,
+}
+
+/// Estimate of the path's time.
+#[derive(Debug, Clone, Default)]
+struct PathClock {
+    reports: VecDeque<Report>,
+    /// The host's clock less the board's, and the board's time of this estimate, seconds.
+    offset: Option<(f64, f64)>,
+}
+
+impl PathClock {
+    /// Takes in a report. It names a position that was sent at `sent`, seconds on the host's clock;
+    /// `None` where that is unknown.
+    fn update(&mut self, report: Report, sent: Option<f64>) {
+        if self.reports.back().is_some_and(|last| report.board <= last.board) {
+            return;
+        }
+        if let Some(sent) = sent {
+            let least = sent - report.board;
+            let before = self.offset.map(|(offset, at)| offset - DRIFT * (report.board - at));
+            self.offset = Some((before.map_or(least, |before| before.max(least)), report.board));
+        }
+        if self.reports.len() == REPORTS {
+            self.reports.pop_front();
+        }
+        self.reports.push_back(report);
+    }
+
+    /// Returns the path's time of the last report, seconds.
+    fn reported(&self) -> Option<f64> {
+        self.reports.back().map(|report| report.path)
+    }
+
+    /// Returns the path's time at `time` on the host's clock, seconds; `None` before the first
+    /// report and far from all of them.
+    fn at(&self, time: f64) -> Option<f64> {
+        let (offset, _) = self.offset?;
+        let board = time - offset;
+        let last = self.reports.len() - 1;
+        let next = self.reports.iter().position(|report| report.board >= board);
+        let next = next.unwrap_or(last).max(1);
+        let (Some(from), Some(to)) = (self.reports.get(next - 1), self.reports.get(next)) else {
+            // One report only.
+            return self.reported();
+        };
+        let pace = (to.path - from.path) / (to.board - from.board);
+        let distance = (board - to.board).max(from.board - board);
+        (distance <= LONGEST_S).then_some(from.path + pace * (board - from.board))
+    }
+}
+
+/// Least time between two messages, seconds: one with each picture of a usual camera.
+pub(in crate::run) const LEAST_PERIOD_S: f64 = 0.03;
+
+/// Growth of the path's time that counts as progress, seconds.
+const PROGRESS_S: f64 = 1e-3;
+
+/// Drive along a path that was begun. Times are in seconds on the source's clock.
+pub(crate) struct PathDrive {
+    plan: PathPlan,
+    last_sent: Option<f64>,
+    clock: PathClock,
+    /// Time of the first report.
+    begin: Option<f64>,
+    /// Time of the last progress, and the path's time then, seconds.
+    progress: (f64, f64),
+    /// Pace in the last report.
+    pace: f64,
+    /// Whether the board holds the ball at the end of the path.
+    is_held: bool,
+    deviations: Deviations,
+}
+
+impl PathDrive {
+    /// Begins the path at the time `now`.
+    pub(crate) fn new(plan: PathPlan, now: f64) -> Self {
+        Self {
+            plan,
+            last_sent: None,
+            clock: PathClock::default(),
+            begin: None,
+            progress: (now, 0.0),
+            pace: 0.0,
+            is_held: false,
+            deviations: Deviations::default(),
+        }
+    }
+
+    fn trajectory(&self) -> &Trajectory {
+        self.plan.trajectory()
+    }
+
+    /// Returns whether the path is a loop.
+    pub(crate) fn is_loop(&self) -> bool {
+        self.trajectory().is_loop()
+    }
+
+    /// Returns the end of the path, of a loop its begin, metres, rounded to the board's unit.
+    pub(crate) fn end(&self) -> [f64; 3] {
+        let end = if self.is_loop() { 0.0 } else { self.trajectory().duration() };
+        let end = self.trajectory().at(end).position.into();
+        Point::from_metres(end).map_or(end, Point::to_metres)
+    }
+
+    /// Returns the next message, where it is due at `now`.
+    pub(crate) fn next_message(&mut self, now: f64) -> Option<Reference> {
+        let is_early = self.last_sent.is_some_and(|last| now - last < LEAST_PERIOD_S);
+        if self.is_held || is_early {
+            return None;
+        }
+        self.last_sent = Some(now);
+        let reported = self.clock.reported().unwrap_or(0.0);
+        let present = self.clock.at(now).unwrap_or(reported);
+        Some(self.message(reported, present))
+    }
+
+    /// Returns the message with knots from before the `reported` time of the path on. All messages
+    /// have their knots on the same grid of the path's time. The link gives it a number.
+    fn message(&self, reported: f64, present: f64) -> Reference {
+        let first = (reported / INTERVAL_S).floor() * INTERVAL_S;
+        let motion = |time| self.trajectory().at(time);
+        reference(0, self.plan.waits(), present, first, motion)
+    }
+
+    /// Takes in telemetry about the path that was received at `now`. The position that it names was
+    /// sent at the time `sent`, where that is known.
+    pub(crate) fn note_telemetry(&mut self, telemetry: &Telemetry, sent: Option<f64>, now: f64) {
+        if telemetry.state == State::Holding {
+            self.is_held = true;
+        }
+        if self.is_held {
+            return;
+        }
+        let Some(reference) = &telemetry.reference else { return };
+        let [board, path] = [telemetry.time, reference.time].map(|time| time.0 as f64 * 1e-6);
+        self.clock.update(Report { board, path }, sent);
+        self.begin.get_or_insert(now);
+        self.pace = f64::from(reference.pace) / 256.0;
+        let path = path.min(self.plan.trajectory().duration());
+        if path > self.progress.1 + PROGRESS_S {
+            self.progress = (now, path);
+        }
+    }
+
+    /// Returns the time since the path's time last grew, seconds.
+    pub(crate) fn standstill(&self, now: f64) -> f64 {
+        now - self.progress.0
+    }
+
+    /// Returns the point of the path at the time `time`, while the board follows it.
+    pub(crate) fn point(&self, time: f64, state: Option<State>) -> Option<PathPoint> {
+        if self.is_held || state != Some(State::Following) {
+            return None;
+        }
+        let path_time = self.clock.at(time)?;
+        let moment = self.trajectory().at(path_time);
+        Some(PathPoint {
+            time: path_time.clamp(0.0, self.trajectory().duration()),
+            pace: self.pace,
+            position: moment.position,
+            velocity: moment.velocity,
+        })
+    }
+
+    /// Adds the deviation of a measured position, metres.
+    pub(crate) fn note_position(&mut self, point: &PathPoint, position: Point3<f64>) {
+        self.deviations.add(point, position);
+    }
+
+    /// Returns the summary; `None` where the board never followed the path.
+    pub(crate) fn summary(&self) -> Option<PathSummary> {
+        let (until, path_time) = self.progress;
+        Some(self.deviations.summary(path_time, until - self.begin?))
+    }
+}
+
+/// Width of a class of the histogram, metres.
+const CLASS_M: f64 = 2e-5;
+/// Number of classes; the last one also counts everything above it.
+const CLASSES: usize = 5000;
+
+/// Distances of a run in bounded memory.
+#[derive(Debug, Clone)]
+struct Distances {
+    count: u64,
+    sum_of_squares: f64,
+    largest: f64,
+    histogram: Vec<u32>,
+}
+
+/// Distances: root mean square, 99th percentile and largest one, millimetres.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spread {
+    /// Root of the mean square.
+    pub rms_mm: f64,
+    /// 99 % of the distances are at most this, to 0.02 mm; of distances above 100 mm the largest.
+    pub p99_mm: f64,
+    /// Largest distance.
+    pub max_mm: f64,
+}
+
+/// Distances of the ball from a path or a target that moves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spreads {
+    /// Number of pictures with the ball.
+    pub frames: u64,
+    /// Distance from where the path or the target is at the time.
+    pub error: Spread,
+    /// Distance across the direction of the motion.
+    pub cross_track: Spread,
+    /// Distance along the direction of the motion.
+    pub along_track: Spread,
+}
+
+/// How the ball followed a path.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PathSummary {
+    /// Number of pictures with the ball while the board followed the path.
+    pub frames: u64,
+    /// Time of the path that was reached, seconds.
+    pub path_time_s: f64,
+    /// Time for it, seconds.
+    pub time_s: f64,
+    /// Share of the path's speed that was kept: path time over time.
+    pub speed_kept: f64,
+    /// Distance from where the path is at the time.
+    pub error: Spread,
+    /// Distance across the direction of the path.
+    pub cross_track: Spread,
+    /// Distance along the direction of the path.
+    pub along_track: Spread,
+}
+
+/// As a line for people.
+impl fmt::Display for PathSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Spread { rms_mm, p99_mm, max_mm } = self.error;
+        write!(
+            f,
+            "path: {:.1} s in {:.1} s, {:.0} % of its speed; distance from it {rms_mm:.1} mm rms, \
+             {p99_mm:.1} mm in 99 % of the pictures, {max_mm:.1} mm at most",
+            self.path_time_s,
+            self.time_s,
+            self.speed_kept * 100.0
+        )
+    }
+}
+
+/// Deviations of a run.
+#[derive(Debug, Clone, Default)]
+pub(in crate::run) struct Deviations {
+    error: Distances,
+    cross_track: Distances,
+    along_track: Distances,
+}
+
+impl Default for Distances {
+    fn default() -> Self {
+        Self { count: 0, sum_of_squares: 0.0, largest: 0.0, histogram: vec![0; CLASSES] }
+    }
+}
+
+impl Distances {
+    fn add(&mut self, distance: f64) {
+        self.count += 1;
+        self.sum_of_squares += distance * distance;
+        self.largest = self.largest.max(distance);
+        // The cast saturates.
+        let class = ((distance / CLASS_M) as usize).min(CLASSES - 1);
+        self.histogram[class] = self.histogram[class].saturating_add(1);
+    }
+
+    fn spread(&self) -> Spread {
+        let mut left = self.count - self.count / 100;
+        let class = self.histogram.iter().position(|&count| {
+            left = left.saturating_sub(u64::from(count));
+            left == 0
+        });
+        let p99 = match class {
+            Some(class) if class + 1 < CLASSES => CLASS_M * (class + 1) as f64,
+            _ => self.largest,
+        };
+        Spread {
+            rms_mm: millimetres((self.sum_of_squares / self.count.max(1) as f64).sqrt()),
+            p99_mm: millimetres(p99.min(self.largest)),
+            max_mm: millimetres(self.largest),
+        }
+    }
+}
+
+impl Deviations {
+    /// Adds the deviation of a ball at `position`, metres, from the path.
+    pub(in crate::run) fn add(&mut self, path: &PathPoint, position: Point3<f64>) {
+        self.error.add((position - path.position).norm());
+        self.cross_track.add(path.cross_track(position));
+        self.along_track.add(path.along_track(position).abs());
+    }
+
+    /// Returns the summary of a path that reached `path_time` in `time`, seconds.
+    fn summary(&self, path_time: f64, time: f64) -> PathSummary {
+        let kept = if time > 0.0 { path_time / time } else { 0.0 };
+        let Spreads { frames, error, cross_track, along_track } = self.spreads();
+        PathSummary {
+            frames,
+            path_time_s: round(path_time, 1e3),
+            time_s: round(time, 1e3),
+            speed_kept: round(kept, 1e3),
+            error,
+            cross_track,
+            along_track,
+        }
+    }
+
+    /// Returns the distances.
+    pub(in crate::run) fn spreads(&self) -> Spreads {
+        Spreads {
+            frames: self.error.count,
+            error: self.error.spread(),
+            cross_track: self.cross_track.spread(),
+            along_track: self.along_track.spread(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the clock of a path at half its speed, which began at 10 s on the board's clock and
+    /// 3 s on the host's. Its reports name positions that were sent `delay` before.
+    fn clock(delay: impl Fn(u32) -> f64) -> PathClock {
+        let mut clock = PathClock::default();
+        for i in 0..100 {
+            let elapsed = 0.033 * f64::from(i);
+            let report = Report { board: 10.0 + elapsed, path: 0.5 * elapsed };
+            clock.update(report, Some(3.0 + elapsed - delay(i)));
+        }
+        clock
+    }
+
+    #[test]
+    fn the_time_of_a_moment_between_reports_is_known() {
+        let clock = clock(|_| 0.0);
+        for elapsed in [2.0, 2.5, 3.2, 3.4] {
+            let found = clock.at(3.0 + elapsed).unwrap();
+            assert!((found - 0.5 * elapsed).abs() < 1e-9, "{elapsed}: {found}");
+        }
+        assert_eq!(clock.at(5.0 + 3.0), None);
+    }
+
+    #[test]
+    fn the_least_delay_counts() {
+        let clock = clock(|i| if i % 7 == 3 { 0.002 } else { 0.030 });
+        let found = clock.at(3.0 + 2.5).unwrap();
+        assert!((found - 1.25).abs() < 0.002, "{found}");
+    }
+
+    #[test]
+    fn a_clock_without_reports_knows_nothing() {
+        assert_eq!(PathClock::default().at(1.0), None);
+        assert_eq!(PathClock::default().reported(), None);
+    }
+
+    #[test]
+    fn the_spread_of_known_distances_is_right() {
+        let mut distances = Distances::default();
+        (1..=1000).for_each(|i| distances.add(f64::from(i) * 1e-5));
+        let spread = distances.spread();
+        assert!((spread.p99_mm - 9.9).abs() < 0.021, "{spread:?}");
+        assert_eq!(spread.max_mm, 10.0);
+        assert!((spread.rms_mm - 5.778).abs() < 0.001, "{spread:?}");
+        distances.add(1.0);
+        assert_eq!(distances.spread().max_mm, 1000.0);
+        assert_eq!(Distances::default().spread().rms_mm, 0.0);
+    }
+}

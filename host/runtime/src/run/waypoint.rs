@@ -9,7 +9,7 @@ use plumb_path::table::{Row, Table};
 use plumb_protocol::units::Point;
 use thiserror::Error;
 
-use super::error::RunError;
+use super::RunError;
 use crate::rig::quantity::Distance;
 use crate::rig::{MotionError, MotionRules};
 use crate::summary::round;

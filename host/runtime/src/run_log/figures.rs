@@ -1,23 +1,26 @@
 //! The figures of a run, drawn like the paper's figures 4 and 5.
 
 mod comparison;
-mod deviation;
 mod panels;
 mod path;
-mod projection;
-mod samples;
+
+use std::path::Path;
 
 use nalgebra::Point3;
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::style::{Color, RGBColor, ShapeStyle};
+use plumb_config::bounded_read::read_text;
+use plumb_config::quantity::Coordinate;
+use serde::{Deserialize, Deserializer, Serialize};
 
-use super::{FigureSettings, LogRow};
+use super::output_dir::write_new;
+use super::{FigureSettings, LogRow, RunLogError};
+use crate::rig::MotorPoints;
+use crate::rig::quantity::Distance;
 
 pub(super) use comparison::errors_over_time;
-pub(super) use deviation::from_path;
-pub(super) use panels::over_frames;
+pub(super) use panels::{HasError, Samples, from_path, over_frames};
 pub(super) use path::in_space;
-pub(super) use samples::{HasError, Samples};
 
 /// Failure to draw a figure.
 pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
@@ -126,6 +129,77 @@ fn round_step(span: f64, parts: f64) -> f64 {
     let power = 10f64.powf(raw.log10().floor());
     let step = [1.0, 2.0, 5.0].into_iter().find(|m| m * power >= raw * 0.999_999);
     step.unwrap_or(10.0) * power
+}
+
+/// Name of the file in the folder of the run.
+const FILE: &str = "figures.json";
+
+/// Largest file that is read, bytes.
+const MAX_BYTES: u64 = 64 << 10;
+
+/// Content of the file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Content {
+    title: String,
+    #[serde(deserialize_with = "threshold")]
+    threshold_m: f64,
+    /// Motor points A, B, C, metres in the rig frame; `None` where they are unknown.
+    #[serde(default, deserialize_with = "motors")]
+    motors_m: Option<[[f64; 3]; 3]>,
+    /// Whether a person has measured them.
+    #[serde(default)]
+    motors_are_approximate: bool,
+}
+
+/// Reads a threshold, metres.
+fn threshold<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Distance::deserialize(deserializer).map(Distance::get)
+}
+
+/// Reads the motor points, metres.
+fn motors<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[[f64; 3]; 3]>, D::Error> {
+    let motors = Option::<[[Coordinate; 3]; 3]>::deserialize(deserializer)?;
+    Ok(motors.map(|motors| motors.map(|motor| motor.map(Coordinate::get))))
+}
+
+/// Writes the file into `folder`.
+///
+/// # Errors
+/// Where it exists or cannot be written (a full disk).
+pub(super) fn write(folder: &Path, settings: &FigureSettings) -> Result<(), RunLogError> {
+    let path = folder.join(FILE);
+    let content = Content {
+        title: settings.title.clone(),
+        threshold_m: settings.threshold_m,
+        motors_m: settings.motors.map(|motors| motors.places.map(Into::into)),
+        motors_are_approximate: settings.motors.is_some_and(|motors| motors.is_approximate),
+    };
+    match serde_json::to_vec_pretty(&content) {
+        Ok(mut json) => {
+            json.push(b'\n');
+            write_new(&path, &json)
+        }
+        Err(source) => Err(RunLogError::Json { path, source }),
+    }
+}
+
+/// Reads the file of `folder`.
+///
+/// # Errors
+/// Where it cannot be read, has another content, or a number is out of its range.
+pub(super) fn read(folder: &Path) -> Result<FigureSettings, RunLogError> {
+    let path = folder.join(FILE);
+    let text = read_text(&path, MAX_BYTES)
+        .map_err(|source| RunLogError::NotARun { folder: folder.into(), source: source.into() })?;
+    let content: Content = serde_json::from_str(&text)
+        .map_err(|source| RunLogError::NotARun { folder: folder.into(), source: source.into() })?;
+    let Content { title, threshold_m, motors_m, motors_are_approximate: is_approximate } = content;
+    let motors = motors_m.map(|motors| {
+        let places = motors.map(Point3::from);
+        MotorPoints { places, is_approximate }
+    });
+    Ok(FigureSettings { title, threshold_m, motors })
 }
 
 #[cfg(test)]

@@ -7,9 +7,8 @@ use plumb_frame::source::BoxedError;
 use serde::Serialize;
 
 use super::figures::{self, Sample, Samples};
-use super::lost_frames::LostFrames;
 use super::output_dir::{create_new, write_new};
-use super::{LogRow, OutputDir, RunLogError, figures_file};
+use super::{LogRow, OutputDir, RunLogError};
 use crate::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use crate::rig::{MotorPoints, Rig};
 use crate::summary::Summary;
@@ -73,7 +72,7 @@ impl RunLog {
             unwritten: None,
         };
         log.write(LogRow::HEADER)?;
-        figures_file::write(&log.path, &log.settings)?;
+        figures::write(&log.path, &log.settings)?;
         Ok(log)
     }
 
@@ -197,3 +196,50 @@ impl Observer for RunLog {
 
 #[cfg(test)]
 mod tests;
+
+/// Name of the file in the folder of the run.
+const FILE: &str = "lost.csv";
+
+/// Header of the file: the number of the last frame in `run.csv` before the loss (empty if there
+/// is none), and the message of the error.
+const HEADER: [&str; 2] = ["after_frame", "message"];
+
+/// Writer of `lost.csv`. A run that loses no frame has no such file.
+#[derive(Debug)]
+pub(super) struct LostFrames {
+    path: PathBuf,
+    rows: Option<csv::Writer<WholeWrites>>,
+}
+
+impl LostFrames {
+    /// Returns the writer for the run in `folder`.
+    pub(super) fn new(folder: &Path) -> Self {
+        Self { path: folder.join(FILE), rows: None }
+    }
+
+    /// Adds a row, which is in the file when this returns.
+    ///
+    /// # Errors
+    /// Where the file cannot be created or written (a full disk).
+    pub(super) fn add(
+        &mut self,
+        after_frame: Option<u64>,
+        message: &str,
+    ) -> Result<(), RunLogError> {
+        let first = after_frame.map(|number| number.to_string()).unwrap_or_default();
+        let path = &self.path;
+        let failed =
+            |error: csv::Error| RunLogError::Csv { path: path.clone(), source: error.into() };
+        let rows = match &mut self.rows {
+            Some(rows) => rows,
+            none => {
+                let rows =
+                    none.insert(csv::Writer::from_writer(WholeWrites::new(create_new(path)?)));
+                rows.write_record(HEADER).map_err(failed)?;
+                rows
+            }
+        };
+        rows.write_record([first.as_str(), message]).map_err(failed)?;
+        rows.flush().map_err(RunLogError::io("write", path))
+    }
+}

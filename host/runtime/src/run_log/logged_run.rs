@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::figures::{self, Sample, Samples};
 use super::output_dir::{replace, write_new};
-use super::{FigureSettings, LawCurve, LogPath, LogRow, RunLogError, figures_file};
+use super::{FigureSettings, LawCurve, LogPath, LogRow, RunLogError};
 
 /// Run as its folder has it.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,7 +70,7 @@ impl LoggedRun {
     /// [`RunLogError::NotARun`] where `run.csv` or `figures.json` is missing or has another
     /// content.
     pub fn read(folder: &Path) -> Result<Self, RunLogError> {
-        let settings = figures_file::read(folder)?;
+        let settings = figures::read(folder)?;
         let failed = |source: csv::Error| {
             let path = folder.join("run.csv");
             RunLogError::NotARun { folder: folder.into(), source: RowError { path, source }.into() }

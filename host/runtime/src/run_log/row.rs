@@ -4,9 +4,9 @@ use nalgebra::Point3;
 use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::State;
 
+use crate::board_report::near_slack;
 use crate::observer::FrameRecord;
 use crate::summary::round;
-use crate::tension::near_slack;
 
 /// Everything that is known of one frame. A field that is `None` is left empty in the file.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -14,11 +14,11 @@ use plumb_config::error_chain::ErrorChain;
 use thiserror::Error;
 use tracing::{debug, info};
 
-use super::address::TargetAddress;
 use super::channel::{MotionId, TargetSender};
 use super::intake::{
     Beginning, LineIntake, MAX_SKIPPED_BYTES, Omission, OmissionKind, SenderFault,
 };
+use super::line::TargetAddress;
 use super::line::{MAX_LINE_BYTES, TargetLine};
 
 /// Largest file, bytes: an hour at 200 Hz.

@@ -4,8 +4,8 @@ use plumb_protocol::config::Config;
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::Rate;
 
-use super::finding::{Document, Finding, Severity};
-use crate::rig::conversion::Conversion;
+use super::{Document, Finding, Severity};
+use crate::rig::quantity::Conversion;
 use crate::rig::{
     DeadlineSettings, GrowthRule, JogSettings, LawName, PathSettings, ReachedRule, Rig,
 };

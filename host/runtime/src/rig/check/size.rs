@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Point3};
 use plumb_config::quantity::Coordinate;
 
-use super::finding::{Document, Finding, Severity};
+use super::{Document, Finding, Severity};
 use crate::rig::quantity::{Corner, TravelLimit};
 use crate::rig::{FULL_STEPS_PER_REVOLUTION, MotionError, Rig};
 

@@ -6,7 +6,7 @@ use plumb_frame::camera::{CalibratedFor, Camera};
 
 use super::super::Rig;
 use super::super::quantity::Corner;
-use super::finding::{Document, Finding, Severity};
+use super::{Document, Finding, Severity};
 
 /// Fields of view of lenses, degrees.
 const FIELDS_OF_VIEW: std::ops::RangeInclusive<f64> = 3.0..=150.0;

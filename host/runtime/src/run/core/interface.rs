@@ -12,8 +12,8 @@ use plumb_protocol::units::{Covariance, Point};
 use crate::link::{LinkView, Reply};
 use crate::observer::{EventRecord, FrameRecord};
 use crate::operator::{StopEvent, Submitted};
-use crate::run::error::ControlLoopError;
-use crate::stop_reason::StopReason;
+use crate::run::ControlLoopError;
+use crate::summary::StopReason;
 use crate::targets::{Arrivals, MotionId};
 
 /// What happened to a run.
