@@ -10,7 +10,7 @@ use crate::mailbox::Event;
 use crate::mailbox::{Mailbox, Overflow};
 use crate::picture::Pair;
 use crate::settings::{Opened, Settings, Target, Timeouts};
-use crate::worker;
+use crate::threads;
 use crate::worker::Worker;
 
 /// Pairs that may wait to be taken: of a camera the newest only.
@@ -59,7 +59,7 @@ impl Camera {
             opened: Arc::clone(&first),
             mailbox: Arc::clone(&mailbox),
         };
-        let worker = worker::run(move || worker.run())
+        let worker = threads::run(move || worker.run())
             .map_err(|error| OpenniError::Open { uri: target.name(), error: error.to_string() })?;
         let Some(opened) = first.receive(timeouts.open) else {
             mailbox.close();

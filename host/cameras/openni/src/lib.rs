@@ -24,6 +24,7 @@ mod camera;
 mod device;
 mod driver;
 mod error;
+mod events;
 #[doc(hidden)]
 pub mod fuzzing;
 mod handle;
@@ -37,6 +38,7 @@ mod settings;
 mod source;
 mod stream;
 pub mod sys;
+mod threads;
 mod worker;
 
 pub use camera::Camera;

@@ -1,17 +1,16 @@
 //! Loading of the library, and the list of its cameras.
 
-use core::ffi::c_char;
-use std::ffi::CStr;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::api::Api;
 use crate::error::OpenniError;
-use crate::stream::Events;
-use crate::sys::LIBRARY_VARIABLE;
-use crate::sys::{API_VERSION, OniStatus, STATUS_OK, STATUS_TIME_OUT};
-use crate::worker;
+use crate::events::Events;
+use crate::sys::{
+    API_VERSION, LIBRARY_VARIABLE, NAMES, OniStatus, STATUS_OK, STATUS_TIME_OUT, owned, text,
+};
+use crate::threads;
 
 /// Loaded library. Clones share it. It stays loaded until the program ends, because its drivers
 /// have threads of their own and some crash when they are unloaded.
@@ -181,7 +180,7 @@ fn on_thread<T: Send + 'static>(
     job: impl FnOnce() -> Result<T, OpenniError> + Send + 'static,
 ) -> Result<T, OpenniError> {
     let failed = |error: String| OpenniError::Initialize { path: path.to_owned(), error };
-    let result = worker::run(job).map_err(|error| failed(error.to_string()))?;
+    let result = threads::run(job).map_err(|error| failed(error.to_string()))?;
     result.recv().map_err(|_| failed("its thread has panicked".to_owned()))?
 }
 
@@ -220,26 +219,4 @@ impl Inner {
             format!("{kind}: {}", lines.join("; "))
         })
     }
-}
-
-/// File names of the library, the most usual first.
-pub(crate) const NAMES: [&str; 3] = ["libOpenNI2.so.0", "libOpenNI2.so", "libOpenNI2.dylib"];
-
-/// Returns the string in a field of fixed length, which may lack its final zero.
-pub(crate) fn text(field: &[c_char]) -> String {
-    let bytes: Vec<u8> =
-        field.iter().take_while(|&&c| c != 0).map(|&c| c.to_ne_bytes()[0]).collect();
-    String::from_utf8_lossy(&bytes).into_owned()
-}
-
-/// Returns the string at `pointer`; empty for a null pointer.
-///
-/// # Safety
-/// `pointer` is null or points to a string with a final zero that does not change during this call.
-pub(crate) unsafe fn owned(pointer: *const c_char) -> String {
-    if pointer.is_null() {
-        return String::new();
-    }
-    // SAFETY: the caller guarantees it.
-    unsafe { CStr::from_ptr(pointer) }.to_string_lossy().trim().to_owned()
 }

@@ -2,10 +2,33 @@
 //! `OniCProperties.h`), as far as this crate and a driver for OpenNI2 need them.
 
 use core::ffi::{c_char, c_int, c_void};
+use std::ffi::CStr;
 
 /// Environment variable with the path of the library, for one that is not where the system keeps
 /// its libraries.
 pub const LIBRARY_VARIABLE: &str = "PLUMB_OPENNI2";
+
+/// File names of the library, the most usual first.
+pub(crate) const NAMES: [&str; 3] = ["libOpenNI2.so.0", "libOpenNI2.so", "libOpenNI2.dylib"];
+
+/// Returns the string in a field of fixed length, which may lack its final zero.
+pub(crate) fn text(field: &[c_char]) -> String {
+    let bytes: Vec<u8> =
+        field.iter().take_while(|&&c| c != 0).map(|&c| c.to_ne_bytes()[0]).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// Returns the string at `pointer`; empty for a null pointer.
+///
+/// # Safety
+/// `pointer` is null or points to a string with a final zero that does not change during this call.
+pub(crate) unsafe fn owned(pointer: *const c_char) -> String {
+    if pointer.is_null() {
+        return String::new();
+    }
+    // SAFETY: the caller guarantees it.
+    unsafe { CStr::from_ptr(pointer) }.to_string_lossy().trim().to_owned()
+}
 
 /// Version of the interface for `oniInitialize`: 2.2.
 pub const API_VERSION: c_int = 2002;
