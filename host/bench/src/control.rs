@@ -40,6 +40,7 @@ use plumb_runtime::rig::OutOfRange;
 use plumb_sim::limits::Limits;
 use simulate::Outcome;
 
+pub use crate::run_id::RunId;
 pub use controller::ControllerKind;
 pub use curves::draw as draw_curves;
 pub use following::{Loss, PathReport, PathSuite, Quantiles, follow_paths};
@@ -48,7 +49,7 @@ pub use paper::{ControlError, PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
 pub(crate) use report::quantile;
 pub use simulate::RunEnd;
-pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RunId, Suite, SuiteName};
+pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, Suite, SuiteName};
 
 /// Reason that a benchmark gave no result.
 #[derive(Debug, Error)]

@@ -20,6 +20,7 @@
 
 pub mod calibration;
 pub mod control;
+mod run_id;
 pub mod stream;
 pub mod vision;
 

@@ -3,8 +3,8 @@
 //! Three ways, each from frames of the camera to a [`Calibration`](calibration::Calibration), which
 //! has the pose, the residuals, the error on held-out samples, the outliers and what to do next:
 //!
-//! - [`board_pose`]: a printed [`board`] at a known place, found by [`corners`] and
-//!   averaged by [`board_view`];
+//! - [`board_pose`]: a printed [`board`] at a known place, found by [`corners`], and views of it
+//!   that are averaged;
 //! - [`motors`]: the pixels of the three motors, with depth;
 //! - [`places`]: at least four known places of the ball.
 //!
@@ -23,7 +23,7 @@
 //! use nalgebra::{Isometry3, Vector3};
 //! use plumb_calibrate::board::{Board, Placement};
 //! use plumb_calibrate::board_pose::pose_from_board;
-//! use plumb_calibrate::board_view::{BoardView, average};
+//! use plumb_calibrate::board_pose::{BoardView, average};
 //! use plumb_calibrate::corners::find_corners;
 //! use plumb_calibrate::render::draw_board;
 //! use plumb_frame::camera::Intrinsics;
@@ -51,7 +51,6 @@
 
 pub mod board;
 pub mod board_pose;
-pub mod board_view;
 pub mod calibration;
 pub mod camera_text;
 pub mod corners;

@@ -9,9 +9,9 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::curve::{Curve, Section};
+use crate::motion::{LEAST_DISTANCE_M, PathError, Run, Waypoints};
 use crate::quintic::Quintic;
 use crate::simplify::{Simplified, simplify};
-use crate::trajectory::{PathError, Run, Waypoints};
 
 /// Distance of the middle of the Bézier curve from the corner, as a share of d·|v - u| with u and v
 /// the directions before and after the corner: (1 + 5·2/3 + 10·1/3) / 32.
@@ -24,9 +24,6 @@ const HAIRPIN_COSINE: f64 = -0.939_7;
 /// Angle between the directions below which a corner counts as straight, as |v - u|, radians. The
 /// jump of the tangent changes the velocity by less than a millionth.
 const STRAIGHT: f64 = 1e-7;
-
-/// Least distance of two waypoints, metres: the board's unit.
-pub(crate) const LEAST_DISTANCE_M: f64 = 1e-6;
 
 /// Share of the tolerance within which corners are left out. The rest is for rounding: on a circle
 /// of 10 cm with 5 mm of tolerance, corners are then 28 mm apart, and the ball passes them at

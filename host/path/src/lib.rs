@@ -40,6 +40,7 @@ mod corner;
 mod curve;
 pub mod file;
 mod gcode;
+mod motion;
 pub mod moving;
 mod profile;
 mod quintic;

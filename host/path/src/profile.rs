@@ -13,7 +13,7 @@
 //! get a quarter of it each.
 
 use crate::curve::{Curve, CurvePoint, Interval};
-use crate::trajectory::Limits;
+use crate::motion::Limits;
 
 /// Largest cell of the grid, metres.
 const CELL_M: f64 = 0.001;

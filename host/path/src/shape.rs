@@ -9,14 +9,11 @@ use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use crate::curve::{Curve, Section};
+use crate::motion::{Limits, PathError, Run, Waypoints, check_near};
 use crate::spline::{Ends, interpolate};
-use crate::trajectory::{Limits, PathError, Run, Trajectory, Waypoints, check_near};
+use crate::trajectory::Trajectory;
 
-/// Least size of a shape, metres.
-pub const LEAST_SIZE_M: f64 = 0.001;
-
-/// Largest size of a shape, metres: the width of the largest workspace.
-pub const MAX_SIZE_M: f64 = 8.0;
+pub use crate::motion::{LEAST_SIZE_M, MAX_SIZE_M};
 
 /// Number of places through which a circle or a figure of eight is interpolated. The curve is then
 /// within a millionth of its size.

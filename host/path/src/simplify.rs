@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use crate::corner::LEAST_DISTANCE_M;
+use crate::motion::LEAST_DISTANCE_M;
 
 /// Polyline with fewer corners.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,10 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::corner::LEAST_DISTANCE_M;
+use crate::motion::{LEAST_DISTANCE_M, Moment, PathError, Run, Sample};
 use crate::quintic::Quintic;
 use crate::spline::{Ends, interpolate};
-use crate::trajectory::{Moment, PathError, Run, Sample};
 
 /// Time in which the clock of a loop comes from rest to its full rate, seconds.
 const START_S: f64 = 2.0;

@@ -17,7 +17,7 @@ use clap::Parser;
 use nalgebra::{Isometry3, Point3};
 use plumb_calibrate::board::Placement;
 use plumb_calibrate::board_pose::pose_from_board;
-use plumb_calibrate::board_view::{BoardView, average};
+use plumb_calibrate::board_pose::{BoardView, average};
 use plumb_calibrate::calibration::{Calibration, Grade};
 use plumb_calibrate::corners::{BoardError, find_corners};
 use plumb_calibrate::motors::{pose_from_motors, see_motors};

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::trial::middle;
 use super::{CalibrationWay, TrialError, trial};
-use crate::control::{RunId, Suite, SuiteName};
+use crate::control::{Suite, SuiteName};
+use crate::run_id::RunId;
 
 /// Errors of the poses that one way finds. Angles in degrees, lengths in metres.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -18,9 +18,10 @@ use super::board_controller::BoardController;
 use super::law_controller::LawController;
 use super::plan_controller::PlanController;
 use super::simulate::Controller;
-use super::suite::{RunId, Suite};
+use super::suite::Suite;
 use super::{BenchError, f64_reference, oracle, slack_free};
 use crate::UnknownName;
+use crate::run_id::RunId;
 
 /// A controller to measure.
 #[derive(Debug, Clone, PartialEq)]

@@ -20,9 +20,10 @@ use plumb_emulator::plant::Task;
 use plumb_path::shape::{Shape, ShapeKind};
 
 use super::controller::{self, ControllerKind};
-use super::suite::{RunId, Suite, SuiteName};
+use super::suite::{Suite, SuiteName};
 use super::{BenchError, in_parallel};
 use crate::UnknownName;
+use crate::run_id::RunId;
 use board_follower::BoardFollower;
 use course::{Course, SHAPES, SPEEDS_M_S, place};
 use follower::Follower;

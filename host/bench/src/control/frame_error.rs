@@ -7,8 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::BenchError;
-use super::suite::RunId;
 use crate::calibration::{CalibrationWay, Trial, trial};
+use crate::run_id::RunId;
 
 /// Stream of the random numbers that give the axis.
 const AXIS_STREAM: u64 = 1 << 42;

@@ -5,7 +5,8 @@ use std::fmt;
 use serde::Serialize;
 
 use super::simulate::{Outcome, RunEnd};
-use super::suite::{RunId, SuiteName};
+use super::suite::SuiteName;
+use crate::run_id::RunId;
 
 /// Least total slack time at which a run counts as slack, seconds.
 pub(super) const MIN_SLACK_S: f64 = 0.020;

@@ -9,7 +9,8 @@ use plumb_protocol::units::Micros;
 
 use super::BenchError;
 use super::frame_error::Frame;
-use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, RunId, Suite};
+use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, Suite};
+use crate::run_id::RunId;
 
 /// Ticks between two steps of the plant.
 pub(super) const TICKS_PER_STEP: u64 = 5;

@@ -15,6 +15,7 @@ use super::bounce::Bounce;
 use super::frame_error::FrameError;
 use super::kinematic::Kinematic;
 use crate::calibration::CalibrationWay;
+use crate::run_id::RunId;
 
 /// Conditions of a benchmark.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,15 +37,6 @@ pub struct Suite {
     pub ages_known: bool,
     /// Start of a run's clock.
     pub clock: Clock,
-}
-
-/// A run's number and the seed of its random numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RunId {
-    /// Seed of rigs and noise.
-    pub seed: u64,
-    /// Number of the rig.
-    pub rig: u64,
 }
 
 /// Start of a run's clock.

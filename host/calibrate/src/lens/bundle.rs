@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use plumb_frame::camera::{Distortion, DistortionCoefficients, Intrinsics};
 
-use crate::board_view::SeenCorner;
+use crate::board_pose::SeenCorner;
 
 /// Parameters of a lens: fx, fy, cx, cy, k1, k2, p1, p2, k3.
 pub(super) const ALL: usize = 9;

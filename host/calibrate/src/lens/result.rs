@@ -5,7 +5,7 @@ use plumb_frame::camera::Intrinsics;
 
 use super::coverage::Coverage;
 use super::{GOOD_VIEWS, median};
-use crate::board_view::SeenCorner;
+use crate::board_pose::SeenCorner;
 use crate::calibration::Grade;
 
 /// A view whose residual is above so many medians of all views is reported.

@@ -4,7 +4,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3};
 use plumb_calibrate::board::Board;
-use plumb_calibrate::board_view::SeenCorner;
+use plumb_calibrate::board_pose::SeenCorner;
 use plumb_calibrate::calibration::Grade;
 use plumb_calibrate::corners::find_corners;
 use plumb_calibrate::lens::{LensCalibration, LensError, LensView, calibrate_lens};

@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::f64_reference::{FloatMeasurement, along, ramp_down, setpoint};
-use super::super::suite::RunId;
+use crate::run_id::RunId;
 use plumb_sim::limits::Limits;
 
 /// Gain of the filter for the remaining steps: fraction of the innovation.

@@ -8,7 +8,8 @@ use super::super::controller::{ControllerKind, by_law};
 use super::super::simulate::{self, Controller, Outcome};
 use super::super::{oracle, run};
 use super::*;
-use crate::control::{RunId, Suite, SuiteName};
+use crate::control::{Suite, SuiteName};
+use crate::run_id::RunId;
 
 /// Returns a law with the gain of docs/understand/method.md.
 fn settings(name: LawName) -> LawSettings {

@@ -8,7 +8,7 @@ use plumb_path::trajectory::{Limits, Moment, PathError, Run};
 use plumb_protocol::message::{KNOTS, Knot, Reference};
 use plumb_protocol::units::{Micros, Point, Speed};
 
-use super::super::suite::RunId;
+use crate::run_id::RunId;
 
 /// Shapes of a rig.
 pub(super) const SHAPES: [ShapeKind; 4] =

@@ -5,10 +5,10 @@ use std::fmt;
 use serde::Serialize;
 
 use super::super::report::{MIN_SLACK_S, quantile, round};
-use super::super::suite::RunId;
 use super::PathSuite;
 use super::deviation::Deviations;
 use super::simulate::{Loss, Outcome};
+use crate::run_id::RunId;
 
 /// Median and 90th percentile over the runs of a measure. Lost runs count as infinite (`null` in
 /// JSON).

@@ -9,10 +9,11 @@ use plumb_protocol::units::Micros;
 
 use super::super::BenchError;
 use super::super::simulate::{STEP_S, TICKS_PER_STEP};
-use super::super::suite::{RunId, Suite};
+use super::super::suite::Suite;
 use super::course::Course;
 use super::deviation::{Deviations, Gauge};
 use super::follower::Follower;
+use crate::run_id::RunId;
 
 /// Duration of a run, seconds.
 const DURATION_S: f64 = 12.0;

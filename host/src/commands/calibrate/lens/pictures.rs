@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plumb_calibrate::board::Board;
-use plumb_calibrate::board_view::SeenCorner;
+use plumb_calibrate::board_pose::SeenCorner;
 use plumb_calibrate::corners::{BoardError, find_corners};
 use plumb_calibrate::lens::LensView;
 use plumb_cameras::png;
