@@ -6,7 +6,8 @@ use std::net::IpAddr;
 use plumb_frame::source::BoxedError;
 use thiserror::Error;
 
-use crate::network::MAX_DOMAIN;
+/// Largest domain whose ports exist: 7400 + 250 * 232 + 11 + 2 * 119 < 65536.
+pub const MAX_DOMAIN: u16 = 232;
 
 /// Failure to join ROS 2.
 #[derive(Debug, Error)]

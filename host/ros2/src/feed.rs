@@ -14,8 +14,8 @@ use rustdds::mio1::Waker;
 
 use crate::ledger::Ledger;
 use crate::message::Time;
+use crate::moving_status::MovingStatus;
 use crate::status::RunStatus;
-use crate::targets::MovingStatus;
 
 /// The ball in a frame.
 #[derive(Debug, Clone, Copy)]

@@ -5,13 +5,10 @@ use std::net::{IpAddr, Ipv4Addr, UdpSocket};
 use ros2_client::{Context, NodeName, NodeOptions};
 use rustdds::DomainParticipantBuilder;
 
-use crate::error::Ros2Error;
+use crate::error::{MAX_DOMAIN, Ros2Error};
 use crate::interruption;
 use crate::member::Member;
 use crate::namespace::Namespace;
-
-/// Largest domain whose ports exist: 7400 + 250 * 232 + 11 + 2 * 119 < 65536.
-pub const MAX_DOMAIN: u16 = 232;
 
 /// Domain and network interface of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -4,7 +4,6 @@ mod admission;
 mod gate;
 mod moving;
 mod sources;
-mod status;
 
 use std::io;
 use std::time::Instant;
@@ -16,7 +15,6 @@ use self::admission::Admission;
 use self::gate::TargetGate;
 use self::moving::MovingGate;
 use self::sources::Sources;
-pub(crate) use self::status::MovingStatus;
 use crate::action::Action;
 use crate::error::Ros2Error;
 use crate::feed::{Feed, FeedState};

@@ -12,6 +12,7 @@
 mod correction;
 mod examination;
 mod explanation;
+mod fault;
 mod report;
 mod response;
 #[cfg(test)]
@@ -27,7 +28,8 @@ use crate::link::LinkError;
 pub use correction::corrected;
 pub use examination::{Examination, ExaminationParts};
 pub use explanation::{Explanation, Frame, Sector, Sectors, Wiring};
-pub use report::{Fault, Output, Report};
+pub use fault::{Fault, Output};
+pub use report::Report;
 pub use response::{Motion, Probe, Response};
 
 /// Reason that an examination ended without a result. The motors stand or ramp down.

@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::board_fault::BoardFault;
 use crate::operator::{CommandOutcome, OperatorCommand, StopEvent};
 use crate::rig::MotionError;
-use crate::summary::StopReason;
+use crate::stop_reason::StopReason;
 use crate::summary::round;
 
 /// An event, and when it happened.

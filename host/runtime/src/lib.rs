@@ -55,6 +55,7 @@ pub mod rig;
 pub mod run;
 pub mod run_log;
 pub mod selftest;
+mod stop_reason;
 mod summary;
 pub mod targets;
 pub mod wall_clock;

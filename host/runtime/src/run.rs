@@ -38,7 +38,7 @@ pub use repetition::RepeatedPicture;
 pub use targets::{TargetUse, TargetsSummary};
 pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
 
-pub use crate::summary::StopReason;
+pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
 
 /// Source of targets that move.

@@ -1,12 +1,10 @@
 //! Counts and measurements of a run, and its summary.
 
-use std::fmt;
+use serde::Serialize;
 
-use serde::{Serialize, Serializer};
-
-use crate::board_fault::BoardFault;
 use crate::event::EventRecord;
 use crate::run::{PathSummary, TargetsSummary};
+use crate::stop_reason::StopReason;
 
 /// Counts and measurements of a run so far, over all targets.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -112,74 +110,4 @@ pub(crate) fn millimetres(metres: f64) -> f64 {
 /// Rounds `value` to the nearest 1/`per`, for output without meaningless digits.
 pub(crate) fn round(value: f64, per: f64) -> f64 {
     (value * per).round() / per
-}
-
-/// Reason of the end of a run, or of the drive to one target.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum StopReason {
-    /// The board holds the ball at the target.
-    Reached,
-    /// The target was not reached within the timeout.
-    Timeout,
-    /// The board stopped by itself.
-    Fault(BoardFault),
-    /// The run was interrupted from outside.
-    Interrupted,
-    /// The operator stopped the drive.
-    Stopped,
-    /// The operator holds the ball where it is.
-    Held,
-    /// The operator set another target.
-    Replaced,
-    /// The operator ended the run.
-    Ended,
-    /// The source has no more frames.
-    EndOfFrames,
-    /// The stream of targets ended before it had one.
-    NoTarget,
-    /// The link, the camera or an observer failed; the messages of the error and its causes.
-    Failed(String),
-}
-
-impl StopReason {
-    /// Returns the fault for which the board stopped by itself, if that is the reason.
-    pub fn fault(&self) -> Option<BoardFault> {
-        match self {
-            Self::Fault(fault) => Some(*fault),
-            _ => None,
-        }
-    }
-
-    /// Returns whether a person ended the drive, with a command or a signal.
-    pub fn is_chosen(&self) -> bool {
-        matches!(
-            self,
-            Self::Interrupted | Self::Stopped | Self::Held | Self::Replaced | Self::Ended
-        )
-    }
-}
-
-impl fmt::Display for StopReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Reached => f.write_str("reached"),
-            Self::Timeout => f.write_str("not reached in time"),
-            Self::Fault(fault) => write!(f, "the board has stopped by itself: {fault}"),
-            Self::Interrupted => f.write_str("interrupted"),
-            Self::Stopped => f.write_str("stopped by the operator"),
-            Self::Held => f.write_str("held by the operator"),
-            Self::Replaced => f.write_str("replaced by another target"),
-            Self::Ended => f.write_str("ended by the operator"),
-            Self::EndOfFrames => f.write_str("no more pictures"),
-            Self::NoTarget => f.write_str("the targets ended before there was one to drive to"),
-            Self::Failed(message) => f.write_str(message),
-        }
-    }
-}
-
-/// As the text of its `Display`.
-impl Serialize for StopReason {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
 }

@@ -12,7 +12,7 @@ use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
 
 use super::ExaminationError;
-use super::report::Output;
+use super::fault::Output;
 use super::report::Report;
 use super::response::{Probe, Response};
 use crate::link::{Link, LinkError, Transport};

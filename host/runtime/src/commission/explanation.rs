@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
 
-use super::report::{Fault, Output};
+use super::fault::{Fault, Output};
+
 use crate::rig::Size;
 
 /// Step between the turns of the frame that are tried, degrees.

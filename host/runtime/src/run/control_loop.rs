@@ -15,7 +15,7 @@ use super::{ControlLoopError, ending_after};
 use crate::link::{Link, LinkError, Transport};
 use crate::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use crate::operator::{CommandOutcome, OperatorReceiver, Submitted};
-use crate::summary::StopReason;
+use crate::stop_reason::StopReason;
 use crate::targets::TargetSource;
 
 /// Longest wait for a frame. After that the loop looks after the link: a board that is silent is

@@ -22,7 +22,7 @@ use plumb_protocol::message::Fault;
 use super::first_and_last::FirstAndLast;
 use super::path::PathDrive;
 use super::waypoint::{CheckedWaypoint, Route, Waypoint};
-use crate::summary::StopReason;
+use crate::stop_reason::StopReason;
 use crate::summary::{Leg, RunStats, millimetres, round};
 
 /// Goal of a run at one time.

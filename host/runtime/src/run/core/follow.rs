@@ -8,7 +8,7 @@ use crate::run::goal::Goal;
 use crate::run::path::PathDrive;
 use crate::run::targets::REST_M;
 use crate::run::waypoint::Waypoint;
-use crate::summary::StopReason;
+use crate::stop_reason::StopReason;
 use crate::targets::{Arrivals, MotionId};
 
 impl RunCore {

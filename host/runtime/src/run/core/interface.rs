@@ -13,7 +13,7 @@ use crate::link::{LinkView, Reply};
 use crate::observer::{EventRecord, FrameRecord};
 use crate::operator::{StopEvent, Submitted};
 use crate::run::ControlLoopError;
-use crate::summary::StopReason;
+use crate::stop_reason::StopReason;
 use crate::targets::{Arrivals, MotionId};
 
 /// What happened to a run.

@@ -8,7 +8,7 @@ use crate::observer::RunEvent;
 use crate::operator::{CommandOutcome, CommandRefusal, OperatorCommand, StopEvent, Submitted};
 use crate::run::goal::Goal;
 use crate::run::waypoint::Waypoint;
-use crate::summary::StopReason;
+use crate::stop_reason::StopReason;
 
 impl RunCore {
     /// Takes a command of the operator: it goes to the board, is refused, or ends the run.
