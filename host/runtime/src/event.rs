@@ -10,8 +10,8 @@ use thiserror::Error;
 use crate::board_fault::BoardFault;
 use crate::operator::{CommandOutcome, OperatorCommand, StopEvent};
 use crate::rig::MotionError;
+use crate::rounding::round;
 use crate::stop_reason::StopReason;
-use crate::summary::round;
 
 /// An event, and when it happened.
 ///

@@ -52,6 +52,7 @@ pub mod queued;
 pub mod reference;
 pub mod replay;
 pub mod rig;
+mod rounding;
 pub mod run;
 pub mod run_log;
 pub mod selftest;

@@ -29,7 +29,7 @@ use crate::board_fault::BoardFault;
 use crate::board_report::BoardReport;
 use crate::link::{Link, LinkError, Serial, Transport};
 use crate::rig::{MotionRules, OutOfRange, Rig};
-use crate::summary::{millimetres, round};
+use crate::rounding::{millimetres, round};
 use crate::targets::TargetSource;
 
 pub use control_loop::{DEFAULT_TIMEOUT, RunParts};

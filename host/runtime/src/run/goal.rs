@@ -22,8 +22,9 @@ use plumb_protocol::message::Fault;
 use super::first_and_last::FirstAndLast;
 use super::path::PathDrive;
 use super::waypoint::{CheckedWaypoint, Route, Waypoint};
+use crate::rounding::{millimetres, round};
 use crate::stop_reason::StopReason;
-use crate::summary::{Leg, RunStats, millimetres, round};
+use crate::summary::{Leg, RunStats};
 
 /// Goal of a run at one time.
 pub(super) enum Goal {

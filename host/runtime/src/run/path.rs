@@ -1,20 +1,23 @@
 //! A path that the ball follows: its check, the messages to the board, and how well the ball
 //! follows.
 
+mod deviation;
+
 use std::collections::VecDeque;
-use std::fmt;
 
 use nalgebra::Point3;
 use plumb_path::check::{Breach, check};
 use plumb_path::trajectory::{Limits, Trajectory};
 use plumb_protocol::message::{Reference, State, Telemetry};
 use plumb_protocol::units::Point;
-use serde::Serialize;
 
 use crate::observer::PathPoint;
 use crate::reference::{INTERVAL_S, reference};
 use crate::rig::{MotionError, Rig};
-use crate::summary::{millimetres, round};
+
+pub use deviation::{PathSummary, Spread, Spreads};
+
+pub(super) use deviation::Deviations;
 
 /// First place of a path that the rig does not allow.
 pub type PathPlanError = Breach<MotionError>;
@@ -251,154 +254,6 @@ impl PathDrive {
     }
 }
 
-/// Width of a class of the histogram, metres.
-const CLASS_M: f64 = 2e-5;
-/// Number of classes; the last one also counts everything above it.
-const CLASSES: usize = 5000;
-
-/// Distances of a run in bounded memory.
-#[derive(Debug, Clone)]
-struct Distances {
-    count: u64,
-    sum_of_squares: f64,
-    largest: f64,
-    histogram: Vec<u32>,
-}
-
-/// Distances: root mean square, 99th percentile and largest one, millimetres.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Spread {
-    /// Root of the mean square.
-    pub rms_mm: f64,
-    /// 99 % of the distances are at most this, to 0.02 mm; of distances above 100 mm the largest.
-    pub p99_mm: f64,
-    /// Largest distance.
-    pub max_mm: f64,
-}
-
-/// Distances of the ball from a path or a target that moves.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Spreads {
-    /// Number of pictures with the ball.
-    pub frames: u64,
-    /// Distance from where the path or the target is at the time.
-    pub error: Spread,
-    /// Distance across the direction of the motion.
-    pub cross_track: Spread,
-    /// Distance along the direction of the motion.
-    pub along_track: Spread,
-}
-
-/// How the ball followed a path.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PathSummary {
-    /// Number of pictures with the ball while the board followed the path.
-    pub frames: u64,
-    /// Time of the path that was reached, seconds.
-    pub path_time_s: f64,
-    /// Time for it, seconds.
-    pub time_s: f64,
-    /// Share of the path's speed that was kept: path time over time.
-    pub speed_kept: f64,
-    /// Distance from where the path is at the time.
-    pub error: Spread,
-    /// Distance across the direction of the path.
-    pub cross_track: Spread,
-    /// Distance along the direction of the path.
-    pub along_track: Spread,
-}
-
-/// As a line for people.
-impl fmt::Display for PathSummary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Spread { rms_mm, p99_mm, max_mm } = self.error;
-        write!(
-            f,
-            "path: {:.1} s in {:.1} s, {:.0} % of its speed; distance from it {rms_mm:.1} mm rms, \
-             {p99_mm:.1} mm in 99 % of the pictures, {max_mm:.1} mm at most",
-            self.path_time_s,
-            self.time_s,
-            self.speed_kept * 100.0
-        )
-    }
-}
-
-/// Deviations of a run.
-#[derive(Debug, Clone, Default)]
-pub(in crate::run) struct Deviations {
-    error: Distances,
-    cross_track: Distances,
-    along_track: Distances,
-}
-
-impl Default for Distances {
-    fn default() -> Self {
-        Self { count: 0, sum_of_squares: 0.0, largest: 0.0, histogram: vec![0; CLASSES] }
-    }
-}
-
-impl Distances {
-    fn add(&mut self, distance: f64) {
-        self.count += 1;
-        self.sum_of_squares += distance * distance;
-        self.largest = self.largest.max(distance);
-        // The cast saturates.
-        let class = ((distance / CLASS_M) as usize).min(CLASSES - 1);
-        self.histogram[class] = self.histogram[class].saturating_add(1);
-    }
-
-    fn spread(&self) -> Spread {
-        let mut left = self.count - self.count / 100;
-        let class = self.histogram.iter().position(|&count| {
-            left = left.saturating_sub(u64::from(count));
-            left == 0
-        });
-        let p99 = match class {
-            Some(class) if class + 1 < CLASSES => CLASS_M * (class + 1) as f64,
-            _ => self.largest,
-        };
-        Spread {
-            rms_mm: millimetres((self.sum_of_squares / self.count.max(1) as f64).sqrt()),
-            p99_mm: millimetres(p99.min(self.largest)),
-            max_mm: millimetres(self.largest),
-        }
-    }
-}
-
-impl Deviations {
-    /// Adds the deviation of a ball at `position`, metres, from the path.
-    pub(in crate::run) fn add(&mut self, path: &PathPoint, position: Point3<f64>) {
-        self.error.add((position - path.position).norm());
-        self.cross_track.add(path.cross_track(position));
-        self.along_track.add(path.along_track(position).abs());
-    }
-
-    /// Returns the summary of a path that reached `path_time` in `time`, seconds.
-    fn summary(&self, path_time: f64, time: f64) -> PathSummary {
-        let kept = if time > 0.0 { path_time / time } else { 0.0 };
-        let Spreads { frames, error, cross_track, along_track } = self.spreads();
-        PathSummary {
-            frames,
-            path_time_s: round(path_time, 1e3),
-            time_s: round(time, 1e3),
-            speed_kept: round(kept, 1e3),
-            error,
-            cross_track,
-            along_track,
-        }
-    }
-
-    /// Returns the distances.
-    pub(in crate::run) fn spreads(&self) -> Spreads {
-        Spreads {
-            frames: self.error.count,
-            error: self.error.spread(),
-            cross_track: self.cross_track.spread(),
-            along_track: self.along_track.spread(),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -436,18 +291,5 @@ mod tests {
     fn a_clock_without_reports_knows_nothing() {
         assert_eq!(PathClock::default().at(1.0), None);
         assert_eq!(PathClock::default().reported(), None);
-    }
-
-    #[test]
-    fn the_spread_of_known_distances_is_right() {
-        let mut distances = Distances::default();
-        (1..=1000).for_each(|i| distances.add(f64::from(i) * 1e-5));
-        let spread = distances.spread();
-        assert!((spread.p99_mm - 9.9).abs() < 0.021, "{spread:?}");
-        assert_eq!(spread.max_mm, 10.0);
-        assert!((spread.rms_mm - 5.778).abs() < 0.001, "{spread:?}");
-        distances.add(1.0);
-        assert_eq!(distances.spread().max_mm, 1000.0);
-        assert_eq!(Distances::default().spread().rms_mm, 0.0);
     }
 }

@@ -1,7 +1,7 @@
 //! Targets that move: what comes from their source, the messages to the board, and how well the
 //! ball follows.
 
-use std::fmt;
+mod summary;
 
 use nalgebra::{Point3, Vector3};
 use plumb_path::tracker::{Course, TargetTracker};
@@ -9,14 +9,15 @@ use plumb_path::trajectory::Moment;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Reference, State, Telemetry};
 use plumb_protocol::units::Point;
-use serde::Serialize;
 
 use super::core::SentPosition;
-use super::path::{Deviations, LEAST_PERIOD_S, Spread, Spreads};
+use super::path::{Deviations, LEAST_PERIOD_S};
 use crate::observer::{PathPoint, TargetsEvent};
 use crate::reference::{keep_inside, reference};
 use crate::rig::{MotionError, MotionRules};
 use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, TimedTarget};
+
+pub use summary::TargetsSummary;
 
 /// Time without a target after which the run says so, seconds.
 const PAUSE_S: f64 = 1.0;
@@ -330,53 +331,5 @@ impl TargetDrive {
         };
         let spreads = self.deviations.spreads();
         Some(TargetsSummary { taken, refused, ended, left_out, pauses, spreads })
-    }
-}
-
-/// How the ball followed targets that move.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TargetsSummary {
-    /// Number of targets that were taken.
-    pub taken: u64,
-    /// Number of targets in places that the rig does not allow.
-    pub refused: u64,
-    /// Number of targets that came after a command had ended their motion.
-    pub ended: u64,
-    /// Targets that were left out.
-    #[serde(flatten)]
-    pub left_out: LeftOut,
-    /// Number of times that no target came for a second.
-    pub pauses: u64,
-    /// Distances of the measured ball from the target at the time of the picture, from the first
-    /// picture on in which it was there.
-    #[serde(flatten)]
-    pub spreads: Spreads,
-}
-
-/// As a line for people.
-impl fmt::Display for TargetsSummary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let LeftOut { unreadable, out_of_order, late, skipped } = self.left_out;
-        write!(f, "targets: {} taken", self.taken)?;
-        let counts = [
-            (self.refused, "refused"),
-            (unreadable, "unreadable"),
-            (out_of_order, "out of order"),
-            (late, "late"),
-            (skipped, "skipped"),
-            (self.ended, "after the end of their motion"),
-        ];
-        for (count, name) in counts.into_iter().filter(|(count, _)| *count > 0) {
-            write!(f, ", {count} {name}")?;
-        }
-        let Spread { rms_mm, p99_mm, max_mm } = self.spreads.error;
-        if self.spreads.frames == 0 {
-            return write!(f, "; the ball did not catch up with them");
-        }
-        write!(
-            f,
-            "; distance from them {rms_mm:.1} mm rms, {p99_mm:.1} mm in 99 % of the pictures, \
-             {max_mm:.1} mm at most"
-        )
     }
 }

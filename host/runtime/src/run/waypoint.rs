@@ -12,7 +12,7 @@ use thiserror::Error;
 use super::RunError;
 use crate::rig::quantity::Distance;
 use crate::rig::{MotionError, MotionRules};
-use crate::summary::round;
+use crate::rounding::round;
 
 /// Target of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use plumb_protocol::message::State;
 
 use crate::board_report::near_slack;
 use crate::observer::FrameRecord;
-use crate::summary::round;
+use crate::rounding::round;
 
 /// Everything that is known of one frame. A field that is `None` is left empty in the file.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,0 +1,56 @@
+//! Summary of targets that moved.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::run::path::{Spread, Spreads};
+use crate::targets::LeftOut;
+
+/// How the ball followed targets that move.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TargetsSummary {
+    /// Number of targets that were taken.
+    pub taken: u64,
+    /// Number of targets in places that the rig does not allow.
+    pub refused: u64,
+    /// Number of targets that came after a command had ended their motion.
+    pub ended: u64,
+    /// Targets that were left out.
+    #[serde(flatten)]
+    pub left_out: LeftOut,
+    /// Number of times that no target came for a second.
+    pub pauses: u64,
+    /// Distances of the measured ball from the target at the time of the picture, from the first
+    /// picture on in which it was there.
+    #[serde(flatten)]
+    pub spreads: Spreads,
+}
+
+/// As a line for people.
+impl fmt::Display for TargetsSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let LeftOut { unreadable, out_of_order, late, skipped } = self.left_out;
+        write!(f, "targets: {} taken", self.taken)?;
+        let counts = [
+            (self.refused, "refused"),
+            (unreadable, "unreadable"),
+            (out_of_order, "out of order"),
+            (late, "late"),
+            (skipped, "skipped"),
+            (self.ended, "after the end of their motion"),
+        ];
+        for (count, name) in counts.into_iter().filter(|(count, _)| *count > 0) {
+            write!(f, ", {count} {name}")?;
+        }
+        let Spread { rms_mm, p99_mm, max_mm } = self.spreads.error;
+        if self.spreads.frames == 0 {
+            return write!(f, "; the ball did not catch up with them");
+        }
+        write!(
+            f,
+            "; distance from them {rms_mm:.1} mm rms, {p99_mm:.1} mm in 99 % of the pictures, \
+             {max_mm:.1} mm at most"
+        )
+    }
+}
