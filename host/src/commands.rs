@@ -17,6 +17,7 @@ pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;
 mod exit;
+mod find_ball;
 pub(crate) mod hold;
 pub(crate) mod init;
 mod interrupt;

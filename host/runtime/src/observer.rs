@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use plumb_cameras::record::{RecordError, Recorder, Recording};
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::observation::BallObservation;
@@ -13,6 +13,8 @@ use plumb_protocol::message::State;
 use crate::board_fault::{BoardFault, FaultCause};
 use crate::board_report::BoardReport;
 use crate::summary::Summary;
+
+pub use crate::run::PathPoint;
 
 pub use crate::event::{EventKind, EventRecord, RunEvent, TargetsEvent, Tone};
 
@@ -72,41 +74,6 @@ pub struct FrameRecord {
     /// Point of the path that the ball follows; `None` without a path.
     pub path: Option<PathPoint>,
 }
-
-/// Point of a path at the time of a frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PathPoint {
-    /// Time of the path, seconds.
-    pub time: f64,
-    /// Speed of the path's time: 1 where the motors and the ball keep up.
-    pub pace: f64,
-    /// Place, metres in the rig frame.
-    pub position: Point3<f64>,
-    /// Velocity of the path, m/s.
-    pub velocity: Vector3<f64>,
-}
-
-impl PathPoint {
-    /// Returns how far a place is ahead of the point along the path's direction, metres; 0 where
-    /// the path rests.
-    pub fn along_track(&self, place: Point3<f64>) -> f64 {
-        self.direction().dot(&(place - self.position))
-    }
-
-    /// Returns the distance of a place from the point across the path's direction, metres.
-    pub fn cross_track(&self, place: Point3<f64>) -> f64 {
-        let error = place - self.position;
-        (error - self.direction() * self.direction().dot(&error)).norm()
-    }
-
-    /// Returns the unit vector of the velocity; zero where the path rests.
-    fn direction(&self) -> Vector3<f64> {
-        self.velocity.try_normalize(LEAST_SPEED).unwrap_or_default()
-    }
-}
-
-/// Speed below which a path rests, m/s: the least that the board can be sent.
-const LEAST_SPEED: f64 = 1e-6;
 
 impl FrameRecord {
     /// Returns the fault that the board reports, with its cause where that is known.

@@ -8,6 +8,7 @@ mod path;
 mod reached;
 mod repetition;
 mod targets;
+mod targets_summary;
 mod waypoint;
 
 use control_loop::ControlLoop;
@@ -33,9 +34,10 @@ use crate::rounding::{millimetres, round};
 use crate::targets::TargetSource;
 
 pub use control_loop::{DEFAULT_TIMEOUT, RunParts};
-pub use path::{PathPlan, PathPlanError, PathSummary, Spread, Spreads};
+pub use path::{PathPlan, PathPlanError, PathPoint, PathSummary, Spread, Spreads};
 pub use repetition::RepeatedPicture;
-pub use targets::{TargetUse, TargetsSummary};
+pub use targets::TargetUse;
+pub use targets_summary::TargetsSummary;
 pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
 
 pub use crate::stop_reason::StopReason;

@@ -20,7 +20,7 @@ use plumb_runtime::run_log::{FigureSettings, RunLog};
 use plumb_runtime::targets::{TargetAddress, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
 
-use super::hold::find_ball;
+use super::find_ball::find_ball;
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;

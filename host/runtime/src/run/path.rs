@@ -11,11 +11,10 @@ use plumb_path::trajectory::{Limits, Trajectory};
 use plumb_protocol::message::{Reference, State, Telemetry};
 use plumb_protocol::units::Point;
 
-use crate::observer::PathPoint;
 use crate::reference::{INTERVAL_S, reference};
 use crate::rig::{MotionError, Rig};
 
-pub use deviation::{PathSummary, Spread, Spreads};
+pub use deviation::{PathPoint, PathSummary, Spread, Spreads};
 
 pub(super) use deviation::Deviations;
 

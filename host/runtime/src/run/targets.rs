@@ -1,8 +1,6 @@
 //! Targets that move: what comes from their source, the messages to the board, and how well the
 //! ball follows.
 
-mod summary;
-
 use nalgebra::{Point3, Vector3};
 use plumb_path::tracker::{Course, TargetTracker};
 use plumb_path::trajectory::Moment;
@@ -11,13 +9,14 @@ use plumb_protocol::message::{Reference, State, Telemetry};
 use plumb_protocol::units::Point;
 
 use super::core::SentPosition;
+use super::path::PathPoint;
 use super::path::{Deviations, LEAST_PERIOD_S};
-use crate::observer::{PathPoint, TargetsEvent};
+use crate::event::TargetsEvent;
 use crate::reference::{keep_inside, reference};
 use crate::rig::{MotionError, MotionRules};
 use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, TimedTarget};
 
-pub use summary::TargetsSummary;
+use super::targets_summary::TargetsSummary;
 
 /// Time without a target after which the run says so, seconds.
 const PAUSE_S: f64 = 1.0;

@@ -12,8 +12,7 @@ use plumb_runtime::rig::Rig;
 
 use super::super::print::{message, tell};
 use super::super::{Failure, bad_input, failed};
-use super::jog::NAMES;
-use super::keys::{Key, KeyDecoder, KeyJogger, Motion};
+use super::keys::{Key, KeyDecoder, KeyJogger, Motion, NAMES};
 use super::terminal::{KeyMode, is_terminal};
 
 /// Interval in which keys are read and the board is asked for its state.

@@ -18,10 +18,8 @@ use super::super::interrupt::interrupt_flag;
 use super::super::print::tell;
 use super::super::rig_args::{PortArgs, split_rig};
 use super::super::{FAILED, Failure, bad_input, failed, numbers, print};
+use super::keys::NAMES;
 use super::{connect, dialogue};
-
-/// Names of the motors in their order.
-pub(super) const NAMES: [char; 3] = ['A', 'B', 'C'];
 
 /// Interval of the requests for the state during a jog: below the shortest usual deadline of the
 /// board for a silent host, 300 ms.

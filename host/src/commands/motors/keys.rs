@@ -3,6 +3,9 @@
 
 use std::time::Duration;
 
+/// Names of the motors in their order.
+pub(super) const NAMES: [char; 3] = ['A', 'B', 'C'];
+
 /// Steps of a tap, full steps: about a millimetre of cable.
 const TAP_STEPS: f64 = 2.0;
 

@@ -30,7 +30,6 @@ mod ray_colours;
 mod refine;
 mod robust_fit;
 mod search;
-mod stretch;
 mod trace;
 mod view;
 
@@ -39,7 +38,7 @@ pub use decide::{ColourFeatures, Curvature, Decision, DepthFeatures, Features, F
 pub use parameters::*;
 pub use propose::{OddsMap, Proposal};
 pub use pyramid::Window;
-pub use radial_scan::RAYS;
+pub use ray_colours::RAYS;
 pub use refine::{RayEnd, RefinedCircle, Surroundings};
 pub use trace::{CandidateTrace, DetectionTrace, SearchTrace};
 pub use view::Disc;

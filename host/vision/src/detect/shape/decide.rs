@@ -13,7 +13,7 @@ pub use curvature::Curvature;
 pub use features::{ColourFeatures, DepthFeatures, FreeFitResidual};
 
 use super::parameters::DecideParameters;
-use super::radial_scan::RAYS;
+use super::ray_colours::RAYS;
 use super::refine::{Boundary, Candidate, Outline, Surroundings};
 use super::view::{Disc, FrameView};
 use classifier::Classifier;

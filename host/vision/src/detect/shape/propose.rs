@@ -5,7 +5,6 @@
 //! which reads the picture at a quarter of the size ([`input`], [`proposals`]).
 
 mod cell_map;
-mod cell_rules;
 mod clusters;
 mod input;
 mod proposals;

@@ -11,12 +11,9 @@ use std::sync::LazyLock;
 use multiversion::multiversion;
 use nalgebra::{Point3, Vector3};
 
-use super::ray_colours::{RayColours, read_between, read_nearest};
+use super::ray_colours::{RAYS, RayColours, read_between, read_nearest};
 use super::view::{ColourView, Disc};
 use crate::camera::Intrinsics;
-
-/// Number of rays.
-pub const RAYS: usize = 40;
 
 /// Direction of a ray: cosine and sine of its angle.
 #[derive(Debug, Clone, Copy)]

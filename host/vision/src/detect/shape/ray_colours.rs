@@ -6,8 +6,10 @@
 use multiversion::multiversion;
 
 use super::pyramid::mixed;
-use super::radial_scan::RAYS;
 use crate::image::Bgr;
+
+/// Number of rays.
+pub const RAYS: usize = 40;
 
 /// Colours at a point on each ray, channel by channel: blue, green, red, 0 to 255.
 pub(super) type RayColours = [[f32; RAYS]; 3];

@@ -21,7 +21,8 @@ pub use radial_profile::RayEnd;
 pub use sub_pixel_edge::RefinedCircle;
 pub(super) use sub_pixel_edge::fit_edges;
 
-use super::radial_scan::{RAYS, RadialScan};
+use super::radial_scan::RadialScan;
+use super::ray_colours::RAYS;
 use super::view::{Disc, FrameView};
 
 /// Distances, in the radius, at which a ray must be in the image to end in it: the centre of the

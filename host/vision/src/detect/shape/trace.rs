@@ -3,7 +3,7 @@
 use super::decide::Decision;
 use super::propose::{OddsMap, Proposal};
 use super::pyramid::Window;
-use super::radial_scan::RAYS;
+use super::ray_colours::RAYS;
 use super::refine::{RayEnd, RefinedCircle};
 use super::view::Disc;
 

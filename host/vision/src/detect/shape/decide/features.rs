@@ -1,7 +1,7 @@
 //! Features of a disc, which the classifier weights.
 
 use super::super::disc_depth::places;
-use super::super::radial_scan::RAYS;
+use super::super::ray_colours::RAYS;
 use super::super::refine::{Boundary, Outline, RefinedCircle, Surroundings, fit_edges};
 use super::super::view::{Disc, FrameView};
 use super::curvature::{Curvature, curvature, distance_from_sphere};

@@ -1,12 +1,12 @@
 //! The networks that judge a disc: the screen and the judge.
 
-use super::super::stretch::Stretch;
 use super::super::view::Disc;
 use super::CHANNELS;
 use super::layers::Stage;
 use super::map::Map;
 use super::mix::Dense;
 use super::weights::Weights;
+use crate::detect::shape::view::Stretch;
 
 /// Columns and rows of a patch.
 pub(in super::super) const PATCH: usize = 24;

@@ -4,7 +4,7 @@ use std::array;
 
 use multiversion::multiversion;
 
-use super::super::radial_scan::RAYS;
+use super::super::ray_colours::RAYS;
 use super::ray_edges::Edges;
 
 /// Rays to either side of a ray, and of its opposite, whose edges give its blur.

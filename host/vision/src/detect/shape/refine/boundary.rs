@@ -1,6 +1,7 @@
 //! What surrounds a disc, ray by ray.
 
-use super::super::radial_scan::{RAYS, RadialScan};
+use super::super::radial_scan::RadialScan;
+use super::super::ray_colours::RAYS;
 use super::super::view::FrameView;
 use super::radial_profile::{Outline, RayEnd};
 

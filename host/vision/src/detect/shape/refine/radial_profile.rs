@@ -4,7 +4,8 @@ use multiversion::multiversion;
 
 use super::super::ball_colour::{BallColour, larger};
 use super::super::parameters::ProfileParameters;
-use super::super::radial_scan::{RAYS, RadialScan};
+use super::super::radial_scan::RadialScan;
+use super::super::ray_colours::RAYS;
 use super::super::ray_colours::RayColours;
 use super::super::view::{Disc, FrameView};
 

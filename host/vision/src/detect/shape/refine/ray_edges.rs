@@ -13,7 +13,8 @@ use std::f64::consts::PI;
 
 use multiversion::multiversion;
 
-use super::super::radial_scan::{RAYS, RadialScan};
+use super::super::radial_scan::RadialScan;
+use super::super::ray_colours::RAYS;
 use super::super::ray_colours::RayColours;
 use super::super::view::{Disc, FrameView};
 

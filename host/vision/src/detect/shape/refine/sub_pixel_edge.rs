@@ -6,7 +6,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::parameters::EdgeParameters;
-use super::super::radial_scan::{RAYS, RadialScan, directions};
+use super::super::radial_scan::{RadialScan, directions};
+use super::super::ray_colours::RAYS;
 use super::super::robust_fit::{TukeyStep, median};
 use super::super::view::{Disc, FrameView};
 use super::blur::{blurs_about, side_blurs};
