@@ -41,6 +41,7 @@
 pub mod board_fault;
 pub mod board_report;
 pub mod commission;
+mod deviation;
 mod event;
 #[doc(hidden)]
 pub mod fuzzing;
@@ -59,6 +60,7 @@ pub mod selftest;
 mod stop_reason;
 mod summary;
 pub mod targets;
+mod targets_summary;
 pub mod wall_clock;
 
 /// The example in docs/change/add-observer.md is compiled and run with the other tests.

@@ -14,7 +14,7 @@ use crate::board_fault::{BoardFault, FaultCause};
 use crate::board_report::BoardReport;
 use crate::summary::Summary;
 
-pub use crate::run::PathPoint;
+pub use crate::deviation::PathPoint;
 
 pub use crate::event::{EventKind, EventRecord, RunEvent, TargetsEvent, Tone};
 

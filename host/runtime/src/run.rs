@@ -8,7 +8,6 @@ mod path;
 mod reached;
 mod repetition;
 mod targets;
-mod targets_summary;
 mod waypoint;
 
 use control_loop::ControlLoop;
@@ -34,14 +33,15 @@ use crate::rounding::{millimetres, round};
 use crate::targets::TargetSource;
 
 pub use control_loop::{DEFAULT_TIMEOUT, RunParts};
-pub use path::{PathPlan, PathPlanError, PathPoint, PathSummary, Spread, Spreads};
+pub use path::{PathPlan, PathPlanError};
 pub use repetition::RepeatedPicture;
 pub use targets::TargetUse;
-pub use targets_summary::TargetsSummary;
 pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
 
+pub use crate::deviation::{PathPoint, PathSummary, Spread, Spreads};
 pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
+pub use crate::targets_summary::TargetsSummary;
 
 /// Source of targets that move.
 type BoxedTargets = Box<dyn TargetSource>;

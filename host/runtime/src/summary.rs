@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use crate::deviation::PathSummary;
 use crate::event::EventRecord;
-use crate::run::{PathSummary, TargetsSummary};
 use crate::stop_reason::StopReason;
+use crate::targets_summary::TargetsSummary;
 
 /// Counts and measurements of a run so far, over all targets.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

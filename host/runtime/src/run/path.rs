@@ -1,8 +1,6 @@
 //! A path that the ball follows: its check, the messages to the board, and how well the ball
 //! follows.
 
-mod deviation;
-
 use std::collections::VecDeque;
 
 use nalgebra::Point3;
@@ -14,9 +12,7 @@ use plumb_protocol::units::Point;
 use crate::reference::{INTERVAL_S, reference};
 use crate::rig::{MotionError, Rig};
 
-pub use deviation::{PathPoint, PathSummary, Spread, Spreads};
-
-pub(super) use deviation::Deviations;
+use crate::deviation::{Deviations, PathPoint, PathSummary};
 
 /// First place of a path that the rig does not allow.
 pub type PathPlanError = Breach<MotionError>;

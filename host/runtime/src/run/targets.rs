@@ -9,14 +9,14 @@ use plumb_protocol::message::{Reference, State, Telemetry};
 use plumb_protocol::units::Point;
 
 use super::core::SentPosition;
-use super::path::PathPoint;
-use super::path::{Deviations, LEAST_PERIOD_S};
+use super::path::LEAST_PERIOD_S;
+use crate::deviation::{Deviations, PathPoint};
 use crate::event::TargetsEvent;
 use crate::reference::{keep_inside, reference};
 use crate::rig::{MotionError, MotionRules};
 use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, TimedTarget};
 
-use super::targets_summary::TargetsSummary;
+use crate::targets_summary::TargetsSummary;
 
 /// Time without a target after which the run says so, seconds.
 const PAUSE_S: f64 = 1.0;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::run::path::{Spread, Spreads};
+use crate::deviation::{Spread, Spreads};
 use crate::targets::LeftOut;
 
 /// How the ball followed targets that move.

@@ -116,7 +116,7 @@ impl fmt::Display for PathSummary {
 
 /// Deviations of a run.
 #[derive(Debug, Clone, Default)]
-pub(in crate::run) struct Deviations {
+pub(crate) struct Deviations {
     error: Distances,
     cross_track: Distances,
     along_track: Distances,
@@ -158,14 +158,14 @@ impl Distances {
 
 impl Deviations {
     /// Adds the deviation of a ball at `position`, metres, from the path.
-    pub(in crate::run) fn add(&mut self, path: &PathPoint, position: Point3<f64>) {
+    pub(crate) fn add(&mut self, path: &PathPoint, position: Point3<f64>) {
         self.error.add((position - path.position).norm());
         self.cross_track.add(path.cross_track(position));
         self.along_track.add(path.along_track(position).abs());
     }
 
     /// Returns the summary of a path that reached `path_time` in `time`, seconds.
-    pub(super) fn summary(&self, path_time: f64, time: f64) -> PathSummary {
+    pub(crate) fn summary(&self, path_time: f64, time: f64) -> PathSummary {
         let kept = if time > 0.0 { path_time / time } else { 0.0 };
         let Spreads { frames, error, cross_track, along_track } = self.spreads();
         PathSummary {
@@ -180,7 +180,7 @@ impl Deviations {
     }
 
     /// Returns the distances.
-    pub(in crate::run) fn spreads(&self) -> Spreads {
+    pub(crate) fn spreads(&self) -> Spreads {
         Spreads {
             frames: self.error.count,
             error: self.error.spread(),
