@@ -12,7 +12,6 @@ mod curves;
 mod f64_reference;
 mod following;
 mod frame_error;
-mod framed_board;
 mod kinematic;
 mod law_controller;
 mod oracle;

@@ -3,12 +3,13 @@
 
 use nalgebra::Point3;
 use plumb_core::params::Params;
-use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US, Tick};
+use plumb_core::{Board, BuildLimits, TICK_US, Tick};
 use plumb_protocol::Config;
 use plumb_protocol::diagnostics::ChipCounts;
 use plumb_protocol::message::{ConfigField, StartCause, State};
-use plumb_protocol::units::{Micros, Rate, Steps16};
+use plumb_protocol::units::Micros;
 
+use crate::harness::{Harness, LawDelay};
 use crate::plant::{Plant, RigError};
 use crate::sampler::{MotorSample, Sampler};
 use crate::wire::{Link, Traffic, Wire};
@@ -22,16 +23,13 @@ const WAITING_MAX: usize = 1 << 16;
 
 /// Emulated board. Its time passes only in [`run_to`](Self::run_to).
 pub struct EmulatedBoard {
-    build: BuildLimits,
-    board: Board,
-    law_worker: LawWorker,
+    harness: Harness,
     plant: Option<Box<dyn Plant + Send>>,
     /// Positions of the rig's motors at the board's last start, full steps since the rig's start.
     origin: [f64; 3],
     /// Link between the host and the board; `None` for a direct connection.
     link: Option<Link>,
     now: Micros,
-    outbox: Outbox,
     waiting: Vec<u8>,
     /// What the board asked of its chip in the last tick.
     requests: Option<Tick>,
@@ -43,14 +41,11 @@ impl EmulatedBoard {
     /// Creates a board without a rig.
     pub fn new(build: BuildLimits) -> Self {
         Self {
-            build,
-            board: Board::new(build),
-            law_worker: LawWorker::new(),
+            harness: Harness::new(build, LawDelay::SameTick),
             plant: None,
             origin: [0.0; 3],
             link: None,
             now: Micros(0),
-            outbox: Outbox::new(),
             waiting: Vec::new(),
             requests: None,
             sampler: None,
@@ -97,7 +92,7 @@ impl EmulatedBoard {
     /// Sends `bytes` from the host now. Without a wire they arrive at the board at once.
     pub fn write(&mut self, bytes: &[u8]) {
         match &mut self.link {
-            None => self.board.receive(self.now, bytes, &mut self.outbox),
+            None => self.harness.receive(self.now, bytes),
             Some(link) => {
                 link.to_board.send(self.now, bytes);
                 self.deliver();
@@ -121,13 +116,13 @@ impl EmulatedBoard {
             self.deliver();
             // Only hardware needs the step plan. The rig follows the board's positions, which
             // count the same pulses.
-            self.requests = self.board.tick(self.now, &mut self.law_worker, &mut self.outbox);
+            self.requests = self.harness.tick(self.now);
             let asked = self.requests.unwrap_or_default();
             if asked.diagnose {
-                self.board.on_diagnosed(ChipCounts::default(), &mut self.outbox);
+                self.harness.on_diagnosed(ChipCounts::default());
             }
             if asked.measure {
-                self.board.on_measured(self.now, None, &mut self.outbox);
+                self.harness.on_measured(self.now, None);
             }
             self.now.0 += u64::from(TICK_US);
             self.collect();
@@ -145,7 +140,7 @@ impl EmulatedBoard {
     /// Returns the motor positions, full steps since the board's last start, + pays out. Home does
     /// not change them.
     pub fn motors(&self) -> [f64; 3] {
-        self.board.positions().map(|p| Steps16(p).to_si())
+        self.harness.motors()
     }
 
     /// Begins to sample the motor positions every `interval` of the board's time.
@@ -161,12 +156,12 @@ impl EmulatedBoard {
 
     /// Returns the motor rates, full steps/s, + pays out.
     pub fn rates(&self) -> [f64; 3] {
-        self.board.rates().map(|r| Rate(r).to_si())
+        self.harness.rates()
     }
 
     /// Returns the board's state.
     pub fn state(&self) -> State {
-        self.board.state()
+        self.harness.board.state()
     }
 
     /// Returns the ball's centre, metres in the rig frame; `None` without a rig.
@@ -187,7 +182,7 @@ impl EmulatedBoard {
 
     /// Returns the board's core, for inspection.
     pub fn core(&self) -> &Board {
-        &self.board
+        &self.harness.board
     }
 
     /// Returns what the board asked of its chip in the last tick; `None` where nothing changed.
@@ -212,10 +207,7 @@ impl EmulatedBoard {
     /// board has no configuration, and bytes for the host that were not sent are lost.
     pub fn restart(&mut self, cause: StartCause) {
         self.origin = self.rig_motors();
-        self.board = Board::new(self.build);
-        self.board.set_start_cause(cause);
-        self.law_worker = LawWorker::new();
-        self.outbox = Outbox::new();
+        self.harness.restart(cause, None);
         if let Some(link) = &mut self.link {
             link.to_host.restart(self.now);
         }
@@ -225,14 +217,14 @@ impl EmulatedBoard {
     /// of the last tick's plan, as in [`Board::on_emergency_stop`]. Call this before every tick as
     /// long as the input is open.
     pub fn open_emergency(&mut self, missing: [i32; 3]) {
-        self.board.on_emergency_stop(self.now, missing, &mut self.outbox);
+        self.harness.on_emergency_stop(self.now, missing);
         self.collect();
     }
 
     /// Stops the board because a motor driver does not answer. Call this before every tick as long
     /// as that lasts.
     pub fn fail_driver(&mut self) {
-        self.board.on_driver_failure(self.now, &mut self.outbox);
+        self.harness.on_driver_failure(self.now);
         self.collect();
     }
 
@@ -240,7 +232,7 @@ impl EmulatedBoard {
     fn deliver(&mut self) {
         while let Some(frame) = self.link.as_mut().and_then(|link| link.to_board.receive(self.now))
         {
-            self.board.receive(self.now, &frame, &mut self.outbox);
+            self.harness.receive(self.now, &frame);
             self.collect();
         }
     }
@@ -248,15 +240,15 @@ impl EmulatedBoard {
     /// Sends the board's outbox, and collects the bytes that have arrived at the host.
     fn collect(&mut self) {
         match &mut self.link {
-            None => self.waiting.extend_from_slice(self.outbox.bytes()),
+            None => self.waiting.extend_from_slice(self.harness.outbox.bytes()),
             Some(link) => {
-                link.to_host.send(self.now, self.outbox.bytes());
+                link.to_host.send(self.now, self.harness.outbox.bytes());
                 while let Some(frame) = link.to_host.receive(self.now) {
                     self.waiting.extend(frame);
                 }
             }
         }
-        self.outbox.clear();
+        self.harness.outbox.clear();
         let excess = self.waiting.len().saturating_sub(WAITING_MAX);
         self.waiting.drain(..excess);
     }

@@ -4,6 +4,7 @@
 //! pseudo-terminal. Its steps move a [plant]: a ball on three cables.
 
 pub mod board;
+pub mod harness;
 pub mod plant;
 mod sampler;
 pub mod serve;
@@ -11,6 +12,7 @@ pub mod terminal;
 pub mod wire;
 
 pub use board::{EMULATED, EmulatedBoard};
+pub use harness::{Harness, LawDelay};
 pub use sampler::MotorSample;
 pub use serve::{Served, serve};
 pub use terminal::Terminal;

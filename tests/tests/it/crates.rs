@@ -36,7 +36,8 @@ struct Rule {
 /// Every crate of the workspace.
 const CRATES: &[Rule] = &[
     Rule { name: "plumb-protocol", uses: &[], tests_use: &[] },
-    Rule { name: "plumb-core", uses: &["plumb-protocol"], tests_use: &[] },
+    // The integration tests run a board in the emulator's harness.
+    Rule { name: "plumb-core", uses: &["plumb-protocol"], tests_use: &["plumb-emulator"] },
     Rule { name: "plumb-firmware", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-image", uses: &["plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-emulator", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
@@ -162,7 +163,11 @@ const CRATES: &[Rule] = &[
         uses: &["plumb-openni-driver", "plumb-realsense"],
         tests_use: &[],
     },
-    Rule { name: "plumb-adversary", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
+    Rule {
+        name: "plumb-adversary",
+        uses: &["plumb-core", "plumb-emulator", "plumb-protocol"],
+        tests_use: &[],
+    },
     Rule {
         name: "plumb-faults",
         uses: &[
