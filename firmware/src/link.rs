@@ -5,7 +5,6 @@
 //! a link.
 
 mod arbiter;
-mod inbox;
 pub(crate) mod reset;
 mod uart;
 pub(crate) mod usb;
@@ -20,10 +19,10 @@ use embassy_sync::pipe::Pipe;
 use embassy_time::{Duration, with_timeout};
 use static_cell::StaticCell;
 
-use crate::executor::spawn;
-use arbiter::{LinkArbiter, Port, SharedArbiter};
-use inbox::InboxWriter;
-pub(crate) use inbox::{Inbox, Message, inbox};
+use crate::interrupts::spawn;
+pub(crate) use arbiter::{Inbox, Message, inbox};
+use arbiter::{InboxWriter, LinkArbiter, Port, SharedArbiter};
+pub(crate) use usb::set_moving;
 
 /// Time after which a write is given up.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(100);

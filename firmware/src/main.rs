@@ -16,11 +16,8 @@
 
 mod coils;
 mod diagnostics;
-mod divide;
 mod enable;
-mod executor;
 mod flash;
-mod float;
 mod generator;
 mod hats;
 mod info;
@@ -28,8 +25,8 @@ mod interrupts;
 mod law_worker;
 mod link;
 mod pins;
-mod provenance;
 mod restart;
+mod run_time_abi;
 mod stack;
 mod stepping;
 mod watchdog;
@@ -39,9 +36,9 @@ use coils::Coils;
 use embassy_executor::Spawner;
 use embassy_rp::peripherals::PIN_25;
 use embassy_rp::{Peri, Peripherals};
-use executor::spawn;
 use generator::{Generator, GeneratorResources};
 use hats::HatResources;
+use interrupts::spawn;
 use link::LinkResources;
 use stepping::SteppingResources;
 use watchdog::TickWatchdog;
@@ -95,7 +92,7 @@ fn main() -> ! {
         id,
     };
     let hats = HatResources { bus: p.I2C0, data: p.PIN_16, clock: p.PIN_17 };
-    let spawner = executor::start();
+    let spawner = interrupts::start_executor();
     if let Ok(task) = start_tasks(TaskResources { link, hats, flash, led: p.PIN_25 }) {
         spawner.spawn(task);
     }
