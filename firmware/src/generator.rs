@@ -19,8 +19,8 @@ use embassy_rp::peripherals::{
     DMA_CH0, DMA_CH1, DMA_CH2, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_14, PIN_15, PIO0,
 };
 use embassy_rp::pio::{Common, Pio};
-use plumb_core::driver_timing::DriverTiming;
 use plumb_core::segment::{Segments, given};
+use plumb_core::timing::DriverTiming;
 use plumb_core::{Pulses, StepPlan};
 
 use crate::enable::Enable;
@@ -132,7 +132,7 @@ impl Generator {
 
     /// Waits until the state machines have finished, a tick at most.
     pub(crate) fn finish(&mut self) {
-        for _ in 0..plumb_core::clock::TICK_CLOCKS {
+        for _ in 0..plumb_core::timing::TICK_CLOCKS {
             if (0..3).all(program::idle) || self.estop_tripped() {
                 break;
             }

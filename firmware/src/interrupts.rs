@@ -8,7 +8,7 @@ use embassy_executor::{InterruptExecutor, SendSpawner, SpawnError, SpawnToken, S
 use embassy_rp::interrupt::{InterruptExt, Priority};
 use embassy_rp::{bind_interrupts, i2c, interrupt, peripherals, pio, uart, usb};
 
-use crate::link::usb::FrameHandler;
+use crate::link::usb::errata::FrameHandler;
 
 bind_interrupts!(pub(crate) struct Interrupts {
     USBCTRL_IRQ => FrameHandler, usb::InterruptHandler<peripherals::USB>;

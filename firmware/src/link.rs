@@ -22,7 +22,7 @@ use static_cell::StaticCell;
 use crate::interrupts::spawn;
 pub(crate) use arbiter::{Inbox, Message, inbox};
 use arbiter::{InboxWriter, LinkArbiter, Port, SharedArbiter};
-pub(crate) use usb::set_moving;
+pub(crate) use usb::errata::set_moving;
 
 /// Time after which a write is given up.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(100);

@@ -37,7 +37,6 @@
 mod admit;
 mod commands;
 mod outbox;
-mod requests;
 mod schedule;
 mod session;
 mod setup;
@@ -54,11 +53,11 @@ use plumb_protocol::message::{
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
-use crate::driver_timing::DriverTiming;
 use crate::law_worker::LawResponse;
 use crate::params::BuildLimits;
 use crate::plan::{Planner, StepPlan};
 use crate::servo::Servo;
+use crate::timing::DriverTiming;
 pub use outbox::Outbox;
 use schedule::{EMERGENCY_TICKS, Schedule};
 use session::Session;

@@ -7,11 +7,11 @@ use plumb_protocol::config::{
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{Micrometres, Point};
 
-use crate::clock::TICK_US;
-use crate::driver_timing::DriverTiming;
-use crate::law::{DeferredLawKind, Interval, LawSelection, Limits};
+use crate::law::{DeferredLawKind, Interval, LawSelection, MotorLimits};
+use crate::timing::DriverTiming;
+use crate::timing::TICK_US;
 
-/// Limits of the build, which no configuration can lift.
+/// MotorLimits of the build, which no configuration can lift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuildLimits {
     /// Highest pulse rate of one motor, microsteps/s; at most 1.25 million, the limit of the
@@ -136,8 +136,8 @@ impl Params {
     }
 
     /// Returns the least of the motors' limits.
-    pub fn limits(&self) -> Limits {
-        Limits::of(&self.motors)
+    pub fn limits(&self) -> MotorLimits {
+        MotorLimits::of(&self.motors)
     }
 
     /// Returns the interval law; `None` where another one is configured.

@@ -10,8 +10,8 @@ use embassy_rp::pio::program::{
 use embassy_rp::pio::{
     Common, Config, Direction, LoadedProgram, Pin, ShiftConfig, ShiftDirection, StateMachine,
 };
-use plumb_core::clock::CLOCKS_PER_US;
-use plumb_core::driver_timing::PulseWidth;
+use plumb_core::timing::CLOCKS_PER_US;
+use plumb_core::timing::PulseWidth;
 
 use super::ESTOP_FILTER_US;
 

@@ -1,6 +1,6 @@
 //! USB-CDC: a serial port to any computer, without a driver.
 
-mod errata;
+pub(crate) mod errata;
 
 use embassy_executor::Spawner;
 use embassy_futures::select::{Either, select};
@@ -17,7 +17,6 @@ use static_cell::{ConstStaticCell, StaticCell};
 use super::arbiter::{self, LinkReceiver, Port, SharedArbiter};
 use super::reset;
 use crate::interrupts::{Interrupts, spawn};
-pub(crate) use errata::{FrameHandler, set_moving};
 use errata::{PERIOD, Supervisor};
 
 type Usb = Driver<'static, USB>;
