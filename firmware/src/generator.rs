@@ -211,9 +211,9 @@ impl Generator {
         };
         let count = begun.unsigned_abs() as u16;
         let done = match program::progress(motor) {
-            program::Progress::Between => count,
-            program::Progress::Beginning => 0,
-            program::Progress::Within { remaining } => given(count, remaining),
+            program::SegmentProgress::Between => count,
+            program::SegmentProgress::Beginning => 0,
+            program::SegmentProgress::Within { remaining } => given(count, remaining),
         };
         begun.signum() * i32::from(count - done) + waiting
     }

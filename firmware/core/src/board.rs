@@ -44,9 +44,8 @@ mod state;
 mod ticks;
 
 use plumb_protocol::config::{Config, Drivers};
-use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
+use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement, Diagnostics, Measurement};
 use plumb_protocol::frame::{self, FrameError};
-use plumb_protocol::measurement::{ChipMeasurement, Measurement};
 use plumb_protocol::message::{
     self, Fault, FaultReport, FromBoard, Refusal, StartCause, Telemetry, ToBoard,
 };

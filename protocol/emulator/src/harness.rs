@@ -4,9 +4,8 @@
 use plumb_core::law_worker::{LawRequest, LawResponse};
 use plumb_core::{Board, BuildLimits, LawWorker, Outbox, Tick};
 use plumb_protocol::Config;
-use plumb_protocol::diagnostics::ChipCounts;
+use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement};
 use plumb_protocol::frame::{self, Accumulator, FrameError};
-use plumb_protocol::measurement::ChipMeasurement;
 use plumb_protocol::message::{Command, FromBoard, Hello, StartCause, ToBoard};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 

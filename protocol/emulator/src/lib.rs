@@ -6,14 +6,10 @@
 pub mod board;
 pub mod harness;
 pub mod plant;
-mod sampler;
 pub mod serve;
-pub mod terminal;
 pub mod wire;
 
-pub use board::{EMULATED, EmulatedBoard};
+pub use board::{EMULATED, EmulatedBoard, MotorSample};
 pub use harness::{Harness, LawDelay};
-pub use sampler::MotorSample;
-pub use serve::{Served, serve};
-pub use terminal::Terminal;
+pub use serve::{Served, Terminal, serve};
 pub use wire::Wire;

@@ -76,7 +76,8 @@ impl Guards {
         let here = Nearest { position: ball, target, error };
         let radius = params.reached.radius.0.unsigned_abs();
         let diverged = self.divergence.update(now, state, &params.growth);
-        let left_behind = self.motion_without_ball.update(ball, motors.present, &params.following);
+        let left_behind =
+            self.motion_without_ball.update(ball, motors.present, &params.motion_without_ball);
         let stuck = self.progress.update(now, here, radius, &params.progress);
         match (diverged, left_behind, stuck) {
             (true, ..) => Some(Fault::ErrorGrowing),

@@ -6,9 +6,10 @@ use crate::common::bench::Bench;
 use crate::common::{BUILD, config};
 use plumb_core::BuildLimits;
 use plumb_protocol::config::{Coils, Drivers, Motor};
-use plumb_protocol::diagnostics::{ChipCounts, Diagnostics, ProcessorFault};
+use plumb_protocol::diagnostics::{
+    ChipCounts, ChipMeasurement, Diagnostics, Measurement, ProcessorFault, PulseCount,
+};
 use plumb_protocol::frame::encode;
-use plumb_protocol::measurement::{ChipMeasurement, Measurement, PulseCount};
 use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 use plumb_protocol::{Command, Config, FromBoard, Hello, Provenance, ToBoard};

@@ -3,9 +3,8 @@
 use plumb_core::{Board, Tick};
 use plumb_emulator::{Harness, LawDelay};
 use plumb_protocol::Config;
-use plumb_protocol::diagnostics::ChipCounts;
+use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement};
 use plumb_protocol::frame::FrameError;
-use plumb_protocol::measurement::ChipMeasurement;
 use plumb_protocol::message::{FromBoard, StartCause};
 use plumb_protocol::units::Micros;
 
