@@ -7,7 +7,7 @@ use plumb_protocol::message::{Command, Fault, FromBoard, Position, State};
 use plumb_protocol::units::{Micros, Point};
 
 use super::course::Course;
-use super::follower::{Follower, Reading};
+use super::follower::{CourseFollower, Reading};
 
 /// A board that follows a path. With each frame the host sends the path from the time on that the
 /// board has reported.
@@ -43,7 +43,7 @@ impl<'a> BoardFollower<'a> {
     }
 }
 
-impl Follower for BoardFollower<'_> {
+impl CourseFollower for BoardFollower<'_> {
     fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         self.position = self.position.wrapping_add(1);
         let ball = ball.and_then(|ball| Point::from_metres(ball.into()));
