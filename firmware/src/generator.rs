@@ -34,7 +34,6 @@ const MOTORS: u8 = 0b0111;
 const ESTOP_FILTER_US: u32 = 50;
 /// The flag that the monitor of the emergency input sets.
 const ESTOP_FLAG: u8 = 1 << 4;
-/// The STEP pins.
 const STEP_PINS: u32 = 1 << pins::STEP[0] | 1 << pins::STEP[1] | 1 << pins::STEP[2];
 
 /// Words of the coming tick, which the DMA channels read.

@@ -1,7 +1,7 @@
 //! What the firmware says of itself.
 //!
-//! `picotool info -a` prints program, version and pins of a file with this firmware, or of a board in
-//! its bootloader; memory.x places the header and the list of the entries. The host gets the
+//! `picotool info -a` prints program, version and pins of a file with this firmware, or of a board
+//! in its bootloader; memory.x places the header and the list of the entries. The host gets the
 //! provenance of the program and the chip.
 
 use core::ffi::{CStr, c_char};

@@ -1,5 +1,5 @@
-//! Handlers and priorities of the peripherals' interrupts, the table of all vectors, and the executor
-//! of the tasks: an interrupt above thread mode and below all others.
+//! Handlers and priorities of the peripherals' interrupts, the table of all vectors, and the
+//! executor of the tasks: an interrupt above thread mode and below all others.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -62,7 +62,6 @@ fn SWI_IRQ_1() {
     unsafe { EXECUTOR.on_interrupt() }
 }
 
-/// Starts the executor.
 pub(crate) fn start_executor() -> SendSpawner {
     interrupt::SWI_IRQ_1.set_priority(Priority::P3);
     EXECUTOR.start(interrupt::SWI_IRQ_1)

@@ -30,7 +30,6 @@ const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
 /// Frames from the board, on their way to the master. Size in bytes.
 static OUTBOX: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
 
-/// Resources of the links.
 pub(crate) struct LinkResources {
     pub(crate) usb: Peri<'static, USB>,
     pub(crate) uart: Peri<'static, UART0>,

@@ -43,7 +43,6 @@ use link::LinkResources;
 use stepping::SteppingResources;
 use watchdog::TickWatchdog;
 
-/// Resources of the tasks.
 struct TaskResources {
     link: LinkResources,
     hats: HatResources,
@@ -51,7 +50,6 @@ struct TaskResources {
     led: Peri<'static, PIN_25>,
 }
 
-/// Starts the tasks.
 #[embassy_executor::task]
 async fn start_tasks(resources: TaskResources) {
     // SAFETY: the spawner stays in this task, which runs in the spawner's executor.

@@ -1,10 +1,10 @@
 //! Arithmetic that the compiler calls by the names of the ARM run-time ABI: division of integers by
-//! the chip's divider, and `f32` by plumb-core's [`soft_float`]. The functions replace the compiler's
-//! own.
+//! the chip's divider, and `f32` by plumb-core's [`soft_float`]. The functions replace the
+//! compiler's own.
 //!
 //! **Division** takes the hardware divider 8 clocks, where the compiler's own routine takes
-//! hundreds. All interrupts share the divider, so interrupts are masked from writing the operands to
-//! reading the results: about 15 clocks.
+//! hundreds. All interrupts share the divider, so interrupts are masked from writing the operands
+//! to reading the results: about 15 clocks.
 //!
 //! embassy-rp 0.10 has a divider too (feature `intrinsics`), but that feature also replaces the
 //! arithmetic of `f32` by the boot ROM's. The ROM's flushes subnormals to zero, so that chip and
@@ -13,8 +13,8 @@
 //! update of the law `adaptive` took 43 158 clocks instead of 43 587, one of `taut` 1 319 071
 //! instead of 1 315 067, and the median tick the same 948 (`make bench-chip`).
 //!
-//! **`f32`** follows IEEE 754 both here and in the compiler's own routines, so every bit of a result
-//! is the same; [`soft_float`] is faster.
+//! **`f32`** follows IEEE 754 both here and in the compiler's own routines, so every bit of a
+//! result is the same; [`soft_float`] is faster.
 
 use core::arch::asm;
 

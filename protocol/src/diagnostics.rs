@@ -1,5 +1,6 @@
-//! What a board has counted since its start, for a report of a problem; what its chip measures of its
-//! own pulses and clock, for a self-test; and the number of the place where its program panicked.
+//! What a board has counted since its start, for a report of a problem; what its chip measures of
+//! its own pulses and clock, for a self-test; and the number of the place where its program
+//! panicked.
 
 use core::fmt;
 

@@ -299,7 +299,6 @@ impl Board {
         self.send_telemetry(now, out);
     }
 
-    /// Sends telemetry.
     #[inline(never)]
     fn send_telemetry(&mut self, now: Micros, out: &mut Outbox) {
         self.session.last_telemetry = now;

@@ -9,10 +9,10 @@
 //! host it responds at once. The tick of the request alone fixes the tick in which the response
 //! takes effect, so both behave alike, to the bit.
 //!
-//! The [`LawClient`] is the board's side. One request is open at a time, until the tick in which its
-//! response takes effect. Of the positions that come meanwhile the newest waits, and becomes the
-//! next request. A response belongs to the target of its request: after another target, a stop or a
-//! fault it has no effect, but the law's state has taken in the position.
+//! The [`LawClient`] is the board's side. One request is open at a time, until the tick in which
+//! its response takes effect. Of the positions that come meanwhile the newest waits, and becomes
+//! the next request. A response belongs to the target of its request: after another target, a stop
+//! or a fault it has no effect, but the law's state has taken in the position.
 
 use plumb_protocol::units::{Covariance, Micros, RelativeTension};
 

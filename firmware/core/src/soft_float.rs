@@ -8,7 +8,6 @@
 
 /// Sign bit.
 const SIGN: u32 = 1 << 31;
-/// Infinity.
 const INFINITY: u32 = 0xff << 23;
 /// A quiet NaN.
 const NAN: u32 = 0x7fc0_0000;

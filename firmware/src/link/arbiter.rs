@@ -1,5 +1,5 @@
-//! The way from the links to the stepping interrupt: arbitration between USB and UART, and the inbox
-//! of their messages.
+//! The way from the links to the stepping interrupt: arbitration between USB and UART, and the
+//! inbox of their messages.
 //!
 //! The link that receives an intact frame first becomes the master: it alone exchanges messages
 //! with the board. It stays the master until it is disconnected, or until it has received no intact
@@ -40,7 +40,6 @@ impl LinkArbiter {
         Self { inbox, master: None }
     }
 
-    /// Returns the master.
     pub(super) fn master(&self) -> Option<Port> {
         self.master.map(|(port, _)| port)
     }
@@ -118,7 +117,6 @@ const QUEUE_LENGTH: usize = 8;
 /// A frame from the host, decoded by the links' tasks, where decoding delays no step.
 #[derive(Clone, Copy)]
 pub(crate) enum Message {
-    /// A position.
     Position(PositionCommand),
     /// Any other command: the next of [`Inbox::commands`]. It has a queue of its own, since the
     /// largest command is five times as large as a position.

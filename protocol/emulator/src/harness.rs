@@ -1,5 +1,5 @@
-//! The board's core with what its chip adds: a worker for the laws and a queue of bytes to the host.
-//! Everything outside the chip that runs the core goes through here.
+//! The board's core with what its chip adds: a worker for the laws and a queue of bytes to the
+//! host. Everything outside the chip that runs the core goes through here.
 
 use plumb_core::law_worker::{LawRequest, LawResponse};
 use plumb_core::{Board, BuildLimits, LawWorker, Outbox, Tick};
@@ -15,7 +15,8 @@ pub enum LawDelay {
     /// The response comes in the tick of its request: the law takes no time.
     #[default]
     SameTick,
-    /// The response comes before the plan of the tick that is this number of ticks later, 1 or more.
+    /// The response comes before the plan of the tick that is this number of ticks later, 1 or
+    /// more.
     Ticks(u32),
     /// No response comes.
     Never,

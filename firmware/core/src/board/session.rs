@@ -1,5 +1,5 @@
-//! The conversation with the host, and the last request that was carried out, so that a repetition is
-//! not carried out again.
+//! The conversation with the host, and the last request that was carried out, so that a repetition
+//! is not carried out again.
 
 use plumb_protocol::Config;
 use plumb_protocol::frame::Accumulator;

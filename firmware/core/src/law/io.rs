@@ -1,5 +1,5 @@
-//! Interface of a law: the [`Measurement`] that it gets, the [`Setpoint`] with its [`MotorRates`] that
-//! it returns, and the [limits](MotorLimits) of the motors.
+//! Interface of a law: the [`Measurement`] that it gets, the [`Setpoint`] with its [`MotorRates`]
+//! that it returns, and the [limits](MotorLimits) of the motors.
 
 use plumb_protocol::config;
 use plumb_protocol::units::{Covariance, Point, RelativeTension};

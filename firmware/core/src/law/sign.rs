@@ -1,5 +1,5 @@
-//! The law `sign`: uses the signs of the Jacobian and nothing else. Its detection of overshoot damps
-//! the law `adaptive` too.
+//! The law `sign`: uses the signs of the Jacobian and nothing else. Its detection of overshoot
+//! damps the law `adaptive` too.
 
 use plumb_protocol::config;
 

@@ -1,6 +1,6 @@
 //! The step planner: ramps, moving average, travel limits and pulses of the three motors. Forecasts
-//! say where the reference gets, for laws whose setpoints take effect later, and how the motors come
-//! to rest.
+//! say where the reference gets, for laws whose setpoints take effect later, and how the motors
+//! come to rest.
 
 use super::history::History;
 use super::moving_average::MovingAverage;

@@ -1,5 +1,6 @@
-//! The guards of a drive, which compare the ball's way with its target and with the motors: an error
-//! that grows, motors that turn without the ball, and a ball that gets no nearer to its target.
+//! The guards of a drive, which compare the ball's way with its target and with the motors: an
+//! error that grows, motors that turn without the ball, and a ball that gets no nearer to its
+//! target.
 
 use plumb_protocol::config::{Following, Growth, Progress};
 use plumb_protocol::message::Fault;

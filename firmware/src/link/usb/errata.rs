@@ -1,17 +1,17 @@
-//! What the firmware does about erratum E15 of the RP2040: the USB controller hangs where a bus error
-//! damages the host's acknowledgement of data. A host that fetches data late in a frame, up to the
-//! beginning of the next one, can cause that.
+//! What the firmware does about erratum E15 of the RP2040: the USB controller hangs where a bus
+//! error damages the host's acknowledgement of data. A host that fetches data late in a frame, up
+//! to the beginning of the next one, can cause that.
 //!
 //! As TinyUSB does (rp2040_usb.c: `e15_is_critical_frame_period`), data is not offered during the
 //! last part of a frame. An interrupt for each frame would take the processor 0.3 % of its time.
 //! Frames come every millisecond, so that the beginning of one in each period of the supervisor
 //! tells all others.
 //!
-//! The [supervisor](Supervisor) resets a controller that hangs all the same. Such a controller takes
-//! part in no transfer any more, and no reset of the bus ends that (hathach/tinyusb, pull request
-//! 1779; embassy-rs/embassy, issue 2880). So data that is offered stays offered, although the bus is
-//! in use. A reset takes the board off the bus for a moment, and the host enumerates it anew. It
-//! comes at rest only: while motors turn, the host's silence has ended a run long before.
+//! The [supervisor](Supervisor) resets a controller that hangs all the same. Such a controller
+//! takes part in no transfer any more, and no reset of the bus ends that (hathach/tinyusb, pull
+//! request 1779; embassy-rs/embassy, issue 2880). So data that is offered stays offered, although
+//! the bus is in use. A reset takes the board off the bus for a moment, and the host enumerates it
+//! anew. It comes at rest only: while motors turn, the host's silence has ended a run long before.
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};

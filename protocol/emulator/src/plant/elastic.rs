@@ -1,5 +1,5 @@
-//! Plant model whose ball has mass and hangs on springs that cannot push: its parameters, its motion,
-//! and its rest position.
+//! Plant model whose ball has mass and hangs on springs that cannot push: its parameters, its
+//! motion, and its rest position.
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,5 @@
-//! The part of a path that the host has sent last, and a point that chases it within limits of speed,
-//! acceleration and jerk.
+//! The part of a path that the host has sent last, and a point that chases it within limits of
+//! speed, acceleration and jerk.
 
 use plumb_protocol::config::PathLimits;
 use plumb_protocol::message::{KNOTS, Knot, Reference};
