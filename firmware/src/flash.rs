@@ -30,7 +30,6 @@ const PAGE: usize = 256;
 /// The flash driver.
 pub(crate) type ConfigFlash = Flash<'static, FLASH, Blocking, SIZE>;
 
-/// A write to the flash.
 #[allow(clippy::large_enum_variant, reason = "there is one at a time, and no heap for it")]
 pub(crate) enum FlashWrite {
     /// A configuration.

@@ -19,8 +19,8 @@ use embassy_rp::peripherals::{
     DMA_CH0, DMA_CH1, DMA_CH2, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_14, PIN_15, PIO0,
 };
 use embassy_rp::pio::{Common, Pio};
-use plumb_core::driver_timing::DriverTiming;
 use plumb_core::segment::{Segments, given};
+use plumb_core::timing::DriverTiming;
 use plumb_core::{Pulses, StepPlan};
 
 use crate::enable::Enable;
@@ -34,7 +34,6 @@ const MOTORS: u8 = 0b0111;
 const ESTOP_FILTER_US: u32 = 50;
 /// The flag that the monitor of the emergency input sets.
 const ESTOP_FLAG: u8 = 1 << 4;
-/// The STEP pins.
 const STEP_PINS: u32 = 1 << pins::STEP[0] | 1 << pins::STEP[1] | 1 << pins::STEP[2];
 
 /// Words of the coming tick, which the DMA channels read.
@@ -132,7 +131,7 @@ impl Generator {
 
     /// Waits until the state machines have finished, a tick at most.
     pub(crate) fn finish(&mut self) {
-        for _ in 0..plumb_core::clock::TICK_CLOCKS {
+        for _ in 0..plumb_core::timing::TICK_CLOCKS {
             if (0..3).all(program::idle) || self.estop_tripped() {
                 break;
             }
@@ -211,9 +210,9 @@ impl Generator {
         };
         let count = begun.unsigned_abs() as u16;
         let done = match program::progress(motor) {
-            program::Progress::Between => count,
-            program::Progress::Beginning => 0,
-            program::Progress::Within { remaining } => given(count, remaining),
+            program::SegmentProgress::Between => count,
+            program::SegmentProgress::Beginning => 0,
+            program::SegmentProgress::Within { remaining } => given(count, remaining),
         };
         begun.signum() * i32::from(count - done) + waiting
     }

@@ -89,7 +89,6 @@ pub(crate) fn leave(command: HatCommand) {
     COMMAND.signal(HatCommand { positions: None, ..command });
 }
 
-/// Resources of the HATs.
 pub(crate) struct HatResources {
     pub(crate) bus: Peri<'static, I2C0>,
     pub(crate) data: Peri<'static, PIN_16>,

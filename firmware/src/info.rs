@@ -1,9 +1,14 @@
-//! What `picotool info -a` prints of a file with this firmware, or of a board in its bootloader:
-//! program, version and pins. memory.x places the header and the list of the entries.
+//! What the firmware says of itself.
+//!
+//! `picotool info -a` prints program, version and pins of a file with this firmware, or of a board
+//! in its bootloader; memory.x places the header and the list of the entries. The host gets the
+//! provenance of the program and the chip.
 
 use core::ffi::{CStr, c_char};
 
-use embassy_rp::binary_info::{self, DataType, EntryAddr, consts};
+use embassy_rp::binary_info::{DataType, EntryAddr, consts};
+use embassy_rp::{binary_info, rom_data};
+use plumb_protocol::provenance::{BoardKind, Commit, Provenance, RELEASE};
 
 /// Names of pins (the SDK's `binary_info_pins_with_name_t`).
 #[repr(C)]
@@ -47,3 +52,25 @@ static ENTRIES: [EntryAddr; 4] = [
 #[used]
 #[unsafe(link_section = ".bi_entries")]
 static PIN_ENTRIES: [&PinNames; 1] = [&PINS];
+
+/// Source of this program, as scripts/firmware tells it.
+const COMMIT: Option<Commit> = match option_env!("PLUMB_COMMIT") {
+    Some(text) => Commit::parse(text),
+    None => None,
+};
+
+/// Returns the provenance of this program and this chip.
+pub(crate) fn provenance() -> Provenance {
+    Provenance { release: RELEASE, commit: COMMIT, board: BoardKind::Pico, stepping: stepping() }
+}
+
+/// Returns the chip's stepping, which the version of its boot ROM tells (RP2040 data sheet,
+/// appendix B: each stepping has a boot ROM of its own).
+fn stepping() -> Option<[u8; 2]> {
+    match rom_data::rom_version_number() {
+        1 => Some(*b"B0"),
+        2 => Some(*b"B1"),
+        3 => Some(*b"B2"),
+        _ => None,
+    }
+}

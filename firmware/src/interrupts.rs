@@ -1,12 +1,14 @@
-//! Handlers and priorities of the peripherals' interrupts, and the table of all vectors.
+//! Handlers and priorities of the peripherals' interrupts, the table of all vectors, and the
+//! executor of the tasks: an interrupt above thread mode and below all others.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::SCB;
-use embassy_rp::interrupt::{self, InterruptExt, Priority};
-use embassy_rp::{bind_interrupts, i2c, peripherals, pio, uart, usb};
+use embassy_executor::{InterruptExecutor, SendSpawner, SpawnError, SpawnToken, Spawner};
+use embassy_rp::interrupt::{InterruptExt, Priority};
+use embassy_rp::{bind_interrupts, i2c, interrupt, peripherals, pio, uart, usb};
 
-use crate::link::usb::frames::FrameHandler;
+use crate::link::usb::errata::FrameHandler;
 
 bind_interrupts!(pub(crate) struct Interrupts {
     USBCTRL_IRQ => FrameHandler, usb::InterruptHandler<peripherals::USB>;
@@ -50,4 +52,24 @@ pub(crate) fn copy_vectors() {
     // SAFETY: the copy has the same vectors, and stays.
     unsafe { vtor.write(COPY.0.as_ptr() as u32) };
     cortex_m::asm::dsb();
+}
+
+static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+
+#[embassy_rp::interrupt]
+fn SWI_IRQ_1() {
+    // SAFETY: the executor was started with this interrupt, and nothing else calls the function.
+    unsafe { EXECUTOR.on_interrupt() }
+}
+
+pub(crate) fn start_executor() -> SendSpawner {
+    interrupt::SWI_IRQ_1.set_priority(Priority::P3);
+    EXECUTOR.start(interrupt::SWI_IRQ_1)
+}
+
+/// Starts a task. Each task is started once, so there is always room for it.
+pub(crate) fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
+    if let Ok(task) = task {
+        spawner.spawn(task);
+    }
 }

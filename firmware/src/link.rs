@@ -5,7 +5,6 @@
 //! a link.
 
 mod arbiter;
-mod inbox;
 pub(crate) mod reset;
 mod uart;
 pub(crate) mod usb;
@@ -20,10 +19,10 @@ use embassy_sync::pipe::Pipe;
 use embassy_time::{Duration, with_timeout};
 use static_cell::StaticCell;
 
-use crate::executor::spawn;
-use arbiter::{LinkArbiter, Port, SharedArbiter};
-use inbox::InboxWriter;
-pub(crate) use inbox::{Inbox, Message, inbox};
+use crate::interrupts::spawn;
+pub(crate) use arbiter::{Inbox, Message, inbox};
+use arbiter::{InboxWriter, LinkArbiter, Port, SharedArbiter};
+pub(crate) use usb::errata::set_moving;
 
 /// Time after which a write is given up.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
@@ -31,7 +30,6 @@ const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
 /// Frames from the board, on their way to the master. Size in bytes.
 static OUTBOX: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
 
-/// Resources of the links.
 pub(crate) struct LinkResources {
     pub(crate) usb: Peri<'static, USB>,
     pub(crate) uart: Peri<'static, UART0>,

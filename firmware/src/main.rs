@@ -16,11 +16,8 @@
 
 mod coils;
 mod diagnostics;
-mod divide;
 mod enable;
-mod executor;
 mod flash;
-mod float;
 mod generator;
 mod hats;
 mod info;
@@ -28,8 +25,8 @@ mod interrupts;
 mod law_worker;
 mod link;
 mod pins;
-mod provenance;
 mod restart;
+mod run_time_abi;
 mod stack;
 mod stepping;
 mod watchdog;
@@ -39,14 +36,13 @@ use coils::Coils;
 use embassy_executor::Spawner;
 use embassy_rp::peripherals::PIN_25;
 use embassy_rp::{Peri, Peripherals};
-use executor::spawn;
 use generator::{Generator, GeneratorResources};
 use hats::HatResources;
+use interrupts::spawn;
 use link::LinkResources;
 use stepping::SteppingResources;
 use watchdog::TickWatchdog;
 
-/// Resources of the tasks.
 struct TaskResources {
     link: LinkResources,
     hats: HatResources,
@@ -54,7 +50,6 @@ struct TaskResources {
     led: Peri<'static, PIN_25>,
 }
 
-/// Starts the tasks.
 #[embassy_executor::task]
 async fn start_tasks(resources: TaskResources) {
     // SAFETY: the spawner stays in this task, which runs in the spawner's executor.
@@ -95,7 +90,7 @@ fn main() -> ! {
         id,
     };
     let hats = HatResources { bus: p.I2C0, data: p.PIN_16, clock: p.PIN_17 };
-    let spawner = executor::start();
+    let spawner = interrupts::start_executor();
     if let Ok(task) = start_tasks(TaskResources { link, hats, flash, led: p.PIN_25 }) {
         spawner.spawn(task);
     }

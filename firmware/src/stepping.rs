@@ -6,7 +6,6 @@
 //! (while the flash is written), all later ticks are late by as much.
 
 use core::cell::RefCell;
-use core::sync::atomic::{AtomicBool, Ordering};
 
 use critical_section::Mutex;
 use embassy_rp::gpio::Level;
@@ -25,7 +24,7 @@ use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{diagnostics, flash, law_worker, provenance, witness};
+use crate::{diagnostics, flash, info, law_worker, witness};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
@@ -57,14 +56,6 @@ enum Commutated {
 
 /// The state, until the interrupt takes it over.
 static STEPPING: Mutex<RefCell<Option<&'static mut Stepping>>> = Mutex::new(RefCell::new(None));
-
-/// Whether a motor turns; at most 3.2 ms old.
-static MOVING: AtomicBool = AtomicBool::new(false);
-
-/// Returns whether a motor turns.
-pub(crate) fn moving() -> bool {
-    MOVING.load(Ordering::Relaxed)
-}
 
 /// Resources of the stepping interrupt.
 pub(crate) struct SteppingResources {
@@ -141,7 +132,7 @@ impl Stepping {
             resources;
         let mut board = Board::new(BUILD);
         board.set_start_cause(cause);
-        board.set_provenance(provenance::provenance());
+        board.set_provenance(info::provenance());
         if let Some(config) = config {
             board.restore(&config);
         }
@@ -207,7 +198,7 @@ impl Stepping {
             self.outbox.clear();
         }
         if self.watchdog.has_checked() {
-            MOVING.store(self.board.rates() != [0; 3], Ordering::Relaxed);
+            link::set_moving(self.board.rates() != [0; 3]);
         }
         self.now.0 += u64::from(TICK_US);
         self.beginning = self.beginning.wrapping_add(TICK_US);

@@ -6,7 +6,7 @@ use embassy_rp::pio::program::{
     InstructionOperands, MovDestination, MovOperation, MovSource, pio_asm,
 };
 use plumb_core::TICK_US;
-use plumb_protocol::measurement::{ChipMeasurement, PulseCount};
+use plumb_protocol::diagnostics::{ChipMeasurement, PulseCount};
 
 use crate::pins;
 

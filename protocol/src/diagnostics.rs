@@ -1,10 +1,13 @@
-//! What a board has counted since its start, for a report of a problem.
+//! What a board has counted since its start, for a report of a problem; what its chip measures of
+//! its own pulses and clock, for a self-test; and the number of the place where its program
+//! panicked.
 
 use core::fmt;
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::frame::CRC;
 use crate::message::StartCause;
 
 /// Answer to a [`Diagnose`](crate::Command::Diagnose) command.
@@ -51,4 +54,44 @@ impl fmt::Display for ProcessorFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "at {:#010x}, last called from {:#010x}", self.pc, self.lr)
     }
+}
+
+/// Answer to a [`Measure`](crate::Command::Measure) command. Differences of two measurements count.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Measurement {
+    /// The command's [`ToBoard::id`](crate::ToBoard::id).
+    pub id: u16,
+    /// What the chip has measured.
+    pub chip: ChipMeasurement,
+}
+
+/// What a chip has measured.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ChipMeasurement {
+    /// Pulses at the pins of motors A, B and C.
+    pub pulses: [PulseCount; 3],
+    /// Time on the chip's clock, microseconds; wraps.
+    pub time_us: u32,
+    /// Number of the last frame of USB, 0 to 2047; wraps. A host begins one every millisecond.
+    /// `None` where USB is not connected.
+    pub usb_frame: Option<u16>,
+}
+
+/// Pulses that were counted at the pins of a motor; both wrap.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PulseCount {
+    /// Rising edges of STEP with DIR low.
+    pub low: u32,
+    /// Rising edges of STEP with DIR high.
+    pub high: u32,
+}
+
+/// Returns the number of a place in the source: the CRC-32 of the file's path, as the compiler
+/// gives it, and of the line, little endian. It fits a register that keeps its content over a
+/// restart. `scripts/panic-place` finds the place again.
+pub fn panic_place(file: &str, line: u32) -> u32 {
+    let mut digest = CRC.digest();
+    digest.update(file.as_bytes());
+    digest.update(&line.to_le_bytes());
+    digest.finalize()
 }

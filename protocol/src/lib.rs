@@ -67,14 +67,12 @@
 pub mod config;
 pub mod diagnostics;
 pub mod frame;
-pub mod measurement;
 pub mod message;
-mod panic_place;
 pub mod provenance;
 mod text;
 pub mod units;
 
 pub use config::Config;
+pub use diagnostics::panic_place;
 pub use message::{Command, FromBoard, Hello, MAGIC, SCHEMA, ToBoard, VERSION};
-pub use panic_place::panic_place;
 pub use provenance::{Provenance, RELEASE};

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use crate::diagnostics::Diagnostics;
-use crate::measurement::Measurement;
+use crate::diagnostics::Measurement;
 use crate::provenance::Provenance;
 use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
 

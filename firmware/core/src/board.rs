@@ -37,7 +37,6 @@
 mod admit;
 mod commands;
 mod outbox;
-mod requests;
 mod schedule;
 mod session;
 mod setup;
@@ -45,20 +44,19 @@ mod state;
 mod ticks;
 
 use plumb_protocol::config::{Config, Drivers};
-use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
+use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement, Diagnostics, Measurement};
 use plumb_protocol::frame::{self, FrameError};
-use plumb_protocol::measurement::{ChipMeasurement, Measurement};
 use plumb_protocol::message::{
     self, Fault, FaultReport, FromBoard, Refusal, StartCause, Telemetry, ToBoard,
 };
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
-use crate::driver_timing::DriverTiming;
 use crate::law_worker::LawResponse;
 use crate::params::BuildLimits;
 use crate::plan::{Planner, StepPlan};
 use crate::servo::Servo;
+use crate::timing::DriverTiming;
 pub use outbox::Outbox;
 use schedule::{EMERGENCY_TICKS, Schedule};
 use session::Session;
@@ -301,7 +299,6 @@ impl Board {
         self.send_telemetry(now, out);
     }
 
-    /// Sends telemetry.
     #[inline(never)]
     fn send_telemetry(&mut self, now: Micros, out: &mut Outbox) {
         self.session.last_telemetry = now;

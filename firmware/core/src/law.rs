@@ -8,20 +8,17 @@ mod axis_kalman;
 mod fixed_point;
 mod interval;
 mod io;
-mod overshoot;
-mod rates;
 mod selection;
 mod sign;
-mod signs;
-mod solve;
 mod taut;
 
 pub use adaptive::Adaptive;
 pub use interval::{Interval, V_FRACTION_BITS};
 #[cfg(test)]
 pub(crate) use interval::{LIMB_BITS, MAX_ERROR as INTERVAL_ERROR};
-pub use io::{Law, Limits, MOTOR_SAMPLE_US, Measurement, Setpoint, variances};
-pub use rates::MotorRates;
+pub use io::{
+    Aim, Law, MOTOR_SAMPLE_US, Measurement, MotorLimits, MotorRates, Setpoint, variances,
+};
 pub use selection::{DeferredLaw, DeferredLawKind, InlineLaw, LawSelection};
 pub use sign::Sign;
 pub use taut::Taut;

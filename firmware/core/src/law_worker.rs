@@ -8,13 +8,21 @@
 //! A [`LawWorker`] owns the law with its state. On the chip it runs below everything else, on a
 //! host it responds at once. The tick of the request alone fixes the tick in which the response
 //! takes effect, so both behave alike, to the bit.
+//!
+//! The [`LawClient`] is the board's side. One request is open at a time, until the tick in which
+//! its response takes effect. Of the positions that come meanwhile the newest waits, and becomes
+//! the next request. A response belongs to the target of its request: after another target, a stop
+//! or a fault it has no effect, but the law's state has taken in the position.
 
-mod client;
+use plumb_protocol::units::{Covariance, Micros, RelativeTension};
 
-use plumb_protocol::units::RelativeTension;
-
-use crate::law::{DeferredLaw, DeferredLawKind, Law, Limits, Measurement, Setpoint};
-pub use client::LawClient;
+use crate::law::{
+    Aim, DeferredLaw, DeferredLawKind, Law, MOTOR_SAMPLE_US, Measurement, MotorLimits, Setpoint,
+    variances,
+};
+use crate::params::Params;
+use crate::plan::Planner;
+use crate::timing::TICK_US;
 
 /// A request for one update of a deferred law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,8 +31,8 @@ pub struct LawRequest {
     pub number: u32,
     /// The configured law.
     pub kind: DeferredLawKind,
-    /// Limits of the motors.
-    pub limits: Limits,
+    /// MotorLimits of the motors.
+    pub limits: MotorLimits,
     /// Number of the board's configuration; wraps. The worker replaces a law that was made for
     /// another one.
     pub generation: u32,
@@ -75,5 +83,135 @@ impl LawWorker {
         });
         let setpoint = configured.law.update(measurement);
         LawResponse { number: *number, setpoint, tensions: configured.law.tensions() }
+    }
+}
+
+/// A position that waits to become a request.
+#[derive(Debug, Clone, Copy)]
+struct PendingMeasurement {
+    /// When the frame was captured.
+    captured: Micros,
+    /// Position of the ball, µm.
+    ball: [i32; 3],
+    /// Covariance of the position; `None` if the host did not send one.
+    covariance: Option<Covariance>,
+}
+
+/// A request whose response has not taken effect yet.
+#[derive(Debug, Clone, Copy)]
+struct OpenRequest {
+    /// When the response takes effect.
+    due: Micros,
+    /// The response, once it is there.
+    response: Option<LawResponse>,
+}
+
+/// Client of a [`LawWorker`].
+#[derive(Debug, Clone, Default)]
+pub struct LawClient {
+    /// Number of the last request.
+    number: u32,
+    open: Option<OpenRequest>,
+    /// Newest position without a request.
+    pending: Option<PendingMeasurement>,
+    /// See [`LawRequest::generation`].
+    generation: u32,
+    /// Request that was made and not taken yet.
+    request: Option<LawRequest>,
+}
+
+impl LawClient {
+    /// Takes in the position `ball` (µm) of a frame that was captured at `captured`.
+    pub fn on_position(
+        &mut self,
+        captured: Micros,
+        ball: [i32; 3],
+        covariance: Option<Covariance>,
+    ) {
+        self.pending = Some(PendingMeasurement { captured, ball, covariance });
+    }
+
+    /// Discards the position that waits.
+    pub fn discard_pending(&mut self) {
+        self.pending = None;
+    }
+
+    /// Begins with another configuration: the law is made anew with the next request, and the
+    /// position that waits is discarded.
+    pub fn reset(&mut self) {
+        self.generation = self.generation.wrapping_add(1);
+        self.discard_pending();
+    }
+
+    /// Checks whether a position waits to become a request.
+    #[inline]
+    pub fn has_pending(&self) -> bool {
+        self.pending.is_some()
+    }
+
+    /// Makes a request from the position that waits, where no request is open, and returns its
+    /// number. The response takes effect `ticks` later, and `aim` returns the target at that
+    /// moment. Call after the planning of the tick at `now`. See
+    /// [`take_request`](Self::take_request).
+    pub fn make_request(
+        &mut self,
+        now: Micros,
+        ticks: u32,
+        aim: impl FnOnce(Micros) -> Aim,
+        planner: &Planner,
+        params: &Params,
+    ) -> Option<u32> {
+        let kind = params.deferred_law().filter(|_| self.open.is_none())?;
+        let pending = self.pending.take()?;
+        // The planner's positions are those at the end of the tick.
+        let end = Micros(now.0 + u64::from(TICK_US));
+        let age_us = end.since(pending.captured).min(u64::from(u32::MAX)) as u32;
+        let age_us = age_us.saturating_add(params.delay_us());
+        let motors =
+            |times: u32| planner.positions_ago(age_us.saturating_add(times * MOTOR_SAMPLE_US));
+        let due = Micros(now.0 + u64::from(ticks * TICK_US));
+        let Aim { position, velocity } = aim(due);
+        let measurement = Measurement {
+            ball: pending.ball,
+            variances: variances(pending.covariance),
+            motors: motors(0),
+            motors_before: [motors(1), motors(2)],
+            motors_ahead: planner.reference_after(ticks - 1),
+            target: position,
+            velocity,
+        };
+        self.number = self.number.wrapping_add(1);
+        self.open = Some(OpenRequest { due, response: None });
+        let (number, limits, generation) = (self.number, params.limits(), self.generation);
+        self.request = Some(LawRequest { number, kind, limits, generation, measurement });
+        Some(number)
+    }
+
+    /// Returns the ticks between that at `now` and the one in which a response takes effect.
+    pub(crate) fn ticks_to_due(&self, now: Micros) -> u32 {
+        let left = self.open.map_or(u64::MAX, |open| open.due.since(now).saturating_sub(1));
+        (left / u64::from(TICK_US)).min(u64::from(u32::MAX)) as u32
+    }
+
+    /// Returns the request that was made, once.
+    #[inline]
+    pub fn take_request(&mut self) -> Option<LawRequest> {
+        self.request.take()
+    }
+
+    /// Takes in a response. One that comes too late is ignored.
+    pub fn on_response(&mut self, response: &LawResponse) {
+        if let Some(open) = &mut self.open
+            && response.number == self.number
+        {
+            open.response = Some(*response);
+        }
+    }
+
+    /// Returns the number of the request whose response takes effect at `now`, with the response
+    /// where it is there. The request is then no longer open.
+    pub fn take_due(&mut self, now: Micros) -> Option<(u32, Option<LawResponse>)> {
+        let open = self.open.take_if(|open| open.due <= now)?;
+        Some((self.number, open.response))
     }
 }

@@ -33,10 +33,8 @@
 #![deny(missing_docs)]
 
 pub mod board;
-pub mod clock;
 pub mod coils;
 pub mod config_store;
-pub mod driver_timing;
 pub mod law;
 pub mod law_worker;
 pub mod params;
@@ -44,12 +42,13 @@ pub mod plan;
 pub mod segment;
 pub mod servo;
 pub mod soft_float;
+pub mod timing;
 mod vector;
 mod wide;
 
 pub use board::{Board, Outbox, Tick};
-pub use clock::TICK_US;
 pub use law::MotorRates;
 pub use law_worker::LawWorker;
 pub use params::BuildLimits;
 pub use plan::{Pulses, StepPlan};
+pub use timing::TICK_US;

@@ -7,11 +7,11 @@ use plumb_protocol::config::{
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{Micrometres, Point};
 
-use crate::clock::TICK_US;
-use crate::driver_timing::DriverTiming;
-use crate::law::{DeferredLawKind, Interval, LawSelection, Limits};
+use crate::law::{DeferredLawKind, Interval, LawSelection, MotorLimits};
+use crate::timing::DriverTiming;
+use crate::timing::TICK_US;
 
-/// Limits of the build, which no configuration can lift.
+/// MotorLimits of the build, which no configuration can lift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuildLimits {
     /// Highest pulse rate of one motor, microsteps/s; at most 1.25 million, the limit of the
@@ -31,7 +31,7 @@ pub struct Params {
     pub(crate) reached: Reached,
     pub(crate) deadlines: Deadlines,
     pub(crate) growth: Growth,
-    pub(crate) following: Following,
+    pub(crate) motion_without_ball: Following,
     pub(crate) progress: Progress,
     pub(crate) jog: JogLimits,
     pub(crate) path: PathLimits,
@@ -104,7 +104,7 @@ impl Params {
             reached: config.reached,
             deadlines: config.deadlines,
             growth: config.growth,
-            following: config.following,
+            motion_without_ball: config.following,
             progress: config.progress,
             jog: config.jog,
             path: config.path,
@@ -136,8 +136,8 @@ impl Params {
     }
 
     /// Returns the least of the motors' limits.
-    pub fn limits(&self) -> Limits {
-        Limits::of(&self.motors)
+    pub fn limits(&self) -> MotorLimits {
+        MotorLimits::of(&self.motors)
     }
 
     /// Returns the interval law; `None` where another one is configured.

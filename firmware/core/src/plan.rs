@@ -1,15 +1,13 @@
 //! From wanted motor rates to pulses: ramps within the limits, exact step counts, no motor past its
 //! travel.
 //!
-//! Time goes in ticks of [`TICK_US`](crate::clock::TICK_US). In a tick each motor turns at a
+//! Time goes in ticks of [`TICK_US`](crate::timing::TICK_US). In a tick each motor turns at a
 //! constant rate. Between ticks the rates move towards the wanted ones with one common factor, so
 //! that the path in motor space bends as little as it can. Divisions happen when the wanted rates
 //! change ([`Planner::set_rates`]); a tick only adds.
 
 #[cfg(test)]
 mod arithmetic;
-mod clocks;
-mod forecast;
 mod history;
 mod jog;
 mod moving_average;
@@ -19,8 +17,7 @@ mod ramp;
 mod step_axis;
 mod travel_limit;
 
-pub use forecast::RunOut;
 pub use jog::Jogging;
 pub(crate) use moving_average::mean_lag_us;
-pub use planner::Planner;
+pub use planner::{Planner, RunOut};
 pub use pulses::{Pulses, StepPlan};

@@ -12,9 +12,9 @@
 //! that would come too soon after the last one, or after a change of the direction line, comes
 //! late, and the next segment starts late by as much.
 
-use crate::clock::TICK_CLOCKS;
-use crate::driver_timing::{DriverTiming, MIN_LOW};
 use crate::plan::Pulses;
+use crate::timing::TICK_CLOCKS;
+use crate::timing::{DriverTiming, MIN_LOW};
 
 /// Clocks from a segment's start to its first pulse, without waiting.
 const TO_FIRST: u32 = 11;

@@ -9,33 +9,22 @@
 //! A [`Servo`] has no commands and no states. The board gives it positions and the present target,
 //! and reads the setpoint; the control benchmarks do the same with laws of their own.
 
-mod along_path;
-mod arrival;
-mod divergence;
-mod error;
-mod following;
 mod guards;
-mod nearest;
-mod old_ways;
-mod progress;
 mod reference;
 mod tracker;
 
-use plumb_protocol::message::Fault;
-use plumb_protocol::units::{Covariance, Micros, Milliseconds, Point, RelativeTension};
+use plumb_protocol::message::{Fault, Reference, ReferenceState};
+use plumb_protocol::units::{
+    Covariance, Micrometres, Micros, Milliseconds, Point, RelativeTension,
+};
 
-use crate::law::{DeferredLawKind, InlineLaw, Law, Measurement, Setpoint, variances};
+use crate::law::{Aim, DeferredLawKind, InlineLaw, Law, Measurement, Setpoint, variances};
 use crate::law_worker::{LawClient, LawRequest, LawResponse};
 use crate::params::Params;
-use crate::plan::Planner;
-use along_path::aim;
-use reference::Follower;
-
-pub use arrival::ArrivalDetector;
-pub use error::{error, magnitude};
+use crate::plan::{Planner, mean_lag_us};
 pub use guards::{DriveState, Guards, MotorsOfDrive};
-pub use reference::Aim;
-pub use tracker::BallTracker;
+use reference::ReferenceTracker;
+pub use tracker::{ArrivalDetector, BallTracker, error, magnitude};
 
 /// A position of the ball, inside the workspace.
 #[derive(Debug, Clone, Copy)]
@@ -64,7 +53,7 @@ impl MotorPositions {
 
 /// Result of [`Servo::check_progress`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Progress {
+pub struct DriveProgress {
     /// Whether the target counts as reached.
     pub reached: bool,
     /// Fault of a guard, which stops the drive.
@@ -104,7 +93,7 @@ pub struct Servo<L = InlineLaw> {
     /// See [`Servo::tensions`].
     tensions: Option<[RelativeTension; 3]>,
     /// The reference, while the drive follows one.
-    follower: Option<Follower>,
+    reference: Option<ReferenceTracker>,
 }
 
 /// Returns `limit` in µs.
@@ -140,7 +129,7 @@ impl<L: Law> Servo<L> {
             begun_at: None,
             left_way: None,
             tensions: None,
-            follower: None,
+            reference: None,
         }
     }
 
@@ -173,15 +162,15 @@ impl<L: Law> Servo<L> {
         self.setpoint_since = now;
         self.request = None;
         self.arrival = ArrivalDetector::default();
-        self.follower = None;
+        self.reference = None;
     }
 
     /// Notes that the drive's target is about to be replaced at `now`. The ball goes on its way to
     /// it until the motors have changed theirs.
     pub fn leave_target(&mut self, now: Micros, params: &Params) {
         let Some(ball) = self.tracker.filtered() else { return };
-        let ahead = match &self.follower {
-            Some(follower) => Some(follower.aim(now, params).a_second_later()),
+        let ahead = match &self.reference {
+            Some(reference) => Some(reference.aim(now, params).a_second_later()),
             None => self.guards.last_target().map(Point::micrometres),
         };
         let way = ahead.map(|ahead| [0, 1, 2].map(|i| ahead[i] - ball[i]));
@@ -224,9 +213,9 @@ impl<L: Law> Servo<L> {
         if params.deferred_law().is_some() {
             self.client.on_position(captured, ball, covariance);
         } else if let Some(law) = &mut self.law {
-            let aim = match self.follower.as_ref() {
-                Some(follower) if !law.uses_velocity() => follower.place(now, params),
-                follower => aim(follower, target, now, params),
+            let aim = match self.reference.as_ref() {
+                Some(reference) if !law.uses_velocity() => reference.place(now, params),
+                reference => aim(reference, target, now, params),
             };
             let setpoint = law.update(&Measurement {
                 ball,
@@ -245,8 +234,8 @@ impl<L: Law> Servo<L> {
     fn set_setpoint(&mut self, now: Micros, setpoint: Setpoint, params: &Params) {
         self.setpoint = Setpoint { rates: setpoint.rates.within(params.max_rates()), ..setpoint };
         self.setpoint_since = now;
-        if let Some(follower) = &mut self.follower {
-            follower.set_room(setpoint.room);
+        if let Some(reference) = &mut self.reference {
+            reference.set_room(setpoint.room);
         }
     }
 
@@ -257,14 +246,14 @@ impl<L: Law> Servo<L> {
         target: Point,
         planner: &Planner,
         params: &Params,
-    ) -> Progress {
-        let Some(filtered) = self.tracker.filtered() else { return Progress::default() };
+    ) -> DriveProgress {
+        let Some(filtered) = self.tracker.filtered() else { return DriveProgress::default() };
         let captured = self.last_seen();
-        if let Some(follower) = &mut self.follower {
-            follower.smooth(captured);
+        if let Some(reference) = &mut self.reference {
+            reference.smooth(captured);
         }
-        let (target, is_final) = match &self.follower {
-            Some(follower) => (follower.smoothed(), follower.has_arrived()),
+        let (target, is_final) = match &self.reference {
+            Some(reference) => (reference.smoothed(), reference.has_arrived()),
             None => (target, true),
         };
         let motors = MotorsOfDrive {
@@ -272,7 +261,7 @@ impl<L: Law> Servo<L> {
             at_capture: planner.positions_ago(age_us(now, captured)),
         };
         let state = DriveState::new(captured, filtered, target, motors);
-        Progress {
+        DriveProgress {
             reached: self.arrival.update(state.error, self.tracker.residual(), &params.reached)
                 && is_final,
             fault: self.guards.update(now, &state, params),
@@ -345,9 +334,9 @@ impl<L: Law> Servo<L> {
             self.client.discard_pending();
             return false;
         };
-        let aim = |due| aim(self.follower.as_ref(), target, due, params);
+        let aim = |due| aim(self.reference.as_ref(), target, due, params);
         let kind = params.deferred_law();
-        let ticks = match self.follower {
+        let ticks = match self.reference {
             Some(_) => kind.map_or(0, DeferredLawKind::following_ticks),
             None => kind.map_or(0, DeferredLawKind::ticks),
         };
@@ -383,5 +372,87 @@ impl<L: Law> Servo<L> {
         self.set_setpoint(now, setpoint, params);
         self.tensions = tensions;
         Ok(true)
+    }
+}
+
+/// Time that a drive along a path stands still without a position before it is given up, µs.
+/// People walk through a camera's view.
+const PATIENCE_US: u64 = 2_000_000;
+
+/// Returns the aim of a law whose rates take effect at `time`: of a drive that follows, or of one
+/// to `target`.
+fn aim(reference: Option<&ReferenceTracker>, target: Point, time: Micros, params: &Params) -> Aim {
+    reference.map_or(Aim::at(target), |reference| reference.aim(time, params))
+}
+
+impl<L: Law> Servo<L> {
+    /// Follows a path from `start` on, where the reference begins at rest.
+    pub fn follow(&mut self, now: Micros, start: Point, reference: &Reference) {
+        self.reference = Some(ReferenceTracker::new(now, start.micrometres(), reference));
+    }
+
+    /// Takes over the next part of the path, where it is newer than the last one. Returns whether
+    /// it is; `None` while the drive follows no path.
+    pub fn follow_on(&mut self, now: Micros, reference: &Reference) -> Option<bool> {
+        self.reference.as_mut().map(|tracker| tracker.update(now, reference))
+    }
+
+    /// Ends the following where the path has ended. Returns the path's end; `None` where the drive
+    /// follows none.
+    pub(crate) fn end_following(&mut self) -> Option<Point> {
+        self.reference.take().map(|reference| reference.last())
+    }
+
+    /// Returns when the reference needs its next step; `None` while the drive follows none.
+    pub(crate) fn next_reference_step(&self, params: &Params) -> Option<Micros> {
+        self.reference.as_ref().map(|reference| reference.next_step(mean_lag_us(params.mean_ms)))
+    }
+
+    /// Makes a part of the next state of the reference, where it is due at `now`. Call in every
+    /// tick, before [`make_request`](Self::make_request). `is_busy`: the tick has other work, and
+    /// the state waits if it can. Returns the position of the reference at `now`; `None` while the
+    /// drive follows none.
+    pub fn advance_reference(
+        &mut self,
+        now: Micros,
+        is_busy: bool,
+        params: &Params,
+    ) -> Option<Point> {
+        let is_due = self.next_reference_step(params)? <= now;
+        let is_seen = now.since(self.last_seen()) <= coasting_us(params.deadlines.position);
+        let filtered = self.tracker.filtered().filter(|_| is_seen);
+        let reference = self.reference.as_mut()?;
+        if is_due && (!is_busy || reference.is_late(now, mean_lag_us(params.mean_ms))) {
+            let deviation = filtered.map(|ball| magnitude(error(ball, reference.smoothed())));
+            reference.step(now, deviation, params);
+        }
+        Some(Point(reference.position(now).map(Micrometres)))
+    }
+
+    /// Returns the state of the reference for telemetry; `None` while the drive follows none.
+    pub fn reference_state(&self, now: Micros) -> Option<ReferenceState> {
+        self.reference.as_ref().map(|reference| reference.state(now))
+    }
+
+    /// Returns the last error and the filtered one of a drive to `target`, µm. Where the drive
+    /// follows a reference, the errors are from where that was at the captures.
+    pub(crate) fn errors(&self, target: Point) -> ([i32; 3], u32) {
+        let (last, filtered) = match &self.reference {
+            Some(reference) => {
+                (Point(reference.position(self.last_seen()).map(Micrometres)), reference.smoothed())
+            }
+            None => (target, target),
+        };
+        (
+            self.tracker.last().map_or([0; 3], |ball| error(ball, last)),
+            self.tracker.filtered().map_or(0, |ball| magnitude(error(ball, filtered))),
+        )
+    }
+
+    /// Returns the longest time without a position before the drive is given up, µs: their
+    /// deadline, and more along a path, which waits at standstill.
+    pub(crate) fn patience_us(&self, params: &Params) -> u64 {
+        let deadline = limit_us(params.deadlines.position);
+        if self.reference.is_some() { deadline + PATIENCE_US } else { deadline }
     }
 }

@@ -10,8 +10,8 @@ use embassy_rp::pio::program::{
 use embassy_rp::pio::{
     Common, Config, Direction, LoadedProgram, Pin, ShiftConfig, ShiftDirection, StateMachine,
 };
-use plumb_core::clock::CLOCKS_PER_US;
-use plumb_core::driver_timing::PulseWidth;
+use plumb_core::timing::CLOCKS_PER_US;
+use plumb_core::timing::PulseWidth;
 
 use super::ESTOP_FILTER_US;
 
@@ -160,8 +160,8 @@ pub(super) fn idle(machine: usize) -> bool {
     pac::PIO0.sm(machine).addr().read().addr() == 0 && queued(machine) == 0
 }
 
-/// Progress of a state machine in its program.
-pub(super) enum Progress {
+/// Progress of a state machine in its segment.
+pub(super) enum SegmentProgress {
     /// It waits for a segment.
     Between,
     /// It has taken the first word of a segment, and no pulse was given yet.
@@ -174,11 +174,11 @@ pub(super) enum Progress {
 }
 
 /// Returns the progress of a motor's stopped state machine with STEP low.
-pub(super) fn progress(machine: usize) -> Progress {
+pub(super) fn progress(machine: usize) -> SegmentProgress {
     match pac::PIO0.sm(machine).addr().read().addr() {
-        0 => Progress::Between,
-        address if address < COUNTED => Progress::Beginning,
-        _ => Progress::Within { remaining: counter(machine) },
+        0 => SegmentProgress::Between,
+        address if address < COUNTED => SegmentProgress::Beginning,
+        _ => SegmentProgress::Within { remaining: counter(machine) },
     }
 }
 

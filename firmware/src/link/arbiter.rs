@@ -1,4 +1,5 @@
-//! Arbitration between USB and UART.
+//! The way from the links to the stepping interrupt: arbitration between USB and UART, and the
+//! inbox of their messages.
 //!
 //! The link that receives an intact frame first becomes the master: it alone exchanges messages
 //! with the board. It stays the master until it is disconnected, or until it has received no intact
@@ -7,10 +8,11 @@
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Timer};
-use plumb_protocol::ToBoard;
-use plumb_protocol::frame::Accumulator;
-
-use super::inbox::InboxWriter;
+use heapless::spsc::{Consumer, Producer, Queue};
+use plumb_protocol::frame::{Accumulator, FrameError};
+use plumb_protocol::message::PositionCommand;
+use plumb_protocol::{ToBoard, frame};
+use static_cell::StaticCell;
 
 /// Time without an intact frame after which the other link may become the master.
 const MASTER_TIMEOUT: Duration = Duration::from_secs(1);
@@ -38,7 +40,6 @@ impl LinkArbiter {
         Self { inbox, master: None }
     }
 
-    /// Returns the master.
     pub(super) fn master(&self) -> Option<Port> {
         self.master.map(|(port, _)| port)
     }
@@ -108,4 +109,77 @@ pub(super) async fn put(arbiter: SharedArbiter, command: ToBoard) {
 pub(super) async fn disconnect(arbiter: SharedArbiter, port: Port) {
     let mut arbiter = arbiter.lock().await;
     arbiter.master.take_if(|(master, _)| *master == port);
+}
+
+/// Capacity of each queue plus one. The stepping takes one message every 200 µs.
+const QUEUE_LENGTH: usize = 8;
+
+/// A frame from the host, decoded by the links' tasks, where decoding delays no step.
+#[derive(Clone, Copy)]
+pub(crate) enum Message {
+    Position(PositionCommand),
+    /// Any other command: the next of [`Inbox::commands`]. It has a queue of its own, since the
+    /// largest command is five times as large as a position.
+    Command,
+    /// A frame that was damaged or is no message.
+    Damaged(FrameError),
+}
+
+/// The stepping's end of the inbox.
+pub(crate) struct Inbox {
+    /// Messages in their order.
+    pub(crate) messages: Consumer<'static, Message>,
+    /// The commands among them.
+    pub(crate) commands: Consumer<'static, ToBoard>,
+}
+
+/// The links' end of the inbox.
+pub(crate) struct InboxWriter {
+    messages: Producer<'static, Message>,
+    commands: Producer<'static, ToBoard>,
+}
+
+/// Creates the inbox; call once.
+pub(crate) fn inbox() -> (InboxWriter, Inbox) {
+    static MESSAGES: StaticCell<Queue<Message, QUEUE_LENGTH>> = StaticCell::new();
+    static COMMANDS: StaticCell<Queue<ToBoard, QUEUE_LENGTH>> = StaticCell::new();
+    let (message_writer, messages) = MESSAGES.init(Queue::new()).split();
+    let (command_writer, commands) = COMMANDS.init(Queue::new()).split();
+    let writer = InboxWriter { messages: message_writer, commands: command_writer };
+    (writer, Inbox { messages, commands })
+}
+
+impl InboxWriter {
+    /// Returns whether there is room for a message.
+    fn ready(&self) -> bool {
+        self.messages.ready()
+    }
+
+    /// Puts in a decoded frame. Where there is room for a message, there is room for a command: the
+    /// stepping takes the command out first.
+    fn put(&mut self, frame: Result<&[u8], FrameError>) {
+        let message = match frame.map(ToBoard::position) {
+            Ok(Some(position)) => Message::Position(position),
+            Ok(None) => self.put_command(frame),
+            Err(error) => Message::Damaged(error),
+        };
+        let _ = self.messages.enqueue(message);
+    }
+
+    /// Puts in a command. There is room for it where there is room for a message.
+    fn put_decoded(&mut self, command: ToBoard) {
+        let _ = self.commands.enqueue(command);
+        let _ = self.messages.enqueue(Message::Command);
+    }
+
+    #[inline(never)]
+    fn put_command(&mut self, frame: Result<&[u8], FrameError>) -> Message {
+        match frame.and_then(frame::read) {
+            Ok(command) => {
+                let _ = self.commands.enqueue(command);
+                Message::Command
+            }
+            Err(error) => Message::Damaged(error),
+        }
+    }
 }

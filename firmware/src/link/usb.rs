@@ -1,7 +1,6 @@
 //! USB-CDC: a serial port to any computer, without a driver.
 
-pub(crate) mod frames;
-mod supervisor;
+pub(crate) mod errata;
 
 use embassy_executor::Spawner;
 use embassy_futures::select::{Either, select};
@@ -17,9 +16,8 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use super::arbiter::{self, LinkReceiver, Port, SharedArbiter};
 use super::reset;
-use crate::executor::spawn;
-use crate::interrupts::Interrupts;
-use supervisor::{PERIOD, Supervisor};
+use crate::interrupts::{Interrupts, spawn};
+use errata::{PERIOD, Supervisor};
 
 type Usb = Driver<'static, USB>;
 pub(super) type Out = Sender<'static, Usb>;
@@ -70,7 +68,7 @@ pub(super) fn set_up(
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
     reset::add(&mut builder);
     spawn(spawner, run(builder.build()));
-    frames::look_at_next();
+    errata::look_at_next();
     class.split_with_control()
 }
 
@@ -124,10 +122,10 @@ pub(super) async fn watch(port: ControlLines, arbiter: SharedArbiter) {
 /// Writes a packet of up to 64 bytes. A packet of 64 bytes announces another one; where it is the
 /// `last`, an empty packet follows.
 pub(super) async fn write(port: &mut Out, packet: &[u8], last: bool) -> Result<(), EndpointError> {
-    frames::until_offer().await;
+    errata::until_offer().await;
     port.write_packet(packet).await?;
     if last && packet.len() == PACKET {
-        frames::until_offer().await;
+        errata::until_offer().await;
         port.write_packet(&[]).await?;
     }
     Ok(())

@@ -12,7 +12,6 @@ mod curves;
 mod f64_reference;
 mod following;
 mod frame_error;
-mod framed_board;
 mod kinematic;
 mod law_controller;
 mod oracle;
@@ -37,7 +36,7 @@ use thiserror::Error;
 
 use crate::calibration::TrialError;
 use plumb_runtime::rig::OutOfRange;
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 use simulate::Outcome;
 
 pub use crate::run_id::RunId;
@@ -163,7 +162,7 @@ fn run_one(
     let on_error = |error| BenchError::Rig { id, error };
     let task = suite.task(id).map_err(on_error)?;
     let oracle_s =
-        oracle::time_s(&task, &Limits::default(), suite.threshold_m).map_err(on_error)?;
+        oracle::time_s(&task, &RigLimits::default(), suite.threshold_m).map_err(on_error)?;
     let mut controller = controller.build(suite, &task, id)?;
     let outcome = simulate::run(&mut *controller, suite, &task, id, oracle_s)?;
     Ok((outcome, oracle_s))

@@ -7,8 +7,7 @@
 use std::time::Duration;
 
 use plumb_protocol::config::{Config, Drivers, JogLimits, Motor, StepDir};
-use plumb_protocol::diagnostics::Diagnostics;
-use plumb_protocol::measurement::{ChipMeasurement, PulseCount};
+use plumb_protocol::diagnostics::{ChipMeasurement, Diagnostics, PulseCount};
 use plumb_protocol::message::Jog;
 use plumb_protocol::units::{Acceleration, Rate, Steps16};
 use serde::Serialize;

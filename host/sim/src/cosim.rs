@@ -1,17 +1,14 @@
 //! Co-simulation: a board in lock step with any physics engine. A request gives a time span and the
 //! camera's measurement; the answer gives the motor positions.
 
-use plumb_core::{Board, LawWorker, Outbox, TICK_US};
-use plumb_emulator::EMULATED;
+use plumb_core::TICK_US;
+use plumb_emulator::{EMULATED, Harness, LawDelay};
 use plumb_path::moving::MovingTarget;
 use plumb_path::trajectory::Moment;
 use plumb_protocol::Config;
 use plumb_protocol::config::Workspace;
-use plumb_protocol::frame::{self, FrameError};
-use plumb_protocol::message::{
-    Command, Fault, FromBoard, Hello, Position, Refusal, State, ToBoard,
-};
-use plumb_protocol::units::{Micros, Point, Rate, Steps16};
+use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, Refusal, State};
+use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::reference::{keep_inside, reference};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -96,9 +93,7 @@ const TIME_TOLERANCE_S: f64 = 1e-3;
 
 /// A board that runs in steps.
 pub struct Cosim {
-    board: Board,
-    law_worker: LawWorker,
-    outbox: Outbox,
+    harness: Harness,
     /// Clock of the board.
     clock: Micros,
     /// The engine's time at zero of the board's clock, seconds.
@@ -106,8 +101,6 @@ pub struct Cosim {
     /// Time of the last command.
     last_command: Micros,
     sequence: u16,
-    /// Id of the last request.
-    id: u16,
     target: Option<Point>,
     /// A target that moves.
     moving: MovingTarget,
@@ -124,14 +117,11 @@ impl Cosim {
     /// If the board refuses the configuration.
     pub fn new(config: Config) -> Result<Self, CosimError> {
         let mut cosim = Self {
-            board: Board::new(EMULATED),
-            law_worker: LawWorker::new(),
-            outbox: Outbox::new(),
+            harness: Harness::new(EMULATED, LawDelay::SameTick),
             clock: Micros(0),
             zero_s: None,
             last_command: Micros(0),
             sequence: 0,
-            id: 0,
             target: None,
             moving: MovingTarget::default(),
             reference: 0,
@@ -178,14 +168,14 @@ impl Cosim {
         for k in 1..=samples {
             let end = request.t - zero + request.dt * f64::from(k) / f64::from(samples);
             self.run_to(Micros((end.max(0.0) * 1e6).round() as u64))?;
-            steps.push(self.board.positions().map(|p| Steps16(p).to_si()));
+            steps.push(self.harness.motors());
         }
-        self.reached |= self.board.state() == State::Holding;
+        self.reached |= self.harness.board.state() == State::Holding;
         Ok(Answer {
             t: request.t + request.dt,
             steps,
-            rates: self.board.rates().map(|r| Rate(r).to_si()),
-            state: self.board.state().to_string(),
+            rates: self.harness.rates(),
+            state: self.harness.board.state().to_string(),
             reached: self.reached,
         })
     }
@@ -222,10 +212,10 @@ impl Cosim {
     /// Sends a position. A board that stopped for a lost position gets its target again.
     fn on_position(&mut self, ball: [f64; 3], age: f64) -> Result<(), CosimError> {
         check("age", age, (0.0..=60.0).contains(&age), "0 to 60 s")?;
-        if self.board.state() == State::Fault(Fault::PositionLost) {
+        if self.harness.board.state() == State::Fault(Fault::PositionLost) {
             let _still_moving = self.send(Command::ClearFault);
         }
-        if let (State::Ready, Some(target)) = (self.board.state(), self.target) {
+        if let (State::Ready, Some(target)) = (self.harness.board.state(), self.target) {
             self.send(Command::Target(target))?;
         }
         self.sequence = self.sequence.wrapping_add(1);
@@ -245,8 +235,8 @@ impl Cosim {
             if self.clock.since(self.last_command) >= HEARTBEAT_US {
                 self.send(Command::Status)?;
             }
-            let _ = self.board.tick(self.clock, &mut self.law_worker, &mut self.outbox);
-            self.outbox.clear();
+            let _ = self.harness.tick(self.clock);
+            self.harness.outbox.clear();
             self.clock.0 += u64::from(TICK_US);
         }
         Ok(())
@@ -258,20 +248,11 @@ impl Cosim {
     /// If the board refuses it.
     fn send(&mut self, command: Command) -> Result<(), CosimError> {
         self.last_command = self.clock;
-        self.id = self.id.checked_add(1).unwrap_or(1);
-        // Every command fits a frame.
-        if let Ok(frame) = frame::encode(&ToBoard { id: self.id, command }) {
-            self.board.receive(self.clock, &frame, &mut self.outbox);
-        }
-        let mut accumulator = frame::Accumulator::new();
-        let refusal = self.outbox.bytes().iter().find_map(|&byte| {
-            let message: Option<Result<FromBoard, FrameError>> = accumulator.push(byte);
-            match message {
-                Some(Ok(FromBoard::Answer(answer))) => answer.refusal,
-                _ => None,
-            }
+        self.harness.send(self.clock, command);
+        let refusal = self.harness.take_messages().into_iter().find_map(|message| match message {
+            Ok(FromBoard::Answer(answer)) => answer.refusal,
+            _ => None,
         });
-        self.outbox.clear();
         refusal.map_or(Ok(()), |refusal| Err(CosimError::Refused(refusal)))
     }
 }

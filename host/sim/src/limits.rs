@@ -5,16 +5,16 @@ use plumb_protocol::config::{
 };
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
 
-/// Limits of a motor.
+/// Limits of each motor of a rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
+pub struct RigLimits {
     /// Greatest rate, full steps/s.
     pub rate: f64,
     /// Greatest acceleration, full steps/s².
     pub acceleration: f64,
 }
 
-impl Default for Limits {
+impl Default for RigLimits {
     /// docs/understand/method.md: 400 full steps/s, 2000 steps/s².
     fn default() -> Self {
         Self { rate: 400.0, acceleration: 2000.0 }
@@ -24,7 +24,7 @@ impl Default for Limits {
 /// Half the width of the largest workspace that a board accepts, µm.
 const MAX_WORKSPACE: i32 = 4_000_000;
 
-impl Limits {
+impl RigLimits {
     /// Returns a configuration with the widest travel and workspace. The guards are those of
     /// [`Config::example`]: a benchmark also shows that they stop no healthy rig.
     pub fn config(&self, law: Law, mean: Milliseconds, threshold_m: f64) -> Config {

@@ -6,7 +6,7 @@ mod virtual_board;
 mod wired;
 
 pub use clock::{RealTimeBall, RealTimeRig, ServedRig, SimClock, VirtualRig};
-pub use hil::{Follower, HilPlant, HilRig};
+pub use hil::{HilObserver, HilPlant, HilRig};
 pub use virtual_board::{DriveError, VirtualBoard};
 pub use wired::wired;
 
@@ -63,7 +63,7 @@ pub fn check_simulation(
 ) -> Result<(), SimulationError> {
     let plant = QuasiStatic::new(geometry(simulation)?, simulation.start())?;
     let plant = HilPlant::new(wired(rig, simulation, Box::new(plant)));
-    plant.follower().board_stands([0.0; 3])?;
+    plant.observer().board_stands([0.0; 3])?;
     Ok(SyntheticCamera::check(&rendered(simulation, camera), &RenderOptions::default())?)
 }
 
@@ -219,15 +219,15 @@ mod tests {
         };
         for (first, second) in plants().into_iter().zip(plants()) {
             let [first, second] = [first, second].map(HilPlant::new);
-            let mut follower = first.follower();
+            let mut follower = first.observer();
             follower.board_moved([0.0; 3]).unwrap();
             assert!((first.ball() - start).norm() < 1e-3, "{}", first.ball());
             follower.board_stands([100.0, -50.0, 7.0]).unwrap();
             assert!((first.ball() - start).norm() > 1e-2, "{}", first.ball());
             // The rig of the next run of the same board.
-            second.follower().board_stands([100.0, -50.0, 7.0]).unwrap();
+            second.observer().board_stands([100.0, -50.0, 7.0]).unwrap();
             assert_eq!(first.ball(), second.ball());
-            let mut follower = second.follower();
+            let mut follower = second.observer();
             follower.board_moved([100.0, -50.0, 7.0]).unwrap();
             assert!((first.ball() - second.ball()).norm() < 1e-3, "at rest: {}", second.ball());
         }

@@ -10,7 +10,7 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::Config;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_sim::cosim::{Cosim, Request};
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 use super::print::{self, Reader};
 use super::rig_args::RIG_VARIABLE;
@@ -56,7 +56,7 @@ fn config(args: &Args) -> Result<Config, Failure> {
     }
     let law = args.law.clone().unwrap_or_default();
     let mean = law.mean().config("mean")?;
-    Ok(Limits::default().config(law.config()?, mean, 0.010))
+    Ok(RigLimits::default().config(law.config()?, mean, 0.010))
 }
 
 /// Begins a co-simulation, and carries out its first request.

@@ -9,7 +9,7 @@ use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_cameras::stream::FIRST_FRAME;
 use plumb_frame::source::CameraSource;
 use plumb_runtime::rig::Rig;
-use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing, synthetic_camera};
+use plumb_sim::simulated::{HilObserver, HilPlant, SimulatedCamera, Timing, synthetic_camera};
 use plumb_vision::camera::Camera;
 
 use super::interrupt::DefaultSignals;
@@ -24,7 +24,7 @@ pub(crate) struct RunCamera {
     /// The camera file, with the intrinsics of the frames.
     pub(crate) camera: Camera,
     /// Moves the simulated rig, where the source renders one.
-    pub(crate) follower: Option<Follower>,
+    pub(crate) follower: Option<HilObserver>,
 }
 
 impl RunCamera {
@@ -60,7 +60,7 @@ impl RunCamera {
             return Err(bad_input("no rig is simulated"));
         };
         let plant = HilPlant::new(physics.plant(rig, simulation)?);
-        let mut follower = plant.follower();
+        let mut follower = plant.observer();
         follower.board_stands(motors)?;
         let synthetic = synthetic_camera(simulation, &camera)?;
         let source = SimulatedCamera::new(plant, synthetic, simulation.motors(), Timing::default());

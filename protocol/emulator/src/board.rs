@@ -1,16 +1,18 @@
 //! Board in virtual time: bytes in and out, a clock that the caller advances, and a plant that the
-//! board's steps move.
+//! board's steps move. A sampler notes the motor positions.
+
+use std::collections::VecDeque;
 
 use nalgebra::Point3;
 use plumb_core::params::Params;
-use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US, Tick};
+use plumb_core::{Board, BuildLimits, TICK_US, Tick};
 use plumb_protocol::Config;
 use plumb_protocol::diagnostics::ChipCounts;
 use plumb_protocol::message::{ConfigField, StartCause, State};
-use plumb_protocol::units::{Micros, Rate, Steps16};
+use plumb_protocol::units::Micros;
 
+use crate::harness::{Harness, LawDelay};
 use crate::plant::{Plant, RigError};
-use crate::sampler::{MotorSample, Sampler};
 use crate::wire::{Link, Traffic, Wire};
 
 /// Limits of an emulated board: the pulse rate of the Pico's firmware, and no storage.
@@ -18,20 +20,17 @@ pub const EMULATED: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, stora
 
 /// Largest number of bytes that wait for the host. Beyond it the oldest are dropped, as on a link
 /// that no host reads.
-const WAITING_MAX: usize = 1 << 16;
+const WAITING_BYTES_MAX: usize = 1 << 16;
 
 /// Emulated board. Its time passes only in [`run_to`](Self::run_to).
 pub struct EmulatedBoard {
-    build: BuildLimits,
-    board: Board,
-    law_worker: LawWorker,
+    harness: Harness,
     plant: Option<Box<dyn Plant + Send>>,
     /// Positions of the rig's motors at the board's last start, full steps since the rig's start.
     origin: [f64; 3],
     /// Link between the host and the board; `None` for a direct connection.
     link: Option<Link>,
     now: Micros,
-    outbox: Outbox,
     waiting: Vec<u8>,
     /// What the board asked of its chip in the last tick.
     requests: Option<Tick>,
@@ -43,14 +42,11 @@ impl EmulatedBoard {
     /// Creates a board without a rig.
     pub fn new(build: BuildLimits) -> Self {
         Self {
-            build,
-            board: Board::new(build),
-            law_worker: LawWorker::new(),
+            harness: Harness::new(build, LawDelay::SameTick),
             plant: None,
             origin: [0.0; 3],
             link: None,
             now: Micros(0),
-            outbox: Outbox::new(),
             waiting: Vec::new(),
             requests: None,
             sampler: None,
@@ -97,7 +93,7 @@ impl EmulatedBoard {
     /// Sends `bytes` from the host now. Without a wire they arrive at the board at once.
     pub fn write(&mut self, bytes: &[u8]) {
         match &mut self.link {
-            None => self.board.receive(self.now, bytes, &mut self.outbox),
+            None => self.harness.receive(self.now, bytes),
             Some(link) => {
                 link.to_board.send(self.now, bytes);
                 self.deliver();
@@ -121,13 +117,13 @@ impl EmulatedBoard {
             self.deliver();
             // Only hardware needs the step plan. The rig follows the board's positions, which
             // count the same pulses.
-            self.requests = self.board.tick(self.now, &mut self.law_worker, &mut self.outbox);
+            self.requests = self.harness.tick(self.now);
             let asked = self.requests.unwrap_or_default();
             if asked.diagnose {
-                self.board.on_diagnosed(ChipCounts::default(), &mut self.outbox);
+                self.harness.on_diagnosed(ChipCounts::default());
             }
             if asked.measure {
-                self.board.on_measured(self.now, None, &mut self.outbox);
+                self.harness.on_measured(self.now, None);
             }
             self.now.0 += u64::from(TICK_US);
             self.collect();
@@ -145,7 +141,7 @@ impl EmulatedBoard {
     /// Returns the motor positions, full steps since the board's last start, + pays out. Home does
     /// not change them.
     pub fn motors(&self) -> [f64; 3] {
-        self.board.positions().map(|p| Steps16(p).to_si())
+        self.harness.motors()
     }
 
     /// Begins to sample the motor positions every `interval` of the board's time.
@@ -161,12 +157,12 @@ impl EmulatedBoard {
 
     /// Returns the motor rates, full steps/s, + pays out.
     pub fn rates(&self) -> [f64; 3] {
-        self.board.rates().map(|r| Rate(r).to_si())
+        self.harness.rates()
     }
 
     /// Returns the board's state.
     pub fn state(&self) -> State {
-        self.board.state()
+        self.harness.board.state()
     }
 
     /// Returns the ball's centre, metres in the rig frame; `None` without a rig.
@@ -187,7 +183,7 @@ impl EmulatedBoard {
 
     /// Returns the board's core, for inspection.
     pub fn core(&self) -> &Board {
-        &self.board
+        &self.harness.board
     }
 
     /// Returns what the board asked of its chip in the last tick; `None` where nothing changed.
@@ -212,10 +208,7 @@ impl EmulatedBoard {
     /// board has no configuration, and bytes for the host that were not sent are lost.
     pub fn restart(&mut self, cause: StartCause) {
         self.origin = self.rig_motors();
-        self.board = Board::new(self.build);
-        self.board.set_start_cause(cause);
-        self.law_worker = LawWorker::new();
-        self.outbox = Outbox::new();
+        self.harness.restart(cause, None);
         if let Some(link) = &mut self.link {
             link.to_host.restart(self.now);
         }
@@ -225,14 +218,14 @@ impl EmulatedBoard {
     /// of the last tick's plan, as in [`Board::on_emergency_stop`]. Call this before every tick as
     /// long as the input is open.
     pub fn open_emergency(&mut self, missing: [i32; 3]) {
-        self.board.on_emergency_stop(self.now, missing, &mut self.outbox);
+        self.harness.on_emergency_stop(self.now, missing);
         self.collect();
     }
 
     /// Stops the board because a motor driver does not answer. Call this before every tick as long
     /// as that lasts.
     pub fn fail_driver(&mut self) {
-        self.board.on_driver_failure(self.now, &mut self.outbox);
+        self.harness.on_driver_failure(self.now);
         self.collect();
     }
 
@@ -240,7 +233,7 @@ impl EmulatedBoard {
     fn deliver(&mut self) {
         while let Some(frame) = self.link.as_mut().and_then(|link| link.to_board.receive(self.now))
         {
-            self.board.receive(self.now, &frame, &mut self.outbox);
+            self.harness.receive(self.now, &frame);
             self.collect();
         }
     }
@@ -248,16 +241,87 @@ impl EmulatedBoard {
     /// Sends the board's outbox, and collects the bytes that have arrived at the host.
     fn collect(&mut self) {
         match &mut self.link {
-            None => self.waiting.extend_from_slice(self.outbox.bytes()),
+            None => self.waiting.extend_from_slice(self.harness.outbox.bytes()),
             Some(link) => {
-                link.to_host.send(self.now, self.outbox.bytes());
+                link.to_host.send(self.now, self.harness.outbox.bytes());
                 while let Some(frame) = link.to_host.receive(self.now) {
                     self.waiting.extend(frame);
                 }
             }
         }
-        self.outbox.clear();
-        let excess = self.waiting.len().saturating_sub(WAITING_MAX);
+        self.harness.outbox.clear();
+        let excess = self.waiting.len().saturating_sub(WAITING_BYTES_MAX);
         self.waiting.drain(..excess);
+    }
+}
+
+/// Largest number of samples that wait for [`EmulatedBoard::take_samples`], 10 s at 200 Hz. Beyond
+/// it the oldest are dropped.
+///
+/// [`EmulatedBoard::take_samples`]: EmulatedBoard::take_samples
+const WAITING_SAMPLES_MAX: usize = 2000;
+
+/// Motor positions at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorSample {
+    /// Time on the board's clock.
+    pub time: Micros,
+    /// Motor positions, full steps since the rig's start, + pays out; order A, B, C.
+    pub motors: [f64; 3],
+}
+
+/// Samples that wait to be taken.
+#[derive(Debug)]
+struct Sampler {
+    interval: Micros,
+    next: Micros,
+    waiting: VecDeque<MotorSample>,
+    dropped: u64,
+}
+
+impl Sampler {
+    /// Creates a sampler with the first sample at `start`.
+    fn new(start: Micros, interval: Micros) -> Self {
+        Self { interval, next: start, waiting: VecDeque::new(), dropped: 0 }
+    }
+
+    /// Adds a sample where one is due at `time`.
+    fn note(&mut self, time: Micros, motors: [f64; 3]) {
+        if time < self.next {
+            return;
+        }
+        self.next = Micros(self.next.0 + self.interval.0);
+        if self.waiting.len() == WAITING_SAMPLES_MAX {
+            self.waiting.pop_front();
+            self.dropped += 1;
+        }
+        self.waiting.push_back(MotorSample { time, motors });
+    }
+
+    /// Takes the samples that wait, and the number of those that were dropped since the last call.
+    fn take(&mut self) -> (Vec<MotorSample>, u64) {
+        (self.waiting.drain(..).collect(), std::mem::take(&mut self.dropped))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_even_in_time_and_the_oldest_are_dropped() {
+        let mut sampler = Sampler::new(Micros(0), Micros(5000));
+        for tick in 0..=20 {
+            sampler.note(Micros(tick * 1000), [tick as f64, 0.0, 0.0]);
+        }
+        let (samples, dropped) = sampler.take();
+        let times: Vec<u64> = samples.iter().map(|sample| sample.time.0).collect();
+        assert_eq!((times, dropped), (vec![0, 5000, 10_000, 15_000, 20_000], 0));
+        assert_eq!(samples[3].motors, [15.0, 0.0, 0.0]);
+        for tick in 21..=(21 + 5 * 2010) {
+            sampler.note(Micros(tick * 1000), [0.0; 3]);
+        }
+        let (samples, dropped) = sampler.take();
+        assert_eq!((samples.len(), dropped), (WAITING_SAMPLES_MAX, 10));
     }
 }

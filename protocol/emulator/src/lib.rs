@@ -4,14 +4,12 @@
 //! pseudo-terminal. Its steps move a [plant]: a ball on three cables.
 
 pub mod board;
+pub mod harness;
 pub mod plant;
-mod sampler;
 pub mod serve;
-pub mod terminal;
 pub mod wire;
 
-pub use board::{EMULATED, EmulatedBoard};
-pub use sampler::MotorSample;
-pub use serve::{Served, serve};
-pub use terminal::Terminal;
+pub use board::{EMULATED, EmulatedBoard, MotorSample};
+pub use harness::{Harness, LawDelay};
+pub use serve::{Served, Terminal, serve};
 pub use wire::Wire;

@@ -10,7 +10,6 @@
 //! - [`Task`], [`Population`]: the paper's task and random tasks.
 
 mod elastic;
-mod error;
 mod forward;
 mod geometry;
 mod interface;
@@ -19,10 +18,9 @@ mod population;
 mod quasi_static;
 
 pub use elastic::{Elastic, ElasticParameters, GRAVITY_M_S2};
-pub use error::RigError;
 pub use forward::{Hang, lowest_point};
 pub use geometry::{FULL_STEPS_PER_REVOLUTION, Geometry};
-pub use interface::Plant;
+pub use interface::{Plant, RigError};
 pub use observer::{DepthDrift, Observation, Observer, ObserverParameters};
 pub use population::{Population, Task, Variations};
 pub use quasi_static::QuasiStatic;

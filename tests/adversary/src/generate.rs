@@ -1,7 +1,7 @@
 //! Random configurations: typical ones, valid ones over the whole ranges, and invalid ones.
 
 use plumb_core::BuildLimits;
-use plumb_core::driver_timing::DriverTiming;
+use plumb_core::timing::DriverTiming;
 use plumb_protocol::config::*;
 use plumb_protocol::message::{Knot, Reference};
 use plumb_protocol::units::*;

@@ -55,7 +55,7 @@ fn a_run_drives_the_real_firmware_over_a_serial_port() {
         .expect("a camera");
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
     let plant = HilPlant::new(Box::new(plant));
-    let mut follower = plant.follower();
+    let mut follower = plant.observer();
     // On a busy machine the chip is slower than its clock, and pictures that come faster than it
     // reads positions would wait on the link.
     let timing = Timing { rate: 10.0, ..Timing::default() };

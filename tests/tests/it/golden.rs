@@ -8,9 +8,10 @@ use plumb_protocol::config::{
     Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, PathLimits,
     Progress, Reached, StepDir, Workspace,
 };
-use plumb_protocol::diagnostics::{ChipCounts, Diagnostics, ProcessorFault};
+use plumb_protocol::diagnostics::{
+    ChipCounts, ChipMeasurement, Diagnostics, Measurement, ProcessorFault, PulseCount,
+};
 use plumb_protocol::frame::{Accumulator, encode};
-use plumb_protocol::measurement::{ChipMeasurement, Measurement, PulseCount};
 use plumb_protocol::message::*;
 use plumb_protocol::provenance::{BoardKind, Commit, Provenance, Release};
 use plumb_protocol::units::{

@@ -7,7 +7,7 @@ use plumb_protocol::message::{
 use plumb_protocol::units::{Micrometres, Micros, Point, Speed};
 
 use super::admit::{admit, admit_position};
-use super::requests::LastRequest;
+use super::session::LastRequest;
 use super::state::{AfterStop, Goal, Settling, State};
 use super::{Board, Outbox};
 use crate::law::LawSelection;

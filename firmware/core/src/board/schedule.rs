@@ -5,8 +5,8 @@ use plumb_protocol::units::Micros;
 
 use super::Board;
 use super::state::{AfterStop, State};
-use crate::clock::TICK_US;
 use crate::servo::{coasting_us, limit_us};
+use crate::timing::TICK_US;
 
 /// Longest time between two telemetries once a host was greeted, µs.
 pub(super) const TELEMETRY_US: u64 = 100_000;

@@ -11,7 +11,7 @@ use crate::law_worker::{LawRequest, LawWorker};
 
 impl Board {
     /// Plans and reports the tick that begins at `now`; call every
-    /// [`TICK_US`](crate::clock::TICK_US). This is [`plan`](Self::plan), [`report`](Self::report),
+    /// [`TICK_US`](crate::timing::TICK_US). This is [`plan`](Self::plan), [`report`](Self::report),
     /// and a response of `law_worker` at once: for hosts, where the law takes no board time.
     pub fn tick(
         &mut self,

@@ -1,16 +1,13 @@
 //! The law `adaptive`: estimates J while driving, and uses it where descent is certain enough.
 
-mod bend;
-mod damping;
 mod estimate;
 #[cfg(test)]
 mod tests;
 
 use super::fixed_point::squared_length;
-use super::io::{Law, Limits, Measurement, Setpoint};
-use super::rates::MotorRates;
+use super::io::{Law, Measurement, MotorLimits, MotorRates, Setpoint};
 use super::sign;
-use damping::OvershootDamping;
+use super::sign::OvershootDetector;
 use estimate::{Estimate, Steps};
 
 /// Rate over the steps to a target that rests, 1/s.
@@ -30,14 +27,14 @@ const SIGN_SLOWDOWN_UM: i64 = 65_000;
 /// so that switching between them needs no wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Adaptive {
-    limits: Limits,
+    limits: MotorLimits,
     estimate: Option<Estimate>,
     damping: OvershootDamping,
 }
 
 impl Adaptive {
     /// Creates the law for motors of these limits.
-    pub(crate) fn new(limits: Limits) -> Self {
+    pub(crate) fn new(limits: MotorLimits) -> Self {
         Self { limits, estimate: None, damping: OvershootDamping::new([0; 3]) }
     }
 
@@ -118,5 +115,52 @@ impl Law for Adaptive {
         } else {
             setpoint
         }
+    }
+}
+
+/// Overshoots of a target that do not reduce the gain.
+const FREE_OVERSHOOTS: u8 = 1;
+/// Factor on the gain at each further overshoot, Q8.
+const DAMPING: u32 = 192;
+/// Rise of the scale with each measurement while the target moves, Q8: from the least to 1 in 8 s.
+const RECOVERY: u32 = 1;
+/// Least scale of the gain, Q8.
+const MIN_GAIN_SCALE: u32 = 26;
+
+/// Scale of the gain on the way to a target: less after each overshoot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct OvershootDamping {
+    target: [i32; 3],
+    detector: OvershootDetector,
+    overshoots: u8,
+    /// Q8.
+    gain_scale: u32,
+}
+
+impl OvershootDamping {
+    /// Creates the damping on the way to `target` (µm).
+    fn new(target: [i32; 3]) -> Self {
+        Self { target, detector: OvershootDetector::default(), overshoots: 0, gain_scale: 256 }
+    }
+
+    /// Goes on with a target that has moved to `target` (µm). Meanwhile the scale rises again.
+    fn follow(&mut self, target: [i32; 3]) {
+        self.target = target;
+        self.gain_scale = (self.gain_scale + RECOVERY).min(256);
+    }
+
+    /// Takes the predicted error `e` (µm), and returns the scale of the rates, Q8. Another target
+    /// starts afresh.
+    fn update(&mut self, target: [i32; 3], e: [i32; 3]) -> u32 {
+        if self.target != target {
+            *self = Self::new(target);
+        }
+        if self.detector.overshoots(e, sign::distance(e)) {
+            self.overshoots = self.overshoots.saturating_add(1);
+            if self.overshoots > FREE_OVERSHOOTS {
+                self.gain_scale = ((self.gain_scale * DAMPING) >> 8).max(MIN_GAIN_SCALE);
+            }
+        }
+        self.gain_scale
     }
 }

@@ -2,8 +2,8 @@
 
 use plumb_protocol::config;
 
+use super::io::MotorRates;
 use super::io::{Law, Measurement, Setpoint};
-use super::rates::MotorRates;
 use crate::wide::signed_product;
 
 /// Fraction bits of v, which is in µm.

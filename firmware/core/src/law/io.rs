@@ -1,9 +1,10 @@
-//! Inputs and outputs of a control law.
+//! Interface of a law: the [`Measurement`] that it gets, the [`Setpoint`] with its [`MotorRates`]
+//! that it returns, and the [limits](MotorLimits) of the motors.
 
 use plumb_protocol::config;
-use plumb_protocol::units::{Covariance, RelativeTension};
+use plumb_protocol::units::{Covariance, Point, RelativeTension};
 
-use super::rates::MotorRates;
+use crate::wide::{product, scale_by_ratio};
 
 /// A control law with its state.
 pub trait Law {
@@ -26,6 +27,27 @@ pub trait Law {
 /// Time between the samples of the motors' earlier positions, µs: a frame's time at 30 Hz,
 /// whatever the camera's frame rate is.
 pub const MOTOR_SAMPLE_US: u32 = 33_333;
+
+/// Position of a target or a reference, and its velocity until the next position of the ball.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Aim {
+    /// Where the ball is to be, µm.
+    pub position: [i32; 3],
+    /// Mean velocity over the coming frame time, µm/s; zero for a target that rests.
+    pub velocity: [i32; 3],
+}
+
+impl Aim {
+    /// Returns the aim of a target that rests.
+    pub fn at(target: Point) -> Self {
+        Self { position: target.micrometres(), velocity: [0; 3] }
+    }
+
+    /// Returns the position a second later at the same velocity.
+    pub(crate) fn a_second_later(&self) -> [i32; 3] {
+        [0, 1, 2].map(|i| self.position[i].saturating_add(self.velocity[i]))
+    }
+}
 
 /// A position of the ball, with the motor positions that belong to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,14 +135,14 @@ impl Setpoint {
 
 /// The least of the motors' limits, for laws that plan with them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limits {
+pub struct MotorLimits {
     /// Rate, Q8 steps/s.
     pub rate: i32,
     /// Acceleration, steps/s².
     pub acceleration: u32,
 }
 
-impl Limits {
+impl MotorLimits {
     /// Returns the least of these motors' limits.
     pub(crate) fn of(motors: &[config::Motor; 3]) -> Self {
         let [a, b, c] = motors;
@@ -128,5 +150,53 @@ impl Limits {
             rate: a.max_rate.0.min(b.max_rate.0).min(c.max_rate.0),
             acceleration: a.max_acceleration.0.min(b.max_acceleration.0).min(c.max_acceleration.0),
         }
+    }
+}
+
+/// Motor rates as a law requests them: full steps/s, Q8, + pays cable out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MotorRates(pub [i32; 3]);
+
+impl MotorRates {
+    /// Scales the rates by one common factor, the largest up to 1 that brings each within its
+    /// `limit` (above 0).
+    ///
+    /// The direction in motor space stays, up to rounding towards zero. So a law that lets |e| fall
+    /// for any γ(e) > 0 still does.
+    #[must_use]
+    pub fn within(self, limits: [i32; 3]) -> Self {
+        let magnitudes = self.0.map(i32::unsigned_abs);
+        let limits = limits.map(i32::unsigned_abs);
+        // The factor is limit/magnitude of the motor that exceeds its limit most.
+        let (mut worst, mut limit, mut magnitude) = (None, 1, 1);
+        for i in 0..3 {
+            if magnitudes[i] > limits[i]
+                && (worst.is_none()
+                    || product(limits[i], magnitude) < product(limit, magnitudes[i]))
+            {
+                (worst, limit, magnitude) = (Some(i), limits[i], magnitudes[i]);
+            }
+        }
+        let Some(worst) = worst else { return self };
+        let scale = scale_by_ratio(limit, magnitude);
+        Self([0, 1, 2].map(|i| {
+            // The worst motor gets its limit exactly, without rounding.
+            let scaled = if i == worst { limit } else { scale(magnitudes[i]) };
+            if self.0[i] < 0 { -(scaled as i32) } else { scaled as i32 }
+        }))
+    }
+
+    /// Returns three quarters of `limit` (Q8 steps/s, above 0) over the fastest of these rates,
+    /// 1/256: the rest is for corrections. Saturates at 256 times.
+    pub(super) fn room(self, limit: i32) -> u16 {
+        let fastest = self.0.iter().map(|rate| rate.unsigned_abs()).max().unwrap_or(0);
+        let room = u64::from(limit.unsigned_abs()) * 192 / u64::from(fastest.max(1));
+        room.min(u16::MAX.into()) as u16
+    }
+
+    /// Returns 3/10 of the rates, rounded towards zero: the rates while positions are missing.
+    #[must_use]
+    pub fn coasting(self) -> Self {
+        Self(self.0.map(|r| (i64::from(r) * 3 / 10) as i32))
     }
 }

@@ -6,10 +6,10 @@ use plumb_protocol::units::RelativeTension;
 
 use super::adaptive::Adaptive;
 use super::interval::Interval;
-use super::io::{Law, Limits, Measurement, Setpoint};
+use super::io::{Law, Measurement, MotorLimits, Setpoint};
 use super::sign::Sign;
 use super::taut::Taut;
-use crate::clock::TICK_US;
+use crate::timing::TICK_US;
 
 /// A configured law before its first measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,7 +106,7 @@ pub enum DeferredLaw {
 
 impl DeferredLaw {
     /// Creates the law before its first measurement, for motors of these limits.
-    pub fn new(kind: DeferredLawKind, limits: Limits) -> Self {
+    pub fn new(kind: DeferredLawKind, limits: MotorLimits) -> Self {
         match kind {
             DeferredLawKind::Adaptive => Self::Adaptive(Adaptive::new(limits)),
             DeferredLawKind::Taut => Self::Taut(Taut::new(limits)),

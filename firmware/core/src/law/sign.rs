@@ -1,10 +1,10 @@
-//! The law `sign`: uses the signs of the Jacobian and nothing else.
+//! The law `sign`: uses the signs of the Jacobian and nothing else. Its detection of overshoot
+//! damps the law `adaptive` too.
 
 use plumb_protocol::config;
 
+use super::io::MotorRates;
 use super::io::{Law, Measurement, Setpoint};
-use super::overshoot::{MIN_OVERSHOOT_UM, OvershootDetector};
-use super::rates::MotorRates;
 use crate::wide::signed_product;
 
 /// Saturation of |e| for this law, µm: 4.19 m, 22 bits.
@@ -114,10 +114,37 @@ impl Law for Sign {
     }
 }
 
+/// Distance from the target below which noise hides an overshoot, µm.
+const MIN_OVERSHOOT_UM: u32 = 7_000;
+
+/// Detects that the ball changes over to the other side of its target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct OvershootDetector {
+    /// Error on the side where the ball was last, µm; zero at first.
+    last: [i32; 3],
+}
+
+impl OvershootDetector {
+    /// Takes the error `e` (µm, 24 bits) and its length, and returns whether the ball has gone
+    /// past its target since it was last farther than [`MIN_OVERSHOOT_UM`] from it.
+    pub(super) fn overshoots(&mut self, e: [i32; 3], distance: u32) -> bool {
+        if distance <= MIN_OVERSHOOT_UM {
+            return false;
+        }
+        // Bits: 24 + 24, 50 the sum.
+        let along: i64 = (0..3).map(|i| signed_product(e[i], self.last[i])).sum();
+        if along <= 0 {
+            self.last = e;
+        }
+        along < 0
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::*;
     use plumb_protocol::units::SignGain;
+
+    use super::*;
 
     fn measurement(ball: [i32; 3], target: [i32; 3]) -> Measurement {
         Measurement {

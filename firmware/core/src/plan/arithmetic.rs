@@ -4,8 +4,8 @@
 use super::moving_average::{CELL_TICKS, CELLS};
 use super::pulses::{RATE_BITS, UNIT};
 use super::travel_limit::{MAX_SAFE_ZONE_TICKS, SAFE_TICKS};
-use crate::clock::TICK_US;
 use crate::params::{MAX_ACCELERATION, MAX_TRAVEL, MIN_ACCELERATION};
+use crate::timing::TICK_US;
 
 const I32: i128 = i32::MAX as i128;
 const U32: i128 = u32::MAX as i128;

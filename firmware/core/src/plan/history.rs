@@ -1,7 +1,7 @@
 //! History of the motor positions: a position of the ball belongs to the cable lengths at its
 //! capture.
 
-use crate::clock::TICK_US;
+use crate::timing::TICK_US;
 
 /// Ticks between two entries: 8 ms.
 const SPACING_TICKS: u32 = 40;

@@ -4,8 +4,8 @@
 //! from the mean of the last cells to the next such mean. A mean of rates within limits is within
 //! them, and so are its changes.
 
-use crate::clock::TICK_US;
 use crate::params::MAX_MEAN_MS;
+use crate::timing::TICK_US;
 use crate::wide;
 
 /// Ticks in a cell: 3.2 ms.

@@ -5,9 +5,9 @@
 //! tick follow from those of the last one by additions. The remainders are carried along, so both
 //! ways give the same times to the clock.
 
-use super::clocks::{self, Quotient};
+use super::pulses::{self, Quotient};
 use super::pulses::{Pulses, UNIT};
-use crate::clock::TICK_CLOCKS;
+use crate::timing::TICK_CLOCKS;
 
 /// Units of a microstep, unsigned.
 const MICROSTEP: u32 = UNIT.unsigned_abs();
@@ -138,10 +138,10 @@ impl StepAxis {
         let speed = self.rate.unsigned_abs();
         // The times of slow pulses are beyond 32 bits. They wrap, and each is exact in the tick of
         // its pulse.
-        let (whole, part) = clocks::split(speed);
+        let (whole, part) = pulses::split(speed);
         let other = MICROSTEP - part;
         let [back, forth, first] =
-            [part, other, self.to_next].map(|units| clocks::until(units, speed));
+            [part, other, self.to_next].map(|units| pulses::until(units, speed));
         let tick = |count: u32, units: u32, clocks| {
             let moved = (count << self.shift) as i32;
             let position = if self.up { moved } else { -moved };
@@ -150,7 +150,7 @@ impl StepAxis {
         let fewer = tick(whole, part.wrapping_neg(), back.negative(speed));
         let more = tick(whole + 1, other, forth);
         self.cruise = Some(Cruise { first, speed, part, fewer, more });
-        let period = if whole > 0 { clocks::period(speed) } else { TICK_CLOCKS };
+        let period = if whole > 0 { pulses::period(speed) } else { TICK_CLOCKS };
         let mut pulses = Pulses { direction: self.up != self.reversed, period, ..Pulses::NONE };
         self.cruise(&mut pulses);
         pulses
@@ -177,13 +177,13 @@ impl StepAxis {
             return Pulses::NONE;
         }
         // Pulses lie at to_next, to_next + UNIT, ..., below `speed`.
-        let (more, left) = clocks::split(speed - 1 - self.to_next);
-        let first = clocks::until(self.to_next, speed).whole;
+        let (more, left) = pulses::split(speed - 1 - self.to_next);
+        let first = pulses::until(self.to_next, speed).whole;
         self.to_next = MICROSTEP - 1 - left;
         let count = more + 1;
         let moved = (count << self.shift) as i32;
         self.position += if self.up { moved } else { -moved };
-        let period = if more > 0 { clocks::period(speed) } else { TICK_CLOCKS };
+        let period = if more > 0 { pulses::period(speed) } else { TICK_CLOCKS };
         Pulses { direction, count: count as u16, first, period }
     }
 }

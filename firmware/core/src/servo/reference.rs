@@ -9,21 +9,21 @@
 //! it as much ahead. It moves within the configured limits, whatever the host sends: it is a point
 //! that chases the path's.
 
-mod chase;
 mod clock;
 mod path;
-mod track;
+#[cfg(test)]
+mod tests;
 
-use plumb_protocol::message::{self, ReferenceState};
+use plumb_protocol::message;
+use plumb_protocol::message::ReferenceState;
 use plumb_protocol::units::{Micrometres, Micros, Point};
 
+use crate::law::Aim;
 use crate::params::Params;
 use crate::plan::mean_lag_us;
 use crate::vector::{length, plus};
-use chase::Limits;
 use clock::{Conditions, PathClock};
-use path::{Motion, Path};
-use track::{State, Track};
+use path::{Motion, MotionLimits, Path};
 
 /// Time between two states of the reference, µs: 16.4 ms. A power of two spares the chip divisions.
 const STEP_US: u32 = 1 << STEP_BITS;
@@ -47,30 +47,9 @@ const BEYOND_US: u64 = 20_000 + FRAME_US;
 /// Least pace for which the motors' room counts: a path of which they can keep less stands.
 const MIN_LAW_PACE: f32 = 0.02;
 
-/// Position of the reference, and its velocity until the next position of the ball.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Aim {
-    /// Where the ball is to be, µm.
-    pub position: [i32; 3],
-    /// Mean velocity over the coming frame time, µm/s; zero for a target that rests.
-    pub velocity: [i32; 3],
-}
-
-impl Aim {
-    /// Returns the aim of a target that rests.
-    pub fn at(target: Point) -> Self {
-        Self { position: target.micrometres(), velocity: [0; 3] }
-    }
-
-    /// Returns the position a second later at the same velocity.
-    pub(super) fn a_second_later(&self) -> [i32; 3] {
-        [0, 1, 2].map(|i| self.position[i].saturating_add(self.velocity[i]))
-    }
-}
-
 /// The reference of a drive that follows a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Follower {
+pub(super) struct ReferenceTracker {
     path: Path,
     clock: PathClock,
     /// Newest state of the reference.
@@ -124,7 +103,7 @@ impl Motion {
     }
 }
 
-impl Follower {
+impl ReferenceTracker {
     /// Creates the reference at rest at `start` (µm), from where it goes to the path.
     pub(super) fn new(now: Micros, start: [i32; 3], reference: &message::Reference) -> Self {
         let motion = Motion { position: millimetres(start), ..Motion::default() };
@@ -181,7 +160,7 @@ impl Follower {
             Work::None => Work::Path(self.path.at(self.clock.time())),
             Work::Path(leader) => self.lead(&leader, deviation, params),
             Work::Leader { motion, closing } => {
-                let limits = Limits::new(&params.path);
+                let limits = MotionLimits::new(&params.path);
                 self.motion = self.motion.chasing(&motion, &limits, closing, STEP_S);
                 self.track.push(self.motion.state(&self.clock));
                 Work::None
@@ -264,5 +243,88 @@ impl Follower {
     }
 }
 
-#[cfg(test)]
-mod tests;
+/// States kept: half a second.
+const STATES: usize = 32;
+
+/// The reference at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct State {
+    /// Position, Q4 µm: ±134 m.
+    pub(super) position: [i32; 3],
+    /// The path's time, µs.
+    pub(super) time: i64,
+}
+
+/// States of the reference at even intervals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Track {
+    states: [State; STATES],
+    /// Index of the newest state.
+    newest: usize,
+    /// Moment of the newest state.
+    end: Micros,
+}
+
+impl Track {
+    /// Creates a track that rests in `state` until `now`.
+    pub(super) fn new(now: Micros, state: State) -> Self {
+        Self { states: [state; STATES], newest: 0, end: now }
+    }
+
+    /// Returns the moment of the newest state.
+    pub(super) fn end(&self) -> Micros {
+        self.end
+    }
+
+    /// Adds the state an interval after the newest one.
+    pub(super) fn push(&mut self, state: State) {
+        self.newest = (self.newest + 1) % STATES;
+        self.states[self.newest] = state;
+        self.end = Micros(self.end.0 + u64::from(STEP_US));
+    }
+
+    /// Returns the position at `time`, Q4 µm, interpolated; the oldest or the newest one beyond
+    /// them.
+    pub(super) fn position(&self, time: Micros) -> [i32; 3] {
+        let Between { from, to, share } = self.around(time);
+        [0, 1, 2].map(|i| {
+            let (from, to) = (from.position[i], to.position[i]);
+            to.wrapping_add(part_of(from.wrapping_sub(to), share))
+        })
+    }
+
+    /// Returns the path's time at `time`, µs, interpolated likewise.
+    pub(super) fn path_time(&self, time: Micros) -> i64 {
+        let Between { from, to, share } = self.around(time);
+        let back = (from.time - to.time).clamp(-(1 << 30), 1 << 30);
+        to.time + (back.wrapping_mul(share.into()) >> 16)
+    }
+
+    /// Returns the states around `time`.
+    fn around(&self, time: Micros) -> Between<'_> {
+        let before = self.end.since(time).min(u64::from(u32::MAX)) as u32;
+        let (steps, part) = ((before / STEP_US) as usize, before % STEP_US);
+        let state = |back: usize| &self.states[(self.newest + STATES - back) % STATES];
+        if steps + 1 >= STATES {
+            let oldest = state(STATES - 1);
+            return Between { from: oldest, to: oldest, share: 0 };
+        }
+        let share = part << (16 - STEP_BITS);
+        Between { from: state(steps + 1), to: state(steps), share }
+    }
+}
+
+/// Two states, and a moment between them.
+struct Between<'a> {
+    from: &'a State,
+    to: &'a State,
+    /// Time from the moment to the later state over the time between them, Q16, below 1.
+    share: u32,
+}
+
+/// Returns `share` (Q16, below 1) of `value`, rounded down. The halves of the value take the chip
+/// two products of 32 bits, which are faster than one of 64 bits.
+fn part_of(value: i32, share: u32) -> i32 {
+    let (high, low) = (value >> 16, value as u32 & 0xffff);
+    high.wrapping_mul(share as i32).wrapping_add((low.wrapping_mul(share) >> 16) as i32)
+}

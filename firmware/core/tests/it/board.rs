@@ -29,7 +29,7 @@ fn nothing_moves_before_the_greeting_matches() {
     }
     assert_eq!(bench.send(Command::Stop), Ok(()));
     bench.run_ms(1000);
-    assert_eq!(bench.board.positions(), [0; 3]);
+    assert_eq!(bench.harness.board.positions(), [0; 3]);
 }
 
 #[test]
@@ -39,7 +39,7 @@ fn a_hello_of_another_version_stops_the_motors() {
     let _ = bench.send(Command::Hello(Hello { version: VERSION + 1, ..Hello::OURS }));
     bench.run_ms(210);
     assert!(!bench.moving());
-    assert_eq!(bench.board.state(), State::Ready);
+    assert_eq!(bench.harness.board.state(), State::Ready);
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn an_unconfigured_board_refuses_to_move() {
         assert_eq!(bench.send(command), Err(Refusal::Unconfigured));
     }
     assert_eq!(bench.send_position(Some(BALL), 0), Err(Refusal::Unconfigured));
-    assert_eq!(bench.board.state(), State::Unconfigured);
+    assert_eq!(bench.harness.board.state(), State::Unconfigured);
 }
 
 #[test]
@@ -59,12 +59,12 @@ fn a_target_is_sought_and_held() {
     assert!(bench.moving());
     // The ball jumps to the target.
     bench.run_with_ball(9, TARGET);
-    assert_eq!(bench.board.state(), State::Seeking, "after a few positions");
+    assert_eq!(bench.harness.board.state(), State::Seeking, "after a few positions");
     bench.run_with_ball(40, TARGET);
-    assert_eq!(bench.board.state(), State::Holding);
+    assert_eq!(bench.harness.board.state(), State::Holding);
     assert!(bench.faults().is_empty());
     assert_eq!(bench.send(Command::Stop), Ok(()));
-    assert_eq!(bench.board.state(), State::Ready);
+    assert_eq!(bench.harness.board.state(), State::Ready);
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn a_single_position_near_the_target_is_no_arrival() {
         bench.run_with_ball(1, TARGET);
         bench.run_with_ball(4, [0.41, 0.42, 0.15]);
     }
-    assert_eq!(bench.board.state(), State::Seeking);
+    assert_eq!(bench.harness.board.state(), State::Seeking);
 }
 
 #[test]
@@ -103,8 +103,8 @@ fn hold_keeps_the_ball_where_it_is() {
     bench.run_with_ball(10, BALL);
     assert_eq!(bench.send(Command::Hold), Ok(()));
     bench.run_with_ball(10, BALL);
-    assert_eq!(bench.board.state(), State::Holding);
-    assert_eq!(bench.board.positions(), [0; 3]);
+    assert_eq!(bench.harness.board.state(), State::Holding);
+    assert_eq!(bench.harness.board.positions(), [0; 3]);
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn a_jog_turns_one_motor_and_is_bounded() {
     bench.run_ms(180);
     assert_eq!(bench.send(Command::Status), Ok(()));
     bench.run_ms(200);
-    assert_eq!(bench.board.positions(), [0, -16 * 20, 0]);
+    assert_eq!(bench.harness.board.positions(), [0, -16 * 20, 0]);
     // The host's silence stops a long jog.
     assert_eq!(bench.send(jog(1, 2000, 100 * 256)), Ok(()));
     bench.run_ms(302);
@@ -136,11 +136,11 @@ fn the_pulses_of_a_tick_move_the_motor() {
     let jog = Jog { motor: 1, distance: Steps16(16 * 5), rate: Rate(40 << 8) };
     assert_eq!(bench.send(Command::Jog(jog)), Ok(()));
     let (mut counted, per_pulse) = (0, 16 / i32::from(config().microsteps));
-    while bench.board.state() != State::Ready {
+    while bench.harness.board.state() != State::Ready {
         bench.tick();
-        let pulses = &bench.board.pulses().motors;
+        let pulses = &bench.harness.board.pulses().motors;
         counted += i32::from(pulses[1].count) * per_pulse;
-        assert_eq!((bench.board.positions()[1], pulses[0].count), (counted, 0));
+        assert_eq!((bench.harness.board.positions()[1], pulses[0].count), (counted, 0));
     }
     assert_eq!(counted, 16 * 5);
 }
@@ -167,16 +167,16 @@ fn a_stop_ends_in_ready_once_the_motors_stand() {
     bench.run_with_ball(20, BALL);
     assert_eq!(bench.send(Command::Stop), Ok(()));
     let mut slow = 0;
-    while bench.board.state() == State::Stopping {
+    while bench.harness.board.state() == State::Stopping {
         assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::Busy(State::Stopping)));
         bench.tick();
-        slow += u32::from(!bench.moving() && bench.board.state() == State::Stopping);
+        slow += u32::from(!bench.moving() && bench.harness.board.state() == State::Stopping);
     }
     assert!(slow > 0);
-    assert_eq!(bench.board.state(), State::Ready);
-    let rest = bench.board.positions();
+    assert_eq!(bench.harness.board.state(), State::Ready);
+    let rest = bench.harness.board.positions();
     bench.run_ms(100);
-    assert_eq!(bench.board.positions(), rest);
+    assert_eq!(bench.harness.board.positions(), rest);
     assert_eq!(bench.send(Command::Configure(config())), Ok(()));
 }
 
@@ -184,9 +184,8 @@ fn a_stop_ends_in_ready_once_the_motors_stand() {
 fn the_bootloader_waits_for_standstill() {
     let mut bench = Bench::seeking();
     assert_eq!(bench.send(Command::Bootloader), Ok(()));
-    let mut out = Outbox::new();
     for _ in 0..1500 {
-        let tick = bench.board.tick(Micros(bench.now), &mut bench.law_worker, &mut out).unwrap();
+        let tick = bench.harness.tick(Micros(bench.now)).unwrap();
         bench.now += u64::from(TICK_US);
         assert_eq!(tick.bootloader, !bench.moving());
         if tick.bootloader {
@@ -258,7 +257,7 @@ fn a_configuration_out_of_range_is_refused_with_its_field() {
             Err(Refusal::Config(field)),
             "{config:?}"
         );
-        assert_eq!(bench.board.state(), State::Unconfigured);
+        assert_eq!(bench.harness.board.state(), State::Unconfigured);
     }
 }
 
@@ -266,10 +265,10 @@ fn a_configuration_out_of_range_is_refused_with_its_field() {
 fn torn_and_unknown_frames_are_counted_and_an_unknown_command_is_answered() {
     let mut bench = Bench::seeking();
     let mut out = Outbox::new();
-    bench.board.receive(Micros(bench.now), &[9, 1, 0, 3, 2, 0], &mut out);
+    bench.harness.board.receive(Micros(bench.now), &[9, 1, 0, 3, 2, 0], &mut out);
     assert!(out.bytes().is_empty());
     let unknown = encode(&(3u16, 99u8)).unwrap();
-    bench.board.receive(Micros(bench.now), &unknown, &mut bench.out);
+    bench.harness.receive(Micros(bench.now), &unknown);
     bench.collect();
     let Some(FromBoard::Answer(answer)) = bench.received.last() else {
         panic!("{:?}", bench.received)
@@ -289,9 +288,9 @@ fn a_full_outbox_does_not_stop_the_board() {
     let mut unread = Outbox::new();
     for _ in 0..100 {
         let frame = encode(&ToBoard { id: 1, command: Command::Status }).unwrap();
-        bench.board.receive(Micros(bench.now), &frame, &mut unread);
+        bench.harness.board.receive(Micros(bench.now), &frame, &mut unread);
     }
     assert!(unread.dropped() > 0);
     bench.run_with_ball(10, BALL);
-    assert_eq!(bench.board.state(), State::Seeking);
+    assert_eq!(bench.harness.board.state(), State::Seeking);
 }

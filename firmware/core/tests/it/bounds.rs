@@ -39,12 +39,12 @@ fn name(state: State) -> &'static str {
 /// Runs `ticks` ticks. Rates and travel must hold in each.
 fn run(bench: &mut Bench, case: &mut Case, ticks: usize) {
     for _ in 0..ticks {
-        let state = bench.board.state();
+        let state = bench.harness.board.state();
         bench.tick();
         if bench.moving() {
             case.moved.insert(name(state));
         }
-        let (rates, at) = (bench.board.rates(), bench.board.travel_positions());
+        let (rates, at) = (bench.harness.board.rates(), bench.harness.board.travel_positions());
         for (k, motor) in case.config.motors.iter().enumerate() {
             assert!(rates[k].abs() <= motor.max_rate.0, "{rates:?}");
             assert!((motor.travel_min.0..=motor.travel_max.0).contains(&at[k]), "{at:?}");
@@ -125,7 +125,7 @@ fn stand(bench: &mut Bench, case: &mut Case) {
 fn jog(bench: &mut Bench, case: &mut Case) {
     for motor in 0..3_u8 {
         let limits = case.config.motors[usize::from(motor)];
-        let at = bench.board.travel_positions()[usize::from(motor)];
+        let at = bench.harness.board.travel_positions()[usize::from(motor)];
         let farthest = case.config.jog.max_distance.0;
         for end in [limits.travel_max.0, limits.travel_min.0] {
             let distance = Steps16((end - at).clamp(-farthest, farthest));

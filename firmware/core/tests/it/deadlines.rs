@@ -36,13 +36,13 @@ fn assert_positions_are_lost(
     each: impl Fn(&mut Bench),
 ) {
     let mut gone = 0;
-    while bench.board.state() == State::Seeking {
+    while bench.harness.board.state() == State::Seeking {
         assert!(gone <= most_ms, "no fresh position for {gone} ms, and no stop");
         each(bench);
         bench.run_ms(period_ms);
         gone += period_ms;
     }
-    assert_eq!(bench.board.state(), State::Fault(Fault::PositionLost));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::PositionLost));
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn a_target_far_away_is_no_divergence() {
     for target in far.into_iter().cycle().take(6) {
         assert_eq!(bench.send(Command::Target(target)), Ok(()));
         bench.run_with_ball(30, BALL);
-        assert_eq!(bench.board.state(), State::Seeking);
+        assert_eq!(bench.harness.board.state(), State::Seeking);
     }
 }
 
@@ -170,7 +170,7 @@ fn a_ball_moved_by_hand_at_standstill_is_no_divergence() {
     bench.run_with_ball(20, [TARGET[0] + 0.4, TARGET[1], TARGET[2]]);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
     bench.run_with_ball(30, [TARGET[0] + 0.4, TARGET[1], TARGET[2]]);
-    assert_eq!(bench.board.state(), State::Seeking);
+    assert_eq!(bench.harness.board.state(), State::Seeking);
 }
 
 /// Time from the last position of a board that seeks to the tick in which `ends` is true, µs.
@@ -206,8 +206,9 @@ fn deadlines_expire_with_the_first_tick_after_them() {
 fn rates_are_reduced_with_the_first_tick_after_two_fifths_of_the_position_deadline() {
     let fastest = {
         let bench = seeking(deadlines(5_000, 500, 250));
-        bench.board.rates()
+        bench.harness.board.rates()
     };
-    let reduced = time_until(deadlines(5_000, 500, 250), |bench| bench.board.rates() != fastest);
+    let reduced =
+        time_until(deadlines(5_000, 500, 250), |bench| bench.harness.board.rates() != fastest);
     assert_eq!(reduced, 200_000 - 30_000 + u64::from(TICK_US));
 }

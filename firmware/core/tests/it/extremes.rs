@@ -97,7 +97,7 @@ fn a_clock_of_more_than_32_bits_keeps_the_deadlines() {
         bench.send_ball(BALL);
         assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
         bench.run_with_ball(30, BALL);
-        assert_eq!((bench.board.state(), bench.faults().len()), (State::Seeking, 0));
+        assert_eq!((bench.harness.board.state(), bench.faults().len()), (State::Seeking, 0));
         let last = bench.now;
         while bench.faults().is_empty() {
             bench.tick();

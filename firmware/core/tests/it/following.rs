@@ -98,7 +98,7 @@ impl Line {
     /// Runs the ticks of a frame time, while the board follows.
     fn run_ticks(&mut self) {
         for _ in 0..FRAME_MS * 5 {
-            if self.bench.board.state() != State::Following {
+            if self.bench.harness.board.state() != State::Following {
                 return;
             }
             let reference = self.reference();
@@ -110,7 +110,7 @@ impl Line {
     /// Follows for `frames` pictures, with a message after each.
     fn follow(&mut self, frames: u32) {
         for _ in 0..frames {
-            let time = if self.bench.board.state() == State::Following {
+            let time = if self.bench.harness.board.state() == State::Following {
                 self.reference().time.0
             } else {
                 ZERO
@@ -123,7 +123,7 @@ impl Line {
     /// Follows for this time, ms, while pictures come without the ball.
     fn lose_ball(&mut self, time_ms: u64) {
         for _ in 0..time_ms / FRAME_MS {
-            if self.bench.board.state() == State::Following {
+            if self.bench.harness.board.state() == State::Following {
                 let time = self.reference().time.0;
                 let _ = self.send(time);
                 let _ = self.bench.send_position(None, 30_000);
@@ -148,7 +148,7 @@ impl Line {
 fn the_reference_starts_at_the_ball_and_keeps_the_paths_speed() {
     for mut line in [Line::new(config()), Line::taut()] {
         line.follow(90);
-        assert_eq!(line.bench.board.state(), State::Following);
+        assert_eq!(line.bench.harness.board.state(), State::Following);
         let first = line.references[0];
         assert!((0..3).all(|i| (first[i] - BALL[i]).abs() < 1e-4), "{first:?}");
         let reference = line.reference();
@@ -169,7 +169,7 @@ fn a_path_that_ceases_ramps_to_rest_and_goes_on_without_a_jump() {
     (0..60).for_each(|_| line.run_frame());
     let reference = line.reference();
     assert!(reference.pace < 8 && reference.time.0 <= last, "{reference:?}");
-    assert_eq!(line.bench.board.state(), State::Following);
+    assert_eq!(line.bench.harness.board.state(), State::Following);
     let rest = line.reference().position;
     line.run_frame();
     assert!(line.reference().position.0[1].0 - rest.0[1].0 < 100);
@@ -191,7 +191,7 @@ fn a_path_waits_for_a_ball_that_stays_behind_and_for_one_that_is_not_seen() {
     line.lose_ball(330);
     assert!(line.reference().pace < 250);
     line.follow(40);
-    assert_eq!(line.bench.board.state(), State::Following);
+    assert_eq!(line.bench.harness.board.state(), State::Following);
     assert_eq!(line.reference().pace, 256);
     line.check_limits();
 }
@@ -201,8 +201,8 @@ fn a_ball_that_is_not_seen_for_two_seconds_stops_the_motors_and_not_the_drive() 
     for mut line in [Line::new(config()), Line::taut()] {
         line.follow(60);
         line.lose_ball(2000);
-        assert_eq!(line.bench.board.state(), State::Following);
-        assert_eq!(line.bench.board.rates(), [0; 3]);
+        assert_eq!(line.bench.harness.board.state(), State::Following);
+        assert_eq!(line.bench.harness.board.rates(), [0; 3]);
         let rests = line.reference();
         line.lose_ball(100);
         assert_eq!(line.reference().position, rests.position);
@@ -210,7 +210,7 @@ fn a_ball_that_is_not_seen_for_two_seconds_stops_the_motors_and_not_the_drive() 
         assert_eq!(line.reference().pace, 256);
         line.check_limits();
         line.lose_ball(2600);
-        assert_eq!(line.bench.board.state(), State::Fault(Fault::PositionLost));
+        assert_eq!(line.bench.harness.board.state(), State::Fault(Fault::PositionLost));
     }
 }
 
@@ -239,11 +239,11 @@ fn a_path_ends_with_the_ball_held_at_its_end() {
     let mut line = Line::taut();
     line.end = ZERO + 2_000_000;
     for _ in 0..150 {
-        if line.bench.board.state() != State::Holding {
+        if line.bench.harness.board.state() != State::Holding {
             line.follow(1);
         }
     }
-    assert_eq!(line.bench.board.state(), State::Holding);
+    assert_eq!(line.bench.harness.board.state(), State::Holding);
     // The ball that the test reports is where the reference was last.
     let last = line.references.last().unwrap()[1];
     assert!((last - place(line.end)[1]).abs() < 5e-4);
@@ -258,7 +258,7 @@ fn a_path_from_a_held_target_begins_there_and_not_at_the_ball() {
     let near = [BALL[0], BALL[1], BALL[2] + 0.004];
     assert_eq!(line.bench.send(Command::Target(point(near))), Ok(()));
     line.bench.run_with_ball(20, BALL);
-    assert_eq!(line.bench.board.state(), State::Holding);
+    assert_eq!(line.bench.harness.board.state(), State::Holding);
     assert_eq!(line.send(ZERO), Ok(()));
     assert_eq!(line.reference().position, point(near));
 }
@@ -275,7 +275,7 @@ fn references_are_checked_and_only_the_newest_counts() {
     }
     let outside = with_knot(good, |k| k.position = point([0.5, 0.2, 0.601]));
     assert_eq!(line.bench.send(Command::Follow(outside)), Err(Refusal::ReferenceOutside));
-    assert_eq!(line.bench.board.state(), State::Ready);
+    assert_eq!(line.bench.harness.board.state(), State::Ready);
     assert_eq!(line.bench.send(Command::Follow(good)), Ok(()));
     for sequence in [9, 8, 9 + (1 << 15)] {
         let old = Reference { sequence, ..good };
@@ -285,7 +285,7 @@ fn references_are_checked_and_only_the_newest_counts() {
     // A board that moves stops for a path that leaves the workspace, as for such a target.
     let outside = Reference { sequence: 11, ..outside };
     assert_eq!(line.bench.send(Command::Follow(outside)), Err(Refusal::ReferenceOutside));
-    assert_eq!(line.bench.board.state(), State::Fault(Fault::TargetOutside));
+    assert_eq!(line.bench.harness.board.state(), State::Fault(Fault::TargetOutside));
 }
 
 #[test]
@@ -296,12 +296,12 @@ fn following_needs_a_ball_and_ends_with_a_target_or_a_stop() {
     let mut line = Line::new(config());
     line.follow(30);
     assert_eq!(line.bench.send(Command::Target(point(TARGET))), Ok(()));
-    assert_eq!(line.bench.board.state(), State::Seeking);
+    assert_eq!(line.bench.harness.board.state(), State::Seeking);
     assert_eq!(line.bench.send(Command::Follow(line_at_start(1000))), Ok(()));
-    assert_eq!(line.bench.board.state(), State::Following);
+    assert_eq!(line.bench.harness.board.state(), State::Following);
     assert_eq!(line.bench.send(Command::Stop), Ok(()));
     line.bench.run_ms(1000);
-    assert_eq!(line.bench.board.state(), State::Ready);
+    assert_eq!(line.bench.harness.board.state(), State::Ready);
 }
 
 /// Returns the first part of the line.

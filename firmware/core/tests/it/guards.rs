@@ -39,13 +39,13 @@ fn on_the_way(share: f64) -> [f64; 3] {
 
 /// Returns the largest turn of a motor since the start, full steps.
 fn turned(bench: &Bench) -> u32 {
-    bench.board.positions().map(i32::unsigned_abs).into_iter().max().unwrap() / 16
+    bench.harness.board.positions().map(i32::unsigned_abs).into_iter().max().unwrap() / 16
 }
 
 #[test]
 fn motors_that_turn_without_the_ball_stop_the_board() {
     let mut bench = seeking(guarded(100, 60_000));
-    while bench.board.state() == State::Seeking {
+    while bench.harness.board.state() == State::Seeking {
         bench.run_with_ball(1, BALL);
         assert!(turned(&bench) < 130, "{} steps and no stop", turned(&bench));
     }
@@ -71,14 +71,14 @@ fn a_ball_that_follows_slowly_is_driven_to_its_target() {
         bench.run_with_ball(1, on_the_way(f64::from(frame) / f64::from(TEN_SECONDS)));
     }
     bench.run_with_ball(30, TARGET);
-    assert_eq!((bench.board.state(), bench.faults().len()), (State::Holding, 0));
+    assert_eq!((bench.harness.board.state(), bench.faults().len()), (State::Holding, 0));
 }
 
 #[test]
 fn a_ball_that_gets_no_nearer_stops_the_board() {
     let mut bench = seeking(guarded(100_000, 2_000));
     bench.run_with_ball(59, BALL);
-    assert_eq!(bench.board.state(), State::Seeking, "before 2 s");
+    assert_eq!(bench.harness.board.state(), State::Seeking, "before 2 s");
     bench.run_with_ball(4, BALL);
     bench.assert_stopped_by(Fault::NoProgress);
 }
@@ -115,14 +115,14 @@ fn a_ball_that_follows_a_moving_target_makes_progress() {
         let _ = bench.send(Command::Target(point([BALL[0] + way + 0.1, BALL[1], BALL[2]])));
         bench.run_with_ball(1, [BALL[0] + way, BALL[1], BALL[2]]);
     }
-    assert_eq!((bench.board.state(), bench.faults().len()), (State::Seeking, 0));
+    assert_eq!((bench.harness.board.state(), bench.faults().len()), (State::Seeking, 0));
 }
 
 #[test]
 fn a_ball_at_its_target_needs_no_progress() {
     let mut bench = seeking(guarded(100, 2_000));
     bench.run_with_ball(2 * TEN_SECONDS, TARGET);
-    assert_eq!((bench.board.state(), bench.faults().len()), (State::Holding, 0));
+    assert_eq!((bench.harness.board.state(), bench.faults().len()), (State::Holding, 0));
 }
 
 #[test]

@@ -6,9 +6,10 @@ use crate::common::bench::Bench;
 use crate::common::{BUILD, config};
 use plumb_core::BuildLimits;
 use plumb_protocol::config::{Coils, Drivers, Motor};
-use plumb_protocol::diagnostics::{ChipCounts, Diagnostics, ProcessorFault};
+use plumb_protocol::diagnostics::{
+    ChipCounts, ChipMeasurement, Diagnostics, Measurement, ProcessorFault, PulseCount,
+};
 use plumb_protocol::frame::encode;
-use plumb_protocol::measurement::{ChipMeasurement, Measurement, PulseCount};
 use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 use plumb_protocol::{Command, Config, FromBoard, Hello, Provenance, ToBoard};
@@ -20,7 +21,7 @@ fn jog(bench: &mut Bench) -> Result<(), Refusal> {
 
 /// Opens the emergency input, with `missing` pulses of the last tick cut off.
 fn emergency(bench: &mut Bench, missing: [i32; 3]) {
-    bench.board.on_emergency_stop(Micros(bench.now), missing, &mut bench.out);
+    bench.harness.on_emergency_stop(Micros(bench.now), missing);
     bench.collect();
 }
 
@@ -32,16 +33,16 @@ fn an_emergency_stop_counts_the_pulses_that_were_cut_off() {
         let mut bench = Bench::configured(Config { motors, microsteps: 8, ..config() });
         assert_eq!(jog(&mut bench), Ok(()));
         bench.run_ms(200);
-        let [planned, ..] = bench.board.positions();
+        let [planned, ..] = bench.harness.board.positions();
         assert!(planned > 100);
         // The direction line is high where the motor pays out, unless it is reversed.
         let missing = if reversed { -3 } else { 3 };
         emergency(&mut bench, [missing, 0, 0]);
         let tick = bench.tick();
-        assert!(bench.board.pulses().motors.iter().all(|pulses| pulses.count == 0));
+        assert!(bench.harness.board.pulses().motors.iter().all(|pulses| pulses.count == 0));
         assert!(!tick.drivers_enabled);
-        assert_eq!(bench.board.positions(), [planned - 3 * 2, 0, 0]);
-        assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+        assert_eq!(bench.harness.board.positions(), [planned - 3 * 2, 0, 0]);
+        assert_eq!(bench.harness.board.state(), State::Fault(Fault::EmergencyStop));
         assert_eq!(bench.faults(), [Fault::EmergencyStop]);
     }
 }
@@ -53,13 +54,13 @@ fn an_emergency_stop_is_cleared_only_after_the_input_has_closed() {
         emergency(&mut bench, [0; 3]);
         assert_eq!(bench.send(Command::ClearFault), Err(Refusal::Faulted(Fault::EmergencyStop)));
         assert!(!bench.tick().drivers_enabled);
-        assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+        assert_eq!(bench.harness.board.state(), State::Fault(Fault::EmergencyStop));
         // A host's frame may arrive at any moment of a tick.
         for off_us in [0, 199] {
             let frame =
                 encode(&ToBoard { id: 500 + off_us as u16, command: Command::ClearFault }).unwrap();
             bench.received.clear();
-            bench.board.receive(Micros(bench.now - off_us), &frame, &mut bench.out);
+            bench.harness.receive(Micros(bench.now - off_us), &frame);
             assert_eq!(bench.answers(), [Err(Refusal::Faulted(Fault::EmergencyStop))]);
         }
     }
@@ -67,10 +68,10 @@ fn an_emergency_stop_is_cleared_only_after_the_input_has_closed() {
     bench.tick();
     assert_eq!(bench.send(Command::ClearFault), Ok(()));
     assert!(bench.tick().drivers_enabled);
-    assert_eq!(bench.board.state(), State::Ready);
+    assert_eq!(bench.harness.board.state(), State::Ready);
     assert_eq!(jog(&mut bench), Ok(()));
     bench.run_ms(20);
-    assert!(bench.board.positions()[0] > 0);
+    assert!(bench.harness.board.positions()[0] > 0);
 }
 
 #[test]
@@ -79,9 +80,9 @@ fn an_emergency_stop_replaces_another_fault() {
     assert_eq!(jog(&mut bench), Ok(()));
     // The host is silent for too long.
     bench.run_ms(400);
-    assert_eq!(bench.board.state(), State::Fault(Fault::HostSilent));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::HostSilent));
     emergency(&mut bench, [0; 3]);
-    assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::EmergencyStop));
 }
 
 #[test]
@@ -96,8 +97,8 @@ fn a_board_reports_its_start_cause_and_begins_in_a_fault_after_its_own_error() {
         (HardFault, true),
     ] {
         let mut bench = Bench::new(BUILD);
-        bench.board.set_start_cause(cause);
-        bench.board.restore(&config());
+        bench.harness.board.set_start_cause(cause);
+        bench.harness.board.restore(&config());
         assert!(!bench.tick().drivers_enabled, "{cause:?}: no current before a Hello");
         assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
         assert_eq!(bench.tick().drivers_enabled, !stopped, "{cause:?}");
@@ -106,7 +107,7 @@ fn a_board_reports_its_start_cause_and_begins_in_a_fault_after_its_own_error() {
         assert_eq!(jog(&mut bench), answer, "{cause:?}");
         let _ = bench.send(Command::Stop);
         let _ = bench.send(Command::ClearFault);
-        assert_eq!(bench.board.state(), State::Ready);
+        assert_eq!(bench.harness.board.state(), State::Ready);
     }
 }
 
@@ -133,20 +134,20 @@ const COUNTED: ChipCounts = ChipCounts {
 #[test]
 fn the_counts_of_the_chip_answer_a_diagnose_in_every_state() {
     for mut bench in [Bench::new(BUILD), Bench::configured(config()), Bench::seeking()] {
-        bench.board.set_start_cause(StartCause::ResetPin);
+        bench.harness.board.set_start_cause(StartCause::ResetPin);
         assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
-        bench.board.receive(Micros(bench.now), &[1, 2, 3, 0], &mut bench.out);
+        bench.harness.receive(Micros(bench.now), &[1, 2, 3, 0]);
         assert!(!bench.tick().diagnose);
         assert_eq!(bench.send_as(77, Command::Diagnose), Ok(()));
         assert!(bench.tick().diagnose);
         bench.received.clear();
-        bench.board.on_diagnosed(COUNTED, &mut bench.out);
+        bench.harness.on_diagnosed(COUNTED);
         bench.collect();
         let start = StartCause::ResetPin;
         let told = Diagnostics { id: 77, start, bad_frames: 1, chip: COUNTED };
         assert_eq!(bench.received, [FromBoard::Diagnostics(told)]);
         // It is told once.
-        bench.board.on_diagnosed(COUNTED, &mut bench.out);
+        bench.harness.on_diagnosed(COUNTED);
         bench.collect();
         assert_eq!(bench.received.len(), 1);
     }
@@ -161,14 +162,14 @@ fn a_measurement_is_answered_by_the_chip() {
     let pulses = [PulseCount { low: 1, high: 2 }; 3];
     let chip = ChipMeasurement { pulses, time_us: 4, usb_frame: Some(5) };
     for measured in [Some(chip), Some(chip), None] {
-        bench.board.on_measured(Micros(bench.now), measured, &mut bench.out);
+        bench.harness.on_measured(Micros(bench.now), measured);
     }
     bench.collect();
     assert_eq!(bench.received, [FromBoard::Measurement(Measurement { id: 78, chip })], "once");
     assert!(!bench.tick().measure);
     // A chip that cannot measure.
     let _ = bench.send_as(79, Command::Measure);
-    bench.board.on_measured(Micros(bench.now), None, &mut bench.out);
+    bench.harness.on_measured(Micros(bench.now), None);
     bench.collect();
     let refused = |message: &FromBoard| {
         matches!(message, FromBoard::Answer(answer) if answer.id == 79
@@ -201,7 +202,7 @@ fn a_test_of_the_flash_is_answered_when_it_is_done() {
         assert!(asked.test_flash && !asked.store, "{asked:?}");
         assert_eq!(jog(&mut bench), Err(Refusal::Busy(State::Storing)));
         bench.received.clear();
-        bench.board.on_stored(Micros(bench.now), written, &mut bench.out);
+        bench.harness.on_stored(Micros(bench.now), written);
         bench.collect();
         let answered = |message: &FromBoard| {
             matches!(message, FromBoard::Answer(answer) if answer.id == 80
@@ -220,7 +221,7 @@ fn a_test_of_the_flash_is_answered_when_it_is_done() {
 #[test]
 fn motors_have_current_from_the_first_matching_hello_on() {
     let mut bench = Bench::new(BUILD);
-    bench.board.restore(&config());
+    bench.harness.board.restore(&config());
     assert!(!bench.tick().drivers_enabled);
     let other = Hello { version: 0, ..Hello::OURS };
     let _ = bench.send(Command::Hello(other));
@@ -235,21 +236,21 @@ fn motors_have_current_from_the_first_matching_hello_on() {
 #[test]
 fn a_stored_configuration_is_restored_but_moves_nothing_before_a_hello() {
     let mut bench = Bench::new(BUILD);
-    bench.board.restore(&config());
-    assert_eq!(bench.board.state(), State::Ready);
-    assert_eq!(bench.board.config(), Some(&config()));
+    bench.harness.board.restore(&config());
+    assert_eq!(bench.harness.board.state(), State::Ready);
+    assert_eq!(bench.harness.board.config(), Some(&config()));
     assert_eq!(jog(&mut bench), Err(Refusal::NotGreeted));
     assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
     assert_eq!(jog(&mut bench), Ok(()));
     bench.run_ms(20);
-    assert!(bench.board.positions()[0] > 0);
+    assert!(bench.harness.board.positions()[0] > 0);
 }
 
 #[test]
 fn a_stored_configuration_that_is_out_of_range_is_ignored() {
     let mut bench = Bench::new(BuildLimits { max_pulse_rate: 100, ..BUILD });
-    bench.board.restore(&config());
-    assert_eq!(bench.board.state(), State::Unconfigured);
+    bench.harness.board.restore(&config());
+    assert_eq!(bench.harness.board.state(), State::Unconfigured);
 }
 
 #[test]
@@ -261,7 +262,7 @@ fn a_store_is_answered_once_it_is_written_and_nothing_moves_meanwhile() {
         assert!(bench.tick().store);
         let _ = jog(&mut bench);
         assert_eq!(bench.answers(), [Err(Refusal::Busy(State::Storing))]);
-        bench.board.on_stored(Micros(bench.now), written, &mut bench.out);
+        bench.harness.on_stored(Micros(bench.now), written);
         assert_eq!(bench.answers(), [answer]);
         assert!(!bench.tick().store);
     }

@@ -22,7 +22,7 @@ fn limited(travel: i32) -> Config {
 /// Jogs by `steps` to the end.
 fn jogged(bench: &mut Bench, steps: i32) {
     assert_eq!(bench.send(jog(steps, 100)), Ok(()));
-    while bench.board.state() != State::Ready {
+    while bench.harness.board.state() != State::Ready {
         assert_eq!(bench.send(Command::Status), Ok(()));
         bench.run_ms(20);
     }
@@ -46,7 +46,7 @@ fn a_jog_beyond_its_own_limits_is_refused() {
     assert_eq!(bench.send(jog(-61, 100)), Err(Refusal::JogDistance));
     jogged(&mut bench, 60);
     jogged(&mut bench, -60);
-    assert_eq!(bench.board.positions(), [0; 3]);
+    assert_eq!(bench.harness.board.positions(), [0; 3]);
 }
 
 #[test]
@@ -55,16 +55,16 @@ fn a_stop_during_a_jog_ramps_down() {
     assert_eq!(bench.send(jog(60, 100)), Ok(()));
     bench.run_ms(200);
     assert_eq!(bench.send(Command::Stop), Ok(()));
-    let mut last = bench.board.rates()[1];
+    let mut last = bench.harness.board.rates()[1];
     assert_eq!(last, 100 * 256);
-    while bench.board.state() != State::Ready {
+    while bench.harness.board.state() != State::Ready {
         bench.tick();
-        let rate = bench.board.rates()[1];
+        let rate = bench.harness.board.rates()[1];
         // 2000 steps/s² is 0.4 steps/s a tick.
         assert!((0..=103).contains(&(last - rate)), "{last} to {rate} Q8 steps/s");
         last = rate;
     }
-    assert!(!bench.moving() && bench.board.positions()[1] < 16 * 30);
+    assert!(!bench.moving() && bench.harness.board.positions()[1] < 16 * 30);
 }
 
 #[test]
@@ -76,14 +76,17 @@ fn home_makes_the_present_positions_zero_and_moves_nothing() {
     assert_eq!(reported(&mut bench), [0, 1600, 0]);
     assert_eq!(bench.send(jog(1, 100)), Err(Refusal::JogTravel));
     assert_eq!(bench.send(Command::Home), Ok(()));
-    assert_eq!((reported(&mut bench), bench.board.positions()), ([0; 3], [0, 1600, 0]));
+    assert_eq!((reported(&mut bench), bench.harness.board.positions()), ([0; 3], [0, 1600, 0]));
     bench.run_ms(100);
-    assert_eq!(bench.board.positions(), [0, 1600, 0]);
+    assert_eq!(bench.harness.board.positions(), [0, 1600, 0]);
     // The travel is about the new zero.
     for steps in [60, 40] {
         jogged(&mut bench, steps);
     }
-    assert_eq!((reported(&mut bench), bench.board.positions()), ([0, 1600, 0], [0, 3200, 0]));
+    assert_eq!(
+        (reported(&mut bench), bench.harness.board.positions()),
+        ([0, 1600, 0], [0, 3200, 0])
+    );
     assert_eq!(bench.send(jog(1, 100)), Err(Refusal::JogTravel));
 }
 
@@ -95,8 +98,8 @@ fn the_travel_about_a_new_zero_stops_a_drive() {
     bench.send_ball(BALL);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
     bench.run_with_ball(60, BALL);
-    let State::Fault(fault @ Fault::Travel(_)) = bench.board.state() else {
-        panic!("{:?}", bench.board.state())
+    let State::Fault(fault @ Fault::Travel(_)) = bench.harness.board.state() else {
+        panic!("{:?}", bench.harness.board.state())
     };
     assert!(reported(&mut bench).iter().all(|position| position.abs() <= 16 * 20));
     assert_eq!(bench.faults(), [fault]);

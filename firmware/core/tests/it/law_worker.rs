@@ -7,6 +7,7 @@ use crate::common::deferred_bench::DeferredBench;
 use plumb_core::TICK_US;
 use plumb_core::law::{DeferredLawKind, variances};
 use plumb_core::law_worker::LawRequest;
+use plumb_emulator::LawDelay;
 use plumb_protocol::Config;
 use plumb_protocol::config::{Deadlines, Estimated, Law};
 use plumb_protocol::message::{Command, Fault, State};
@@ -24,11 +25,12 @@ fn a_response_takes_effect_in_its_tick_however_early_it_comes() {
         (Law::Adaptive as fn(_) -> _, DeferredLawKind::Adaptive),
         (Law::Taut, DeferredLawKind::Taut),
     ] {
-        let [early, late] = [1, kind.ticks()]
-            .map(|takes| DeferredBench::seeking(deferred(law), Some(takes)).run_with_ball(60));
+        let [early, late] = [1, kind.ticks()].map(|takes| {
+            DeferredBench::seeking(deferred(law), LawDelay::Ticks(takes)).run_with_ball(60)
+        });
         assert_eq!(early, late, "{kind:?}");
         assert!(early.last().unwrap().iter().any(|p| p.abs() > 1000), "{kind:?} moves");
-        let mut bench = DeferredBench::seeking(deferred(law), Some(1));
+        let mut bench = DeferredBench::seeking(deferred(law), LawDelay::Ticks(1));
         bench.send_ball(BALL);
         bench.run(kind.ticks());
         assert!(bench.still() && bench.requests.len() == 1, "{kind:?}: not before its tick");
@@ -40,17 +42,16 @@ fn a_response_takes_effect_in_its_tick_however_early_it_comes() {
 #[test]
 fn a_response_at_once_gives_the_same_motion() {
     let mut bench =
-        DeferredBench::seeking(deferred(Law::Taut), Some(DeferredLawKind::Taut.ticks()));
+        DeferredBench::seeking(deferred(Law::Taut), LawDelay::Ticks(DeferredLawKind::Taut.ticks()));
     let chip = bench.run_with_ball(30);
-    let mut bench = DeferredBench::seeking(deferred(Law::Taut), None);
+    let mut bench = DeferredBench::seeking(deferred(Law::Taut), LawDelay::SameTick);
     let mut host = Vec::new();
     for k in 0..30 {
         let part = f64::from(k) / 50.0;
         bench.send_ball([0, 1, 2].map(|i| BALL[i] + part * (TARGET[i] - BALL[i])));
         for tick in 1..=165 {
-            bench.board.tick(bench.now(), &mut bench.law_worker, &mut bench.out);
-            bench.tick += 1;
-            host.extend((tick % 5 == 0).then(|| bench.board.positions()));
+            bench.run(1);
+            host.extend((tick % 5 == 0).then(|| bench.harness.board.positions()));
         }
     }
     assert_eq!(host, chip);
@@ -64,7 +65,7 @@ fn follow(bench: &mut DeferredBench, pictures: u32) -> Vec<[i32; 3]> {
         bench.send_ball(ball);
         for _ in 0..165 {
             bench.run(1);
-            past.push(bench.board.positions());
+            past.push(bench.harness.board.positions());
         }
     }
     past
@@ -74,7 +75,7 @@ fn follow(bench: &mut DeferredBench, pictures: u32) -> Vec<[i32; 3]> {
 fn the_delay_of_a_law_counts_beyond_the_age_of_a_position() {
     for delay_ms in [0, 100] {
         let law = Law::Taut(Estimated { delay: Milliseconds(delay_ms) });
-        let mut bench = DeferredBench::seeking(Config { law, ..config() }, Some(1));
+        let mut bench = DeferredBench::seeking(Config { law, ..config() }, LawDelay::Ticks(1));
         let past = follow(&mut bench, 20);
         let &(tick, request) = bench.requests.last().unwrap();
         // Positions come every 165 ticks, 30 ms old.
@@ -93,23 +94,23 @@ fn the_delay_of_a_law_counts_beyond_the_age_of_a_position() {
 fn a_setpoint_ends_in_its_tick() {
     let ticks = DeferredLawKind::Adaptive.ticks();
     let ended = (10..60).filter(|pictures| {
-        let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), Some(1));
+        let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), LawDelay::Ticks(1));
         follow(&mut bench, *pictures);
         let &(made, _) = bench.requests.last().unwrap();
         let valid_us = bench.responses.last().unwrap().setpoint.valid_us;
         let end = made + u64::from(ticks) + u64::from(valid_us.div_ceil(TICK_US));
-        let rates = bench.board.rates();
+        let rates = bench.harness.board.rates();
         // The motors turn at constant rates. The positions are missed later, after 200 ms.
         bench.run(2);
-        if bench.board.rates() != rates || !(bench.tick + 5..made + 800).contains(&end) {
+        if bench.harness.board.rates() != rates || !(bench.tick + 5..made + 800).contains(&end) {
             return false;
         }
         while bench.tick < end {
-            assert_eq!(bench.board.rates(), rates, "{} before {end}", bench.tick);
+            assert_eq!(bench.harness.board.rates(), rates, "{} before {end}", bench.tick);
             bench.run(1);
         }
         bench.run(1);
-        assert_ne!(bench.board.rates(), rates, "tick {end}");
+        assert_ne!(bench.harness.board.rates(), rates, "tick {end}");
         true
     });
     assert!(ended.count() > 2);
@@ -118,7 +119,7 @@ fn a_setpoint_ends_in_its_tick() {
 #[test]
 fn tensions_are_in_the_telemetry_from_the_first_response_of_taut_until_the_stop() {
     let ticks = DeferredLawKind::Taut.ticks();
-    let mut bench = DeferredBench::seeking(deferred(Law::Taut), Some(1));
+    let mut bench = DeferredBench::seeking(deferred(Law::Taut), LawDelay::Ticks(1));
     bench.send_ball(BALL);
     bench.run(ticks);
     assert_eq!(bench.telemetry().tensions, None, "the response has no effect yet");
@@ -138,7 +139,7 @@ fn tensions_are_in_the_telemetry_from_the_first_response_of_taut_until_the_stop(
 
 #[test]
 fn a_law_without_an_estimate_sends_no_tensions() {
-    let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), Some(1));
+    let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), LawDelay::Ticks(1));
     bench.run_with_ball(3);
     assert!(!bench.still());
     assert_eq!(bench.telemetry().tensions, None);
@@ -146,14 +147,14 @@ fn a_law_without_an_estimate_sends_no_tensions() {
 
 #[test]
 fn a_missing_response_stops_the_board() {
-    let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), Some(1));
+    let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), LawDelay::Ticks(1));
     bench.run_with_ball(20);
     assert!(!bench.still());
-    bench.takes = Some(DeferredLawKind::Adaptive.ticks() + 1);
-    bench.out.clear();
+    bench.harness.law_delay = LawDelay::Ticks(DeferredLawKind::Adaptive.ticks() + 1);
+    bench.harness.outbox.clear();
     bench.send_ball(BALL);
     bench.run(DeferredLawKind::Adaptive.ticks() + 1);
-    assert_eq!(bench.board.state(), State::Fault(Fault::LawLate));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::LawLate));
     assert!(bench.has_reported(Fault::LawLate));
     bench.run(2000);
     assert!(bench.still());
@@ -162,21 +163,21 @@ fn a_missing_response_stops_the_board() {
 #[test]
 fn another_target_or_a_stop_voids_the_response() {
     for command in [Command::Target(point(BALL)), Command::Stop, Command::Hold] {
-        for takes in [Some(3), None] {
+        for takes in [LawDelay::Ticks(3), LawDelay::Never] {
             let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), takes);
             bench.send_ball(BALL);
             bench.run(2);
             bench.send(command);
             bench.run(1000);
             assert!(bench.still(), "{command:?}");
-            assert_ne!(bench.board.state(), State::Fault(Fault::LawLate), "{command:?}");
+            assert_ne!(bench.harness.board.state(), State::Fault(Fault::LawLate), "{command:?}");
         }
     }
 }
 
 #[test]
 fn the_newest_position_waits_while_a_request_is_open() {
-    let mut bench = DeferredBench::seeking(deferred(Law::Taut), Some(5));
+    let mut bench = DeferredBench::seeking(deferred(Law::Taut), LawDelay::Ticks(5));
     for z in [0.40, 0.39, 0.38] {
         bench.send_ball([0.5, 0.3, z]);
         bench.run(10);
@@ -190,7 +191,7 @@ fn the_newest_position_waits_while_a_request_is_open() {
 #[test]
 fn the_waiting_position_gets_the_present_target_and_a_stop_discards_it() {
     for (command, count) in [(Command::Target(point(BALL)), 2), (Command::Stop, 1)] {
-        let mut bench = DeferredBench::seeking(deferred(Law::Taut), Some(5));
+        let mut bench = DeferredBench::seeking(deferred(Law::Taut), LawDelay::Ticks(5));
         bench.send_ball(BALL);
         bench.run(10);
         bench.send_ball(BALL);
@@ -207,7 +208,7 @@ fn the_waiting_position_gets_the_present_target_and_a_stop_discards_it() {
 
 #[test]
 fn a_configuration_makes_the_law_anew_and_a_target_does_not() {
-    let mut bench = DeferredBench::seeking(deferred(Law::Taut), Some(5));
+    let mut bench = DeferredBench::seeking(deferred(Law::Taut), LawDelay::Ticks(5));
     let made_for = |bench: &DeferredBench| {
         bench.requests.iter().map(|(_, q)| q.generation).collect::<Vec<_>>()
     };
@@ -226,7 +227,7 @@ fn a_configuration_makes_the_law_anew_and_a_target_does_not() {
 
 #[test]
 fn the_covariance_of_a_position_reaches_the_law() {
-    let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), Some(5));
+    let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), LawDelay::Ticks(5));
     bench.send_ball(BALL);
     bench.run(20);
     bench.send_covariance(
@@ -245,7 +246,7 @@ fn the_motors_go_no_farther_than_the_steps_that_were_left() {
     let deadlines = Deadlines { host: Milliseconds(1_000), ..config().deadlines };
     for last_mm in [60.0, 30.0, 15.0] {
         let config = Config { deadlines, ..deferred(Law::Adaptive) };
-        let mut bench = DeferredBench::seeking(config, Some(5));
+        let mut bench = DeferredBench::seeking(config, LawDelay::Ticks(5));
         let away_mm = |bench: &DeferredBench| {
             let ball = bench.ball();
             1e3 * (0..3).map(|i| (ball[i] - TARGET[i]).powi(2)).sum::<f64>().sqrt()
@@ -264,7 +265,7 @@ fn the_motors_go_no_farther_than_the_steps_that_were_left() {
 #[test]
 fn a_law_follows_an_uncertain_position_less() {
     for law in [Law::Adaptive, Law::Taut] {
-        let mut bench = DeferredBench::seeking(deferred(law), Some(5));
+        let mut bench = DeferredBench::seeking(deferred(law), LawDelay::Ticks(5));
         for _ in 0..20 {
             bench.send_ball(bench.ball());
             bench.run(165);
@@ -276,6 +277,7 @@ fn a_law_follows_an_uncertain_position_less() {
             measurement.variances =
                 variances(Some(Covariance { variances: [variance; 3], covariances: [0; 3] }));
             bench
+                .harness
                 .law_worker
                 .clone()
                 .respond(&LawRequest { measurement, ..request })

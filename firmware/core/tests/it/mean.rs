@@ -174,10 +174,10 @@ fn jog(mean_ms: u16, stop_ms: Option<u64>) -> (i32, u64) {
             assert_eq!(bench.send(Command::Status), Ok(()));
         }
         bench.run_ms(1);
-        bench.board.state() == State::Ready
+        bench.harness.board.state() == State::Ready
     });
     assert!(!bench.moving());
-    (bench.board.positions()[0], time.unwrap())
+    (bench.harness.board.positions()[0], time.unwrap())
 }
 
 #[test]

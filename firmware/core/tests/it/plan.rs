@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
 use crate::common::{config, motor, params};
-use plumb_core::clock::{CLOCK_HZ, TICK_CLOCKS, TICK_US};
 use plumb_core::plan::{Jogging, Planner};
+use plumb_core::timing::{CLOCK_HZ, TICK_CLOCKS, TICK_US};
 use plumb_core::{MotorRates, StepPlan};
 use plumb_protocol::Config;
 use proptest::prelude::*;

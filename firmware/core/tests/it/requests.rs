@@ -42,14 +42,14 @@ fn a_repeated_jog_moves_once_and_is_answered_each_time() {
     bench.run_ms(100);
     assert_eq!(bench.send_as(100, jog(0, 10, 100)), Ok(()));
     bench.run_ms(200);
-    assert_eq!(bench.board.positions(), [160, 0, 0]);
+    assert_eq!(bench.harness.board.positions(), [160, 0, 0]);
     // Another id makes another jog, and so does other content.
     assert_eq!(bench.send_as(101, jog(0, 10, 100)), Ok(()));
     bench.run_ms(250);
-    assert_eq!(bench.board.positions(), [320, 0, 0]);
+    assert_eq!(bench.harness.board.positions(), [320, 0, 0]);
     assert_eq!(bench.send_as(101, jog(0, -20, 100)), Ok(()));
     bench.run_ms(290);
-    assert_eq!(bench.board.positions(), [0, 0, 0]);
+    assert_eq!(bench.harness.board.positions(), [0, 0, 0]);
 }
 
 #[test]
@@ -57,12 +57,12 @@ fn a_repeated_clear_fault_does_not_clear_a_later_fault() {
     let mut bench = Bench::seeking();
     bench.run_ms(600);
     assert_eq!(bench.send_as(100, Command::ClearFault), Ok(()));
-    bench.board.on_emergency_stop(Micros(bench.now), [0; 3], &mut bench.out);
+    bench.harness.on_emergency_stop(Micros(bench.now), [0; 3]);
     bench.run_ms(10);
     assert_eq!(bench.send_as(100, Command::ClearFault), Ok(()));
-    assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::EmergencyStop));
     assert_eq!(bench.send_as(101, Command::ClearFault), Ok(()));
-    assert_eq!(bench.board.state(), State::Ready);
+    assert_eq!(bench.harness.board.state(), State::Ready);
 }
 
 #[test]
@@ -76,11 +76,11 @@ fn a_repeated_target_is_not_set_again_and_a_refused_one_is_tried_again() {
     bench.run_ms(290);
     assert_eq!(bench.send_as(100, Command::Target(point(TARGET))), Ok(()));
     bench.run_with_ball(60, TARGET);
-    assert_eq!(bench.board.state(), State::Holding);
+    assert_eq!(bench.harness.board.state(), State::Holding);
     assert_eq!(bench.send_as(100, Command::Target(point(TARGET))), Ok(()));
-    assert_eq!(bench.board.state(), State::Holding);
+    assert_eq!(bench.harness.board.state(), State::Holding);
     assert_eq!(bench.send_as(101, Command::Target(point(TARGET))), Ok(()));
-    assert_eq!(bench.board.state(), State::Seeking);
+    assert_eq!(bench.harness.board.state(), State::Seeking);
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn a_new_session_may_begin_with_the_ids_of_the_last() {
     let _ = bench.send_as(1, Command::Hello(Hello::OURS));
     assert_eq!(bench.send_as(3, jog(0, 10, 100)), Ok(()));
     bench.run_ms(290);
-    assert_eq!(bench.board.positions(), [320, 0, 0]);
+    assert_eq!(bench.harness.board.positions(), [320, 0, 0]);
 }
 
 #[test]
@@ -171,12 +171,12 @@ fn every_store_is_answered_and_a_configuration_is_refused_meanwhile() {
     ];
     for (id, command) in requests {
         let frame = encode(&ToBoard { id, command }).unwrap();
-        bench.board.receive(Micros(bench.now), &frame, &mut bench.out);
+        bench.harness.receive(Micros(bench.now), &frame);
     }
     let busy = Some(Refusal::Busy(State::Storing));
     assert_eq!(answered(&mut bench), [(12, busy), (13, busy), (14, busy)]);
     assert!(bench.tick().store);
-    bench.board.on_stored(Micros(bench.now), true, &mut bench.out);
+    bench.harness.on_stored(Micros(bench.now), true);
     assert_eq!(answered(&mut bench), [(11, None)]);
     assert!(!bench.tick().store);
     // A repeated Store is answered without another write.
@@ -202,7 +202,7 @@ fn a_motor_outside_its_travel_only_comes_back_and_slowly() {
         bench.run_ms(100);
         let _ = bench.send(Command::Status);
     }
-    assert_eq!(bench.board.positions(), [0, 960, 0]);
+    assert_eq!(bench.harness.board.positions(), [0, 960, 0]);
     let motors = [motor(400.0, 2000, 16 * 50); 3];
     assert_eq!(bench.send(Command::Configure(Config { motors, ..config() })), Ok(()));
     bench.run_with_ball(5, BALL);
@@ -215,9 +215,9 @@ fn a_motor_outside_its_travel_only_comes_back_and_slowly() {
     for _ in 0..8 {
         bench.run_ms(100);
         let _ = bench.send(Command::Status);
-        assert!(bench.board.rates()[1].abs() <= 20 * 256);
+        assert!(bench.harness.board.rates()[1].abs() <= 20 * 256);
     }
-    assert_eq!(bench.board.positions(), [0, 800, 0]);
+    assert_eq!(bench.harness.board.positions(), [0, 800, 0]);
     bench.run_with_ball(1, BALL);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
 }

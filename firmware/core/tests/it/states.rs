@@ -12,20 +12,20 @@ use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Point, Rate, Step
 
 /// Reports a motor driver that does not answer.
 fn fail_driver(bench: &mut Bench) {
-    bench.board.on_driver_failure(Micros(bench.now), &mut bench.out);
+    bench.harness.on_driver_failure(Micros(bench.now));
     bench.collect();
 }
 
 /// Opens the emergency input for a tick.
 fn open_emergency(bench: &mut Bench) {
-    bench.board.on_emergency_stop(Micros(bench.now), [0; 3], &mut bench.out);
+    bench.harness.on_emergency_stop(Micros(bench.now), [0; 3]);
     bench.collect();
 }
 
 /// Reports the end of a write to flash.
 fn stored(bench: &mut Bench, written: bool) -> Vec<Result<(), Refusal>> {
     let _ = bench.answers();
-    bench.board.on_stored(Micros(bench.now), written, &mut bench.out);
+    bench.harness.on_stored(Micros(bench.now), written);
     bench.answers()
 }
 
@@ -42,14 +42,14 @@ fn telemetry(bench: &mut Bench) -> Telemetry {
 #[test]
 fn the_generation_and_the_drivers_are_those_of_the_configuration() {
     let mut bench = Bench::greeted(BUILD);
-    assert_eq!((bench.board.generation(), bench.board.drivers()), (0, None));
-    assert!(bench.board.driver_timing().is_none());
+    assert_eq!((bench.harness.board.generation(), bench.harness.board.drivers()), (0, None));
+    assert!(bench.harness.board.driver_timing().is_none());
     for generation in 1..4 {
         assert_eq!(bench.send(Command::Configure(config())), Ok(()));
-        assert_eq!(bench.board.generation(), generation);
+        assert_eq!(bench.harness.board.generation(), generation);
     }
-    assert!(matches!(bench.board.drivers(), Some(Drivers::StepDir(_))));
-    assert!(bench.board.driver_timing().is_some());
+    assert!(matches!(bench.harness.board.drivers(), Some(Drivers::StepDir(_))));
+    assert!(bench.harness.board.driver_timing().is_some());
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn a_driver_that_fails_stops_the_board() {
     let mut bench = Bench::seeking();
     fail_driver(&mut bench);
     assert_eq!(bench.faults(), [Fault::Driver]);
-    assert_eq!(bench.board.state(), State::Fault(Fault::Driver));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver));
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn a_fault_is_cleared_only_at_standstill() {
         bench.tick();
     }
     assert_eq!(bench.send(Command::ClearFault), Ok(()));
-    assert_eq!(bench.board.state(), State::Ready);
+    assert_eq!(bench.harness.board.state(), State::Ready);
 }
 
 #[test]
@@ -86,39 +86,43 @@ fn a_position_as_old_as_the_limit_is_accepted() {
 #[test]
 fn a_decoded_position_before_the_greeting_is_refused() {
     let mut bench = Bench::new(BUILD);
-    bench.board.restore(&config());
+    bench.harness.board.restore(&config());
     let position = Position { sequence: 1, age_us: 0, ball: Some(point(BALL)), covariance: None };
-    bench.board.on_position(Micros(bench.now), 5, &position, &mut bench.out);
+    bench.harness.board.on_position(Micros(bench.now), 5, &position, &mut bench.harness.outbox);
     assert_eq!(bench.answers(), [Err(Refusal::NotGreeted)]);
 }
 
 #[test]
 fn an_outbox_is_empty_until_a_message_comes_and_after_it_was_sent() {
     let mut bench = Bench::new(BUILD);
-    assert!(bench.out.is_empty());
-    bench.board.on_driver_failure(Micros(bench.now), &mut bench.out);
-    assert!(!bench.out.is_empty(), "a message waits");
-    assert!(!bench.out.bytes().is_empty());
-    assert!(!bench.out.is_empty(), "bytes wait");
+    assert!(bench.harness.outbox.is_empty());
+    bench.harness.on_driver_failure(Micros(bench.now));
+    assert!(!bench.harness.outbox.is_empty(), "a message waits");
+    assert!(!bench.harness.outbox.bytes().is_empty());
+    assert!(!bench.harness.outbox.is_empty(), "bytes wait");
     bench.collect();
-    assert!(bench.out.is_empty());
-    assert_eq!(bench.out.dropped(), 0);
+    assert!(bench.harness.outbox.is_empty());
+    assert_eq!(bench.harness.outbox.dropped(), 0);
 }
 
 #[test]
 fn an_outbox_counts_every_message_that_did_not_fit() {
     let mut bench = Bench::configured(config());
-    assert_eq!(bench.out.dropped(), 0);
+    assert_eq!(bench.harness.outbox.dropped(), 0);
     for id in 0..200 {
         let frame = encode(&ToBoard { id, command: Command::Status });
-        bench.board.receive(Micros(bench.now), &frame.unwrap(), &mut bench.out);
+        bench.harness.receive(Micros(bench.now), &frame.unwrap());
     }
-    let lost_before = bench.out.dropped();
+    let lost_before = bench.harness.outbox.dropped();
     bench.received.clear();
     bench.collect();
     // Each Status asks for an answer and telemetry.
     let lost = 400 - bench.received.len() as u32;
-    assert!(lost_before > 1 && lost == bench.out.dropped(), "{lost} of {}", bench.out.dropped());
+    assert!(
+        lost_before > 1 && lost == bench.harness.outbox.dropped(),
+        "{lost} of {}",
+        bench.harness.outbox.dropped()
+    );
 }
 
 #[test]
@@ -141,7 +145,10 @@ fn a_configuration_with_the_id_of_another_is_carried_out() {
     let other = Config { mean: Milliseconds(100), ..config() };
     for (config, generation) in [(config(), 1), (config(), 1), (other, 2), (other, 2)] {
         assert_eq!(bench.send_as(40, Command::Configure(config)), Ok(()));
-        assert_eq!((bench.board.config(), bench.board.generation()), (Some(&config), generation));
+        assert_eq!(
+            (bench.harness.board.config(), bench.harness.board.generation()),
+            (Some(&config), generation)
+        );
     }
 }
 
@@ -155,7 +162,7 @@ fn a_store_goes_on_through_faults_and_is_answered() {
     assert!(tick.store && !tick.bootloader, "{tick:?}");
     assert_eq!(stored(&mut bench, true), [Ok(())]);
     assert!(!bench.tick().store);
-    assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::EmergencyStop));
 }
 
 #[test]
@@ -164,9 +171,9 @@ fn a_store_in_a_fault_leaves_the_fault() {
     fail_driver(&mut bench);
     let _ = bench.send(Command::Store);
     assert!(bench.tick().store);
-    assert_eq!(bench.board.state(), State::Fault(Fault::Driver));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver));
     assert_eq!(stored(&mut bench, true), [Ok(())]);
-    assert_eq!(bench.board.state(), State::Fault(Fault::Driver));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver));
     assert!(!bench.tick().store);
 }
 
@@ -198,7 +205,7 @@ fn a_board_on_its_way_to_the_bootloader_gets_there_through_a_fault() {
     fail_driver(&mut bench);
     open_emergency(&mut bench);
     assert!(bench.tick().bootloader);
-    assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::EmergencyStop));
 }
 
 #[test]
@@ -207,7 +214,7 @@ fn a_board_in_a_fault_goes_to_the_bootloader_and_keeps_its_fault() {
     fail_driver(&mut bench);
     assert!(!bench.tick().bootloader);
     assert_eq!(bench.send(Command::Bootloader), Ok(()));
-    assert_eq!(bench.board.state(), State::Fault(Fault::Driver));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver));
     bench.run_ms(500);
     assert!(bench.outputs.bootloader);
 }
@@ -220,17 +227,17 @@ fn a_hold_in_motion_waits_for_eight_positions_at_standstill() {
     assert_eq!(bench.send(Command::Hold), Ok(()));
     let hold = bench.id;
     while bench.moving() {
-        assert_eq!(bench.board.state(), State::Stopping);
+        assert_eq!(bench.harness.board.state(), State::Stopping);
         bench.run_with_ball(1, BALL);
     }
     // Time without a position does not count.
     bench.run_ms(100);
     for _ in 0..7 {
         bench.run_with_ball(1, BALL);
-        assert_eq!(bench.board.state(), State::Stopping);
+        assert_eq!(bench.harness.board.state(), State::Stopping);
     }
     bench.run_with_ball(1, BALL);
-    assert_eq!(bench.board.state(), State::Holding);
+    assert_eq!(bench.harness.board.state(), State::Holding);
     assert_eq!(telemetry(&mut bench).target, Some(hold));
 }
 
@@ -275,10 +282,10 @@ fn pictures_outside_the_workspace_are_counted_anew_after_a_fault() {
     assert_eq!(bench.send(Command::Jog(jog)), Ok(()));
     for _ in 0..2 {
         assert_eq!(bench.send_position(Some(outside), 0), Err(Refusal::BallOutside));
-        assert_eq!(bench.board.state(), State::Jogging);
+        assert_eq!(bench.harness.board.state(), State::Jogging);
     }
     assert_eq!(bench.send_position(Some(outside), 0), Err(Refusal::BallOutside));
-    assert_eq!(bench.board.state(), State::Fault(Fault::BallOutside));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::BallOutside));
 }
 
 #[test]

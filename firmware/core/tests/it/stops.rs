@@ -10,7 +10,7 @@ use plumb_protocol::message::*;
 fn a_silent_host_stops_the_board() {
     let mut bench = Bench::seeking();
     bench.run_ms(300);
-    assert_eq!(bench.board.state(), State::Fault(Fault::HostSilent));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::HostSilent));
     bench.assert_stopped_by(Fault::HostSilent);
 }
 
@@ -49,12 +49,12 @@ fn a_target_without_any_position_ends_in_a_fault() {
 #[test]
 fn rates_are_reduced_while_positions_fail_to_come() {
     let mut bench = Bench::seeking();
-    let before = bench.board.rates().map(i32::abs).into_iter().max().unwrap();
+    let before = bench.harness.board.rates().map(i32::abs).into_iter().max().unwrap();
     for _ in 0..10 {
         let _ = bench.send_position(None, 0);
         bench.run_ms(33);
     }
-    let after = bench.board.rates().map(i32::abs).into_iter().max().unwrap();
+    let after = bench.harness.board.rates().map(i32::abs).into_iter().max().unwrap();
     assert_eq!(after, before * 3 / 10);
 }
 
@@ -67,7 +67,7 @@ fn a_ball_outside_stops_the_board_after_three_frames_in_a_row() {
         bench.run_ms(33);
         bench.run_with_ball(2, BALL);
     }
-    assert_eq!(bench.board.state(), State::Seeking);
+    assert_eq!(bench.harness.board.state(), State::Seeking);
     for _ in 0..3 {
         let _ = bench.send_position(Some(outside), 0);
         bench.run_ms(33);
@@ -80,7 +80,7 @@ fn a_target_outside_is_refused_and_stops_a_drive() {
     let mut bench = Bench::configured(config());
     for absurd in [[0.4, 0.4, 0.7], [-1.1, 0.0, 0.0], [2000.0, 0.0, 0.0]] {
         assert_eq!(bench.send(Command::Target(point(absurd))), Err(Refusal::TargetOutside));
-        assert_eq!(bench.board.state(), State::Ready);
+        assert_eq!(bench.harness.board.state(), State::Ready);
     }
     let mut bench = Bench::seeking();
     assert_eq!(bench.send(Command::Target(point([0.4, 0.4, 0.7]))), Err(Refusal::TargetOutside));
@@ -94,10 +94,10 @@ fn a_motor_at_its_travel_stops_the_board() {
     bench.send_ball(BALL);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
     bench.run_with_ball(60, BALL);
-    let State::Fault(fault @ Fault::Travel(_)) = bench.board.state() else {
-        panic!("{:?}", bench.board.state())
+    let State::Fault(fault @ Fault::Travel(_)) = bench.harness.board.state() else {
+        panic!("{:?}", bench.harness.board.state())
     };
-    assert!(bench.board.positions().iter().all(|p| p.abs() <= 16 * 20));
+    assert!(bench.harness.board.positions().iter().all(|p| p.abs() <= 16 * 20));
     bench.assert_stopped_by(fault);
 }
 

@@ -19,7 +19,7 @@ fn a_board_that_nobody_has_greeted_sends_nothing() {
     for is_stored in [false, true] {
         let mut bench = Bench::new(BUILD);
         if is_stored {
-            bench.board.restore(&config());
+            bench.harness.board.restore(&config());
         }
         bench.run_ms(1_000);
         assert_eq!(bench.received, []);

@@ -1,16 +1,16 @@
 //! The board's own code as a controller, driven through encoded frames.
 
 use nalgebra::Point3;
+use plumb_emulator::{EMULATED, Harness, LawDelay};
 use plumb_protocol::Config;
 use plumb_protocol::message::{Command, Fault, Position, State};
 use plumb_protocol::units::{Micros, Point};
 
-use super::framed_board::FramedBoard;
 use super::simulate::Controller;
 
 /// A board that is driven to a target.
 pub(crate) struct BoardController {
-    board: FramedBoard,
+    harness: Harness,
     sequence: u16,
     reached: bool,
     resumed: bool,
@@ -21,7 +21,7 @@ impl BoardController {
     /// Creates a board with this configuration and sends it `target` (metres, rig frame).
     pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
         let mut controller = Self {
-            board: FramedBoard::new(config),
+            harness: Harness::configured(EMULATED, LawDelay::SameTick, config),
             sequence: 0,
             reached: false,
             resumed: false,
@@ -36,19 +36,19 @@ impl BoardController {
     /// Clears the fault of a lost position once the ball is `visible` again, and sends the target
     /// again to a board that is ready.
     fn resume(&mut self, now: Micros, visible: bool) {
-        if self.board.state() == State::Fault(Fault::PositionLost) && visible {
+        if self.harness.board.state() == State::Fault(Fault::PositionLost) && visible {
             self.resumed = true;
             self.send(now, Command::ClearFault);
         }
-        if let (State::Ready, Some(target)) = (self.board.state(), self.target) {
+        if let (State::Ready, Some(target)) = (self.harness.board.state(), self.target) {
             self.send(now, Command::Target(target));
         }
     }
 
     /// Sends a command and discards the answer.
     fn send(&mut self, now: Micros, command: Command) {
-        self.board.send(now, command);
-        self.board.discard_messages();
+        self.harness.send(now, command);
+        self.harness.outbox.clear();
     }
 }
 
@@ -60,13 +60,13 @@ impl Controller for BoardController {
         let position = Position { sequence: self.sequence, age_us, ball, covariance: None };
         self.send(now, Command::Position(position));
         // Latched: a board can return from holding to seeking.
-        self.reached |= self.board.state() == State::Holding;
+        self.reached |= self.harness.board.state() == State::Holding;
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
-        let motors = self.board.tick(now);
-        self.board.discard_messages();
-        motors
+        self.harness.tick(now);
+        self.harness.outbox.clear();
+        self.harness.motors()
     }
 
     fn reached(&self) -> bool {
@@ -75,8 +75,8 @@ impl Controller for BoardController {
 
     fn failed(&self) -> bool {
         let lost = State::Fault(Fault::PositionLost);
-        !matches!(self.board.state(), State::Seeking | State::Holding | State::Ready)
-            && self.board.state() != lost
+        !matches!(self.harness.board.state(), State::Seeking | State::Holding | State::Ready)
+            && self.harness.board.state() != lost
     }
 
     fn resumed(&self) -> bool {

@@ -11,7 +11,7 @@ use plumb_protocol::Config;
 use plumb_protocol::units::Point;
 use plumb_runtime::rig::quantity::{Delay, Mean};
 use plumb_runtime::rig::{Estimating, LawName, LawSettings};
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 use super::baselines::{Broyden, Model};
 use super::board_controller::BoardController;
@@ -103,7 +103,7 @@ impl ControllerKind {
         task: &Task,
         id: RunId,
     ) -> Result<Box<dyn Controller>, BenchError> {
-        let limits = Limits::default();
+        let limits = RigLimits::default();
         let plan =
             |rows| -> Box<dyn Controller> { Box::new(PlanController::new(rows, suite.clock)) };
         Ok(match self {
@@ -152,7 +152,7 @@ pub(super) fn checked(
     settings: &LawSettings,
     suite: &Suite,
 ) -> Result<(Config, Params), BenchError> {
-    let config = Limits::default().config(
+    let config = RigLimits::default().config(
         settings.config()?,
         settings.mean().config("mean")?,
         suite.threshold_m,
@@ -166,7 +166,7 @@ pub(super) fn checked(
 /// # Errors
 /// If a board refuses the target.
 pub(super) fn broyden(suite: &Suite, task: &Task) -> Result<LawController, BenchError> {
-    by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(Broyden::new(Limits::default())))
+    by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(Broyden::new(RigLimits::default())))
 }
 
 /// Creates the controller [`ControllerKind::Model`] with this error in percent.
@@ -179,7 +179,7 @@ pub(super) fn model(
     task: &Task,
     id: RunId,
 ) -> Result<LawController, BenchError> {
-    let model = Model::new(task, f64::from(percent) / 100.0, Limits::default(), id)
+    let model = Model::new(task, f64::from(percent) / 100.0, RigLimits::default(), id)
         .map_err(|error| BenchError::Rig { id, error })?;
     by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(model))
 }

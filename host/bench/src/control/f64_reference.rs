@@ -13,7 +13,7 @@ use plumb_core::params::Params;
 use adaptive::Adaptive;
 use interval::Interval;
 use plumb_runtime::rig::{LawName, LawSettings};
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 use sign::Sign;
 
 /// Names of the laws with a reference. The law `taut` uses floating point on the board, too.
@@ -21,7 +21,7 @@ pub(super) const LAWS: [LawName; 3] = [LawName::Interval, LawName::Sign, LawName
 
 /// Returns the `f64` reference of a law for motors of these limits. For a law that uses floating
 /// point on the board, this is the board's own law with `params`.
-pub(super) fn of(law: &LawSettings, params: &Params, limits: Limits) -> Box<dyn Law> {
+pub(super) fn of(law: &LawSettings, params: &Params, limits: RigLimits) -> Box<dyn Law> {
     match law {
         LawSettings::Interval { gamma, alpha, beta, signs, .. } => {
             Box::new(Interval::new(gamma.get(), (alpha.get(), beta.get()), signs))
@@ -81,7 +81,7 @@ const BRAKING_FACTOR: f64 = 1.2;
 
 /// Returns rates (full steps/s) in the direction of the remaining `steps`: proportional to the
 /// longest, limited by the rate from which a motor can brake and by the greatest rate.
-pub(super) fn along(steps: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
+pub(super) fn along(steps: Vector3<f64>, limits: &RigLimits) -> Vector3<f64> {
     let longest = steps.amax();
     if longest <= 0.0 {
         return Vector3::zeros();
@@ -94,7 +94,7 @@ pub(super) fn along(steps: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
 
 /// Returns the steps in which motors at these `rates` (full steps/s) ramp down to rest.
 /// [`Measurement::motors_ahead`] has them, but the rates of a feed-forward go on.
-pub(super) fn ramp_down(rates: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
+pub(super) fn ramp_down(rates: Vector3<f64>, limits: &RigLimits) -> Vector3<f64> {
     rates.component_mul(&rates.abs()) / (2.0 * limits.acceleration)
 }
 

@@ -26,7 +26,7 @@ use crate::UnknownName;
 use crate::run_id::RunId;
 use board_follower::BoardFollower;
 use course::{Course, SHAPES, SPEEDS_M_S, place};
-use follower::Follower;
+use follower::CourseFollower;
 use law_follower::LawFollower;
 use open_loop::OpenLoop;
 use report::Run;
@@ -177,7 +177,7 @@ fn build<'a>(
     course: &'a Course,
     task: &Task,
     id: RunId,
-) -> Result<Box<dyn Follower + 'a>, BenchError> {
+) -> Result<Box<dyn CourseFollower + 'a>, BenchError> {
     Ok(match kind {
         ControllerKind::Board(law) => {
             let (config, _) = controller::checked(law, conditions)?;

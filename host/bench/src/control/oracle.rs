@@ -3,7 +3,7 @@
 
 use plumb_emulator::plant::{RigError, Task, lowest_point};
 
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 /// Time resolution, seconds.
 pub(super) const STEP_S: f64 = 1e-3;
@@ -42,7 +42,7 @@ impl Path {
 
 /// Returns the fraction of a path of `length` steps that a trapezoidal rate profile has covered
 /// after `t` seconds.
-fn trapezoid(length: f64, limits: &Limits, t: f64) -> f64 {
+fn trapezoid(length: f64, limits: &RigLimits, t: f64) -> f64 {
     let ramp = limits.rate / limits.acceleration;
     let (ramp, top) = if length >= limits.rate * ramp {
         (ramp, limits.rate)
@@ -67,7 +67,7 @@ fn trapezoid(length: f64, limits: &Limits, t: f64) -> f64 {
 ///
 /// # Errors
 /// If the rig cannot hold its ball somewhere on the path.
-pub(crate) fn time_s(task: &Task, limits: &Limits, threshold_m: f64) -> Result<f64, RigError> {
+pub(crate) fn time_s(task: &Task, limits: &RigLimits, threshold_m: f64) -> Result<f64, RigError> {
     let path = Path::new(task);
     let length = path.longest();
     let mut t = 0.0;
@@ -82,7 +82,7 @@ pub(crate) fn time_s(task: &Task, limits: &Limits, threshold_m: f64) -> Result<f
 }
 
 /// Returns the oracle's plan: motor positions in full steps, one row a millisecond.
-pub(crate) fn trapezoids(task: &Task, limits: &Limits) -> Vec<[f64; 3]> {
+pub(crate) fn trapezoids(task: &Task, limits: &RigLimits) -> Vec<[f64; 3]> {
     let path = Path::new(task);
     let length = path.longest();
     let fractions = (0u32..).map(|k| match length {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use plumb_emulator::plant::{ElasticParameters, GRAVITY_M_S2, Task, lowest_point};
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 use super::oracle::{Path, STEP_S};
 
@@ -21,7 +21,7 @@ const MAX_ROWS: usize = 600_000;
 /// full steps, one a millisecond.
 pub(crate) fn slack_free(
     task: &Task,
-    limits: &Limits,
+    limits: &RigLimits,
     mean_s: f64,
     elasticity: Option<ElasticParameters>,
 ) -> Vec<[f64; 3]> {
@@ -77,7 +77,7 @@ fn elongation_steps(
 
 /// Returns the squares of the rate of progress (1/s²) at the grid's points, from a forward and a
 /// backward pass through the limits.
-fn fastest(task: &Task, path: &Path, limits: &Limits) -> Vec<f64> {
+fn fastest(task: &Task, path: &Path, limits: &RigLimits) -> Vec<f64> {
     let length = path.longest().max(1e-9);
     let ball = |k: f64| {
         lowest_point(&task.geometry, path.lengths(k / GRID as f64))

@@ -1,5 +1,5 @@
 use plumb_emulator::plant::Task;
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 use super::*;
 use plumb_runtime::rig::quantity::JacobianBound;
@@ -51,7 +51,7 @@ fn same_seed_gives_same_report() {
 /// 1.97 s on the paper's task.
 #[test]
 fn oracle_needs_59_frames_for_the_papers_task() {
-    let time = oracle::time_s(&Task::paper(), &Limits::default(), 0.010).unwrap();
+    let time = oracle::time_s(&Task::paper(), &RigLimits::default(), 0.010).unwrap();
     assert!((time * 30.0 - 59.0).abs() < 1.0, "{time} s");
 }
 

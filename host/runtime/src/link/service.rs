@@ -1,6 +1,6 @@
 //! Commands for commissioning and maintenance: jog, home, clear, save, bootloader.
 
-use plumb_protocol::measurement::ChipMeasurement;
+use plumb_protocol::diagnostics::ChipMeasurement;
 use plumb_protocol::message::Jog;
 use plumb_protocol::units::Rate;
 

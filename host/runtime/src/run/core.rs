@@ -15,7 +15,7 @@
 mod follow;
 mod interface;
 mod operator;
-mod record;
+pub(super) mod record;
 
 use std::time::Duration;
 

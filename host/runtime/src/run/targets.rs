@@ -8,7 +8,7 @@ use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Reference, State, Telemetry};
 use plumb_protocol::units::Point;
 
-use super::core::SentPosition;
+use super::core::record::SentPosition;
 use super::path::LEAST_PERIOD_S;
 use crate::deviation::{Deviations, PathPoint};
 use crate::event::TargetsEvent;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::limits::Limits;
+use crate::limits::RigLimits;
 use nalgebra::Point3;
 use plumb_emulator::plant::{Elastic, ElasticParameters, Plant, Task};
 use plumb_runtime::rig::{LawName, LawSettings};
@@ -7,7 +7,7 @@ use plumb_runtime::rig::{LawName, LawSettings};
 fn cosim(law: LawName) -> Cosim {
     let law = LawSettings::from(law);
     let mean = law.mean().config("mean").unwrap();
-    Cosim::new(Limits::default().config(law.config().unwrap(), mean, 0.010)).unwrap()
+    Cosim::new(RigLimits::default().config(law.config().unwrap(), mean, 0.010)).unwrap()
 }
 
 fn request(t: f64, dt: f64) -> Request {

@@ -17,13 +17,13 @@ pub type HilPlant = RealTimeRig<Arc<Mutex<HilRig>>>;
 
 /// Observer that moves the rig of a [`HilPlant`] to the motor positions of the telemetry. A rig
 /// that cannot follow ends the run.
-pub struct Follower {
+pub struct HilObserver {
     rig: Arc<Mutex<HilRig>>,
     clock: RealTime,
     failure: Option<SimulationError>,
 }
 
-/// Simulated rig that a [`Follower`] moves.
+/// Simulated rig that a [`HilObserver`] moves.
 pub struct HilRig {
     plant: Box<dyn Plant + Send>,
     /// Time of the last motion, seconds.
@@ -38,8 +38,8 @@ impl HilPlant {
     }
 
     /// Returns the observer that moves the rig.
-    pub fn follower(&self) -> Follower {
-        Follower { rig: Arc::clone(&self.ball), clock: self.clock, failure: None }
+    pub fn observer(&self) -> HilObserver {
+        HilObserver { rig: Arc::clone(&self.ball), clock: self.clock, failure: None }
     }
 }
 
@@ -53,7 +53,7 @@ impl RealTimeBall for Arc<Mutex<HilRig>> {
     }
 }
 
-impl Follower {
+impl HilObserver {
     /// Places the rig at the motor positions of a board that stands (full steps from the zero of
     /// travel).
     ///
@@ -80,7 +80,7 @@ impl Follower {
     }
 }
 
-impl Observer for Follower {
+impl Observer for HilObserver {
     fn frame(&mut self, record: &FrameRecord) {
         if let Some(board) = &record.board {
             self.failure = self.board_moved(board.motors).err();

@@ -1,15 +1,14 @@
-//! Plant model whose ball has mass and hangs on springs that cannot push.
+//! Plant model whose ball has mass and hangs on springs that cannot push: its parameters, its
+//! motion, and its rest position.
 
-use nalgebra::{Point3, Vector3};
+#[cfg(test)]
+mod tests;
 
-use super::error::{RigError, check_advance};
+use nalgebra::{Matrix3, Point3, Vector3};
+
+use super::forward::lowest_point;
 use super::geometry::{Geometry, check_lengths};
-use super::interface::Plant;
-use equilibrium::equilibrium;
-pub use parameters::{ElasticParameters, GRAVITY_M_S2};
-
-mod equilibrium;
-mod parameters;
+use super::interface::{Plant, RigError, check, check_advance};
 
 /// Number of parts of a sub-step in which a cable goes slack or taut. The tension is discontinuous
 /// there, which would reduce the method's order.
@@ -227,5 +226,123 @@ impl Plant for Elastic {
     }
 }
 
-#[cfg(test)]
-mod tests;
+/// Gravity, m/s².
+pub const GRAVITY_M_S2: f64 = 9.81;
+
+/// Internal sub-step as a phase of the rig's highest frequency, radians.
+const SUBSTEP_RAD: f64 = 0.1;
+
+/// Longest internal sub-step, seconds.
+const LONGEST_SUBSTEP_S: f64 = 1e-3;
+
+/// Parameters of the ball and the cables.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElasticParameters {
+    /// Mass of the ball, kg; > 0.
+    pub mass_kg: f64,
+    /// Stiffness of each cable, N/m, independent of its length; > 0; order A, B, C.
+    pub stiffness_n_m: [f64; 3],
+    /// Damping ratio ζ of the ball on a single cable: damping 2ζ√(km) of the stretch rate; 0 to
+    /// 10.
+    pub damping_ratio: f64,
+}
+
+impl Default for ElasticParameters {
+    /// Returns 0.2 kg, 800 N/m, ζ = 0.1: the stiffer of the control notes' two rigs.
+    fn default() -> Self {
+        Self { mass_kg: 0.2, stiffness_n_m: [800.0; 3], damping_ratio: 0.1 }
+    }
+}
+
+impl ElasticParameters {
+    /// Checks the ranges.
+    fn check(&self) -> Result<(), RigError> {
+        check("mass (kg)", self.mass_kg, "greater than 0", |m| m > 0.0)?;
+        for k in self.stiffness_n_m {
+            check("stiffness (N/m)", k, "greater than 0", |k| k > 0.0)?;
+        }
+        check("damping ratio", self.damping_ratio, "between 0 and 10", |z| {
+            (0.0..=10.0).contains(&z)
+        })?;
+        Ok(())
+    }
+
+    /// Returns the sub-step for the stiffest motion, in which all cables pull in one direction.
+    fn substep_s(&self) -> f64 {
+        let highest = (self.stiffness_n_m.iter().sum::<f64>() / self.mass_kg).sqrt()
+            * (1.0 + 2.0 * self.damping_ratio);
+        (SUBSTEP_RAD / highest).min(LONGEST_SUBSTEP_S)
+    }
+}
+
+/// Returns the ball's rest position: the minimum of its potential energy, which is convex. The
+/// search takes damped Newton steps (Levenberg-Marquardt) from the rest position on rigid cables.
+fn equilibrium(
+    geometry: &Geometry,
+    parameters: &ElasticParameters,
+    lengths: [f64; 3],
+) -> Point3<f64> {
+    let weight = parameters.mass_kg * GRAVITY_M_S2;
+    let softest = parameters.stiffness_n_m.iter().fold(f64::INFINITY, |a, k| a.min(*k));
+    let rigid = lowest_point(geometry, lengths).map_or_else(
+        |_| Point3::from(geometry.motors().iter().map(|m| m.coords / 3.0).sum::<Vector3<f64>>()),
+        |hang| hang.ball,
+    );
+    let mut p = rigid - Vector3::z() * (weight / softest);
+    let mut lambda = softest;
+    let mut here = potential(geometry, parameters, lengths, &p);
+    for _ in 0..500 {
+        if here.gradient.norm() < 1e-12 * weight {
+            break;
+        }
+        let damped = here.hessian + Matrix3::identity() * lambda;
+        let Some(step) = damped.cholesky().map(|c| c.solve(&here.gradient)) else {
+            lambda *= 4.0;
+            continue;
+        };
+        let there = potential(geometry, parameters, lengths, &(p - step));
+        // Near the minimum, rounding hides the change of the energy, but not of the gradient.
+        if there.energy < here.energy || there.gradient.norm() < here.gradient.norm() {
+            (p, here, lambda) = (p - step, there, lambda / 8.0);
+        } else {
+            lambda *= 4.0;
+        }
+    }
+    p
+}
+
+/// Potential energy of the ball (J), its gradient (N) and its Hessian (N/m).
+struct Potential {
+    energy: f64,
+    gradient: Vector3<f64>,
+    hessian: Matrix3<f64>,
+}
+
+/// Returns the potential energy of a ball at `p` on cables of these unstretched lengths (m).
+fn potential(
+    geometry: &Geometry,
+    parameters: &ElasticParameters,
+    lengths: [f64; 3],
+    p: &Point3<f64>,
+) -> Potential {
+    let weight = parameters.mass_kg * GRAVITY_M_S2;
+    let mut sum = Potential {
+        energy: weight * p.z,
+        gradient: Vector3::z() * weight,
+        hessian: Matrix3::zeros(),
+    };
+    for ((motor, k), length) in geometry.motors().iter().zip(parameters.stiffness_n_m).zip(lengths)
+    {
+        let from = p - motor;
+        let distance = from.norm();
+        let stretch = distance - length;
+        if stretch > 0.0 {
+            let n = from / distance;
+            let along = n * n.transpose();
+            sum.energy += 0.5 * k * stretch * stretch;
+            sum.gradient += n * (k * stretch);
+            sum.hessian += (along + (Matrix3::identity() - along) * (stretch / distance)) * k;
+        }
+    }
+    sum
+}

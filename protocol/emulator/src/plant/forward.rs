@@ -8,8 +8,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::error::{NAMES, RigError};
 use super::geometry::{Geometry, check_lengths};
+use super::interface::{NAMES, RigError};
 
 /// Tolerance of a cable's reach for rounding errors, metres.
 const REACH_TOLERANCE_M: f64 = 1e-10;

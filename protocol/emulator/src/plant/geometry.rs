@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::error::{NAMES, RigError, check};
+use super::interface::{NAMES, RigError, check};
 
 /// Full steps per revolution of a common stepper motor (1.8 degrees per step).
 pub const FULL_STEPS_PER_REVOLUTION: f64 = 200.0;

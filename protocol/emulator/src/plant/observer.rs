@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::error::{RigError, check};
+use super::interface::{RigError, check};
 
 /// Errors of a camera and its detector. The camera's axes are parallel to the rig's; x is the depth
 /// axis.

@@ -6,8 +6,8 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::error::RigError;
 use super::geometry::Geometry;
+use super::interface::RigError;
 
 /// Height of a random rig's motors above the rig frame's origin, metres. The ball stays above zero.
 const MOTOR_HEIGHT_M: f64 = 1.2;

@@ -164,3 +164,162 @@ fn a_served_board_keeps_the_times_of_its_wire() {
         "{took} µs for {bytes} bytes"
     );
 }
+
+/// Returns a frame of `length` bytes filled with `mark`.
+fn frame(length: usize, mark: u8) -> Vec<u8> {
+    let mut frame = vec![mark; length - 1];
+    frame.push(0);
+    frame
+}
+
+fn transmitter(lane: Lane) -> Transmitter {
+    Transmitter::new(lane, Vec::new(), TO_BOARD_BUFFER, 1, 0)
+}
+
+/// Returns each frame that arrives by `end` with its arrival time, both times in microseconds.
+fn arrivals(transmitter: &mut Transmitter, end: u64) -> Vec<(u64, Vec<u8>)> {
+    let mut arrived = Vec::new();
+    for now in 0..=end {
+        while let Some(frame) = transmitter.receive(Micros(now)) {
+            arrived.push((now, frame));
+        }
+    }
+    arrived
+}
+
+#[test]
+fn a_frame_takes_ten_bits_a_byte_and_the_latency() {
+    let lane = Lane { latency: milliseconds(2), ..Lane::on(Line::Baud(115_200)) };
+    let mut wire = transmitter(lane);
+    wire.send(Micros(100), &frame(30, 1));
+    // The second frame waits for the line: 60 bytes take 5208.3 µs.
+    wire.send(Micros(150), &frame(30, 2));
+    let expected = [(100 + 2605 + 2000, frame(30, 1)), (100 + 5209 + 2000, frame(30, 2))];
+    assert_eq!(arrivals(&mut wire, 10_000), expected);
+}
+
+#[test]
+fn the_rounding_of_frames_does_not_add_up() {
+    let mut wire = transmitter(Lane::on(Line::Baud(921_600)));
+    for _ in 0..400 {
+        wire.send(Micros(0), &frame(7, 1));
+    }
+    // 2800 bytes take 30 381.9 µs. Frames rounded up one by one would take 30 400 µs.
+    let arrived = arrivals(&mut wire, 40_000);
+    assert_eq!((arrived.len(), arrived[399].0), (400, 30_382));
+}
+
+#[test]
+fn every_frame_takes_the_same_time_on_a_frame_line() {
+    let mut wire = transmitter(Lane::on(Line::Frame(Duration::from_micros(300))));
+    wire.send(Micros(0), &[frame(5, 1), frame(200, 2), frame(1, 0)].concat());
+    wire.send(Micros(5000), &frame(9, 3));
+    let arrived: Vec<_> =
+        arrivals(&mut wire, 6000).into_iter().map(|(at, frame)| (at, frame.len())).collect();
+    assert_eq!(arrived, [(300, 5), (600, 200), (900, 1), (5300, 9)]);
+}
+
+#[test]
+fn a_frame_starts_when_its_zero_is_sent() {
+    let mut wire = transmitter(Lane::default());
+    wire.send(Micros(0), &[7, 7]);
+    assert_eq!(wire.receive(Micros(1000)), None);
+    wire.send(Micros(2000), &[7, 0, 8]);
+    assert_eq!(wire.receive(Micros(2000)), Some(vec![7, 7, 7, 0]));
+    // Bytes without a zero are sent as soon as they fill a frame.
+    wire.send(Micros(3000), &[8; 255]);
+    assert_eq!(wire.receive(Micros(3000)), Some(vec![8; 256]));
+}
+
+#[test]
+fn frames_are_lost_damaged_and_doubled_as_often_as_set() {
+    let lane = Lane { lost: 0.1, damaged: 0.05, doubled: 0.02, ..Lane::default() };
+    let mut wire = transmitter(lane);
+    let (sent, mut intact, mut arrived) = (100_000u64, 0u64, 0u64);
+    for now in 0..sent {
+        wire.send(Micros(now), &frame(20, 9));
+        while let Some(bytes) = wire.receive(Micros(now)) {
+            arrived += 1;
+            intact += u64::from(bytes == frame(20, 9));
+        }
+    }
+    let traffic = wire.traffic();
+    let near = |count: u64, expected: f64| {
+        let deviation = expected.sqrt();
+        assert!((count as f64 - expected).abs() < 4.0 * deviation, "{count} of {expected}");
+    };
+    near(traffic.doubled, 2000.0);
+    near(traffic.lost, 0.1 * traffic.sent as f64);
+    near(traffic.damaged, 0.05 * 0.9 * traffic.sent as f64);
+    assert_eq!(traffic.sent, sent + traffic.doubled);
+    assert_eq!(arrived, traffic.sent - traffic.lost);
+    assert_eq!((intact, traffic.dropped), (arrived - traffic.damaged, 0));
+}
+
+#[test]
+fn damage_flips_loses_doubles_and_inserts() {
+    let mut wire = transmitter(Lane { damaged: 1.0, ..Lane::default() });
+    let whole: Vec<u8> = (1..=40).chain([0]).collect();
+    let (mut shorter, mut longer, mut flipped) = (0, 0, 0);
+    for now in 0..1000 {
+        wire.send(Micros(now), &whole);
+        let bytes = wire.receive(Micros(now)).expect("a damaged frame");
+        assert_ne!(bytes, whole);
+        match bytes.len() {
+            40 => shorter += 1,
+            42 => longer += 1,
+            _ => {
+                let bits = bytes.iter().zip(&whole).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>();
+                assert_eq!(bits, 1);
+                flipped += 1;
+            }
+        }
+    }
+    assert!(shorter > 200 && longer > 400 && flipped > 200, "{shorter} {longer} {flipped}");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_traffic() {
+    let lane = Lane { lost: 0.2, damaged: 0.2, doubled: 0.2, ..Lane::on(Line::Baud(921_600)) };
+    let run = |seed, stream| {
+        let mut wire = Transmitter::new(lane.clone(), Vec::new(), TO_BOARD_BUFFER, seed, stream);
+        for mark in 1..100 {
+            wire.send(Micros(0), &frame(12, mark));
+        }
+        arrivals(&mut wire, 30_000)
+    };
+    assert_eq!(run(5, 0), run(5, 0));
+    assert_ne!(run(5, 0), run(6, 0));
+    assert_ne!(run(5, 0), run(5, 1));
+}
+
+#[test]
+fn frames_that_do_not_fit_the_buffer_are_dropped() {
+    let lane = Lane { latency: milliseconds(500), ..Lane::on(Line::Frame(milliseconds(1))) };
+    let mut wire = Transmitter::new(lane, Vec::new(), 100, 1, 0);
+    for mark in 1..=20 {
+        wire.send(Micros(0), &frame(30, mark));
+    }
+    assert_eq!(wire.traffic().dropped, 17);
+    // A frame that has left the buffer frees its space before it arrives.
+    wire.send(Micros(1000), &frame(30, 21));
+    let marks: Vec<_> = arrivals(&mut wire, 600_000).iter().map(|(_, frame)| frame[0]).collect();
+    assert_eq!(marks, [1, 2, 3, 21]);
+}
+
+#[test]
+fn frames_in_a_silence_are_lost() {
+    let silences = vec![Silence { from: Micros(10_000), to: Micros(20_000) }];
+    let lane = Lane { latency: milliseconds(1), ..Lane::on(Line::Frame(milliseconds(1))) };
+    let mut wire = Transmitter::new(lane, silences, TO_BOARD_BUFFER, 1, 0);
+    let mut received = Vec::new();
+    for now in 0..30_000 {
+        if now % 3000 == 0 {
+            wire.send(Micros(now), &frame(9, (now / 1000 + 1) as u8));
+        }
+        received.extend(wire.receive(Micros(now)).map(|frame| (now, frame[0])));
+    }
+    // The frames sent at 9, 12, 15 and 18 ms are on the link during the silence.
+    let expected = [0, 3, 6, 21, 24, 27].map(|ms| (ms * 1000 + 2000, ms as u8 + 1));
+    assert_eq!(received, expected);
+}

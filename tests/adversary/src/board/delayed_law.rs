@@ -1,10 +1,10 @@
 //! A law worker with random delays and lost requests.
 
+use plumb_core::LawWorker;
 use plumb_core::law_worker::{LawRequest, LawResponse};
-use plumb_core::{Board, LawWorker};
 
 use super::event::TICK;
-use super::invariants::{FRESH_LAW, TWIN};
+use super::invariants::FRESH_LAW;
 use crate::campaign::Outcome;
 use crate::random::Random;
 
@@ -30,37 +30,26 @@ impl DelayedLaw {
         self.fresh = LawWorker::new();
     }
 
-    /// Passes a response that is due to the board.
-    pub(super) fn deliver(&mut self, now: u64, board: &mut Board, twin: Option<&mut Board>) {
-        if let Some(response) = self.in_transit.take_if(|response| response.due <= now) {
-            board.on_law_response(&response.response);
-            if let Some(twin) = twin {
-                twin.on_law_response(&response.response);
-            }
-        }
+    /// Takes the response that is due, if any.
+    pub(super) fn take_response(&mut self, now: u64) -> Option<LawResponse> {
+        let due = self.in_transit.take_if(|response| response.due <= now)?;
+        Some(due.response)
     }
 
-    /// Takes the board's request, if any. Loses some of them.
-    pub(super) fn take_request(
+    /// Takes a request. Loses some of them.
+    pub(super) fn on_request(
         &mut self,
         now: u64,
-        board: &mut Board,
-        twin: Option<&mut Board>,
+        request: &LawRequest,
         random: &mut Random,
         outcome: &mut Outcome,
     ) {
-        let request = board.take_law_request();
-        if let Some(twin) = twin {
-            let other = twin.take_law_request();
-            outcome.check(other == request, TWIN, || format!("requests {other:?} and {request:?}"));
-        }
-        let Some(request) = request else { return };
         outcome.tally.count("law requests");
         if random.one_in(60) {
             outcome.tally.count("law requests lost");
             return;
         }
-        let response = self.respond(&request, outcome);
+        let response = self.respond(request, outcome);
         let delay = match random.below(400) {
             0 => 100_000,
             1 => 17_000,

@@ -1,11 +1,9 @@
 //! Multi-model filter: extended Kalman filters with different first guesses, and their mixture.
 
-use super::filter::Filter;
+use super::filter::{Filter, Observation};
 use super::geometry::{
-    Matrix, Vector, along, dot, length, projected, scaled, solve, transposed_times,
+    Guess, Matrix, Vector, along, dot, length, projected, scaled, solve, transposed_times,
 };
-use super::observation::Observation;
-use super::prior::Guess;
 
 /// Gravity, mm/s².
 pub(super) const GRAVITY: f32 = 9810.0;

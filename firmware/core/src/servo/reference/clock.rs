@@ -88,7 +88,6 @@ impl PathClock {
         self.time
     }
 
-    /// Returns the pace.
     pub(super) fn pace(&self) -> f32 {
         self.pace
     }

@@ -30,22 +30,22 @@ fn line(speed: i32) -> message::Reference {
 }
 
 /// Returns a reference after 1.6 s along a line with `speed`, µm/s.
-fn follower(speed: i32, params: &Params) -> Follower {
-    let mut follower = Follower::new(Micros(0), [7, 0, 0], &line(speed));
-    assert_eq!(follower.smoothed(), Point([7, 0, 0].map(Micrometres)));
+fn reference(speed: i32, params: &Params) -> ReferenceTracker {
+    let mut reference = ReferenceTracker::new(Micros(0), [7, 0, 0], &line(speed));
+    assert_eq!(reference.smoothed(), Point([7, 0, 0].map(Micrometres)));
     // 100 states in three parts.
     for step in 0..300 {
-        follower.step(Micros(5_000 * step), Some(0), params);
+        reference.step(Micros(5_000 * step), Some(0), params);
     }
-    follower
+    reference
 }
 
 #[test]
 fn the_room_of_the_motors_is_a_share_of_the_present_pace() {
-    let mut follower = follower(50_000, &params());
+    let mut reference = reference(50_000, &params());
     let mut with_room = |room| {
-        follower.set_room(room);
-        follower.law_pace
+        reference.set_room(room);
+        reference.law_pace
     };
     assert_eq!(with_room(128), 0.5);
     assert_eq!(with_room(0), 0.5);
@@ -57,14 +57,14 @@ fn the_room_of_the_motors_is_a_share_of_the_present_pace() {
 fn the_aim_of_a_law_is_half_of_the_moving_average_ahead_with_the_speed_there() {
     let params = params();
     for speed in [50_000, -50_000] {
-        let follower = follower(speed, &params);
-        let aim = follower.aim(Micros(1_000_000), &params);
+        let reference = reference(speed, &params);
+        let aim = reference.aim(Micros(1_000_000), &params);
         // And one and a half cells of the average, 3.2 ms each.
-        assert_eq!(aim.position, follower.position(Micros(1_204_800)));
-        assert_ne!(aim.position, follower.position(Micros(1_000_000)));
+        assert_eq!(aim.position, reference.position(Micros(1_204_800)));
+        assert_ne!(aim.position, reference.position(Micros(1_000_000)));
         assert!((aim.velocity[0] - speed).abs() < 100 && aim.velocity[1] == 0, "{aim:?}");
         // A law that does not use the velocity aims at the same place.
-        let place = follower.place(Micros(1_000_000), &params);
+        let place = reference.place(Micros(1_000_000), &params);
         assert_eq!(place, Aim { position: aim.position, velocity: [0; 3] });
     }
 }
@@ -72,9 +72,9 @@ fn the_aim_of_a_law_is_half_of_the_moving_average_ahead_with_the_speed_there() {
 #[test]
 fn a_reference_speeds_up_with_the_acceleration_of_its_pace() {
     let params = params();
-    let mut follower = Follower::new(Micros(0), [0; 3], &line(50_000));
-    (0..2).for_each(|_| follower.step(Micros(0), Some(0), &params));
-    let Work::Leader { motion, .. } = follower.work else { panic!("{:?}", follower.work) };
+    let mut reference = ReferenceTracker::new(Micros(0), [0; 3], &line(50_000));
+    (0..2).for_each(|_| reference.step(Micros(0), Some(0), &params));
+    let Work::Leader { motion, .. } = reference.work else { panic!("{:?}", reference.work) };
     // The pace changes by 250 mm/s² over the path's 50 mm/s: 5 a second.
     assert!((motion.acceleration[0] - 250.0).abs() < 0.1, "{motion:?}");
     assert_eq!(motion.velocity, [0.0; 3]);
@@ -82,15 +82,55 @@ fn a_reference_speeds_up_with_the_acceleration_of_its_pace() {
 
 #[test]
 fn a_state_is_made_in_any_tick_once_it_is_four_milliseconds_late() {
-    let follower = follower(50_000, &params());
-    let due = follower.next_step(0);
-    assert!(!follower.is_late(due, 0));
-    assert!(!follower.is_late(Micros(due.0 + 4_000), 0));
-    assert!(follower.is_late(Micros(due.0 + 4_001), 0));
+    let reference = reference(50_000, &params());
+    let due = reference.next_step(0);
+    assert!(!reference.is_late(due, 0));
+    assert!(!reference.is_late(Micros(due.0 + 4_000), 0));
+    assert!(reference.is_late(Micros(due.0 + 4_001), 0));
 }
 
 #[test]
 fn the_last_place_of_a_path_is_its_last_knot() {
-    let follower = Follower::new(Micros(0), [0; 3], &line(50_000));
-    assert_eq!(follower.last(), Point([125_000, 0, 0].map(Micrometres)));
+    let reference = ReferenceTracker::new(Micros(0), [0; 3], &line(50_000));
+    assert_eq!(reference.last(), Point([125_000, 0, 0].map(Micrometres)));
+}
+
+#[test]
+fn a_part_is_that_of_exact_arithmetic() {
+    for value in [0, 1, -1, 0xffff, -0x10000, 0x1_2345, -0x765_4321, i32::MAX, i32::MIN] {
+        for share in [0, 1, 0x8000, 0xabcd, 0xffff] {
+            let exact = (i64::from(value) * i64::from(share)) >> 16;
+            assert_eq!(i64::from(part_of(value, share)), exact, "{value} {share}");
+        }
+    }
+}
+
+#[test]
+fn a_track_is_linear_between_its_states_and_rests_beyond_them() {
+    let state = |k: i32| State { position: [1600 * k, 0, -800 * k], time: 1000 * i64::from(k) };
+    let begin = 1_000_000;
+    let mut track = Track::new(Micros(begin), state(0));
+    (1..=40).for_each(|k| track.push(state(k)));
+    let end = begin + 40 * u64::from(STEP_US);
+    assert_eq!(track.end(), Micros(end));
+    let at = |us: u64| {
+        let time = Micros(us);
+        State { position: track.position(time), time: track.path_time(time) }
+    };
+    assert_eq!(at(end), state(40));
+    assert_eq!(at(u64::MAX), state(40));
+    let half = end - u64::from(STEP_US) / 2;
+    assert_eq!(at(half), State { position: [63_200, 0, -31_600], time: 39_500 });
+    assert_eq!(at(end - 30 * u64::from(STEP_US)), state(10));
+    let beyond = end - 31 * u64::from(STEP_US) - u64::from(STEP_US) / 2;
+    assert_eq!([at(beyond), at(0)], [state(9); 2]);
+}
+
+/// A path that is late beyond its limit jumps back.
+#[test]
+fn the_time_of_a_path_may_go_back() {
+    let state = |time| State { position: [0; 3], time };
+    let mut track = Track::new(Micros(0), state(9_000));
+    track.push(state(1_000));
+    assert_eq!(track.path_time(Micros(u64::from(STEP_US) / 2)), 5_000);
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use plumb_core::driver_timing::DriverTiming;
+use plumb_core::timing::DriverTiming;
 use plumb_protocol::Config;
 use plumb_protocol::config::*;
 use plumb_protocol::units::*;

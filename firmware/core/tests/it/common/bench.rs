@@ -1,8 +1,8 @@
 //! A board as a host sees it: bytes in, bytes out, a tick every 200 µs.
 
-use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US, Tick};
+use plumb_core::{BuildLimits, TICK_US, Tick};
+use plumb_emulator::{Harness, LawDelay};
 use plumb_protocol::Config;
-use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micros, Point};
 
@@ -10,12 +10,9 @@ use super::{BUILD, config};
 
 /// A board with its clock and its messages.
 pub(crate) struct Bench {
-    pub(crate) board: Board,
-    pub(crate) law_worker: LawWorker,
+    pub(crate) harness: Harness,
     pub(crate) now: u64,
-    pub(crate) out: Outbox,
     pub(crate) received: Vec<FromBoard>,
-    pub(crate) accumulator: Accumulator,
     pub(crate) sequence: u16,
     /// Id of the last request.
     pub(crate) id: u16,
@@ -33,12 +30,9 @@ pub(crate) fn point(metres: [f64; 3]) -> Point {
 impl Bench {
     pub(crate) fn new(build: BuildLimits) -> Self {
         Self {
-            board: Board::new(build),
-            law_worker: LawWorker::new(),
+            harness: Harness::new(build, LawDelay::SameTick),
             now: 0,
-            out: Outbox::new(),
             received: Vec::new(),
-            accumulator: Accumulator::new(),
             sequence: 0,
             id: 0,
             outputs: Tick::default(),
@@ -63,17 +57,12 @@ impl Bench {
         bench.send_ball(BALL);
         assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
         bench.run_with_ball(5, BALL);
-        assert_eq!(bench.board.state(), State::Seeking);
+        assert_eq!(bench.harness.board.state(), State::Seeking);
         bench
     }
 
     pub(crate) fn collect(&mut self) {
-        for &byte in self.out.bytes() {
-            if let Some(message) = self.accumulator.push(byte) {
-                self.received.push(message.unwrap());
-            }
-        }
-        self.out.clear();
+        self.received.extend(self.harness.take_messages().into_iter().map(Result::unwrap));
     }
 
     /// Sends a new command as bytes. Returns its answer.
@@ -84,8 +73,7 @@ impl Bench {
 
     /// Sends a command with this id. Returns its answer.
     pub(crate) fn send_as(&mut self, id: u16, command: Command) -> Result<(), Refusal> {
-        let frame = encode(&ToBoard { id, command }).unwrap();
-        self.board.receive(Micros(self.now), &frame, &mut self.out);
+        self.harness.send_as(Micros(self.now), id, command);
         self.collect();
         match self.received.last() {
             Some(FromBoard::Answer(Answer { id: answered, refusal: Some(refusal), .. }))
@@ -117,7 +105,7 @@ impl Bench {
     }
 
     pub(crate) fn tick(&mut self) -> Tick {
-        let outputs = self.board.tick(Micros(self.now), &mut self.law_worker, &mut self.out);
+        let outputs = self.harness.tick(Micros(self.now));
         self.outputs = outputs.unwrap_or(self.outputs);
         self.now += u64::from(TICK_US);
         self.collect();
@@ -138,7 +126,7 @@ impl Bench {
     }
 
     pub(crate) fn moving(&self) -> bool {
-        self.board.rates() != [0; 3]
+        self.harness.board.rates() != [0; 3]
     }
 
     /// Takes the messages received so far. Returns the answers among them.
@@ -162,14 +150,14 @@ impl Bench {
     /// Checks that the board is in this fault, has reported it once, comes to rest within its ramp
     /// and stays there. Then clears the fault.
     pub(crate) fn assert_stopped_by(&mut self, fault: Fault) {
-        assert_eq!(self.board.state(), State::Fault(fault));
+        assert_eq!(self.harness.board.state(), State::Fault(fault));
         assert_eq!(self.faults(), [fault]);
         self.run_ms(210);
-        let rest = self.board.positions();
+        let rest = self.harness.board.positions();
         self.run_with_ball(30, BALL);
-        assert!(!self.moving() && self.board.positions() == rest);
+        assert!(!self.moving() && self.harness.board.positions() == rest);
         assert_eq!(self.send(Command::Target(point(TARGET))), Err(Refusal::Faulted(fault)));
         assert_eq!(self.send(Command::ClearFault), Ok(()));
-        assert_eq!(self.board.state(), State::Ready);
+        assert_eq!(self.harness.board.state(), State::Ready);
     }
 }

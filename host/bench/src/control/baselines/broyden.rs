@@ -9,7 +9,7 @@ use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::config::SIGNS;
 
 use super::super::f64_reference::{FloatMeasurement, along, ramp_down, setpoint};
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 /// Initial |J|, mm/step, from docs/understand/method.md.
 const INITIAL_J: f64 = 0.188;
@@ -26,7 +26,7 @@ const POSITION_GAIN: f64 = 0.35;
 
 /// State of the controller: J, a filtered position, and the last frames.
 pub(in super::super) struct Broyden {
-    limits: Limits,
+    limits: RigLimits,
     /// Estimate of J, mm/step.
     j: Matrix3<f64>,
     /// Ball (mm) and motors (steps) of the last frames, oldest first.
@@ -37,7 +37,7 @@ pub(in super::super) struct Broyden {
 
 impl Broyden {
     /// Creates the controller with an initial J from the signs Σ, for motors of these limits.
-    pub(in super::super) fn new(limits: Limits) -> Self {
+    pub(in super::super) fn new(limits: RigLimits) -> Self {
         let j = Matrix3::from_fn(|i, k| INITIAL_J * f64::from(SIGNS[i][k]));
         Self { limits, j, past: VecDeque::new(), position: None }
     }

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::f64_reference::{FloatMeasurement, along, ramp_down, setpoint};
 use crate::run_id::RunId;
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 /// Gain of the filter for the remaining steps: fraction of the innovation.
 const GAIN: f64 = 0.35;
@@ -19,7 +19,7 @@ const MODEL_STREAM: u64 = 1 << 41;
 
 /// State of the controller: an inaccurate model of the rig and the remaining steps.
 pub(in super::super) struct Model {
-    limits: Limits,
+    limits: RigLimits,
     rig: Geometry,
     /// State at the last frame.
     last: Option<Last>,
@@ -45,7 +45,7 @@ impl Model {
     pub(in super::super) fn new(
         task: &Task,
         error: f64,
-        limits: Limits,
+        limits: RigLimits,
         id: RunId,
     ) -> Result<Self, RigError> {
         let mut rng = ChaCha8Rng::seed_from_u64(id.seed);

@@ -7,7 +7,7 @@ use plumb_protocol::config::SIGNS;
 
 use super::sign::direction;
 use super::{FloatMeasurement, setpoint};
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 /// Initial |J|, mm/step.
 const INITIAL_J: [[f64; 3]; 3] = [[0.27, 0.27, 0.54], [0.51, 0.51, 0.0], [0.33, 0.33, 0.33]];
@@ -142,7 +142,7 @@ impl AxisKalman {
 
 /// State of the law.
 pub(super) struct Adaptive {
-    limits: Limits,
+    limits: RigLimits,
     /// Filters, and the motor positions of their estimate, steps.
     estimate: Option<([AxisKalman; 3], Vector3<f64>)>,
     overshoots: OvershootDetector,
@@ -179,7 +179,7 @@ impl OvershootDetector {
 
 impl Adaptive {
     /// Creates the law for motors of these limits.
-    pub(super) fn new(limits: Limits) -> Self {
+    pub(super) fn new(limits: RigLimits) -> Self {
         Self { limits, estimate: None, overshoots: OvershootDetector::default(), held: 0 }
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use plumb_protocol::units::Micros;
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 use super::super::controller::{ControllerKind, by_law};
 use super::super::simulate::{self, Controller, Outcome};
@@ -63,7 +63,7 @@ fn whole_run(
         None => Box::new(by_law(law, suite, &task, boards_own).unwrap()),
     };
     let mut controller = Recorded { inner, rows: Vec::new() };
-    let oracle_s = oracle::time_s(&task, &Limits::default(), suite.threshold_m).unwrap();
+    let oracle_s = oracle::time_s(&task, &RigLimits::default(), suite.threshold_m).unwrap();
     let outcome = simulate::run(&mut controller, suite, &task, id, oracle_s).unwrap();
     (outcome, controller.rows)
 }

@@ -1,18 +1,18 @@
 //! The board's own code as a follower, driven through encoded frames.
 
 use nalgebra::Point3;
+use plumb_emulator::{EMULATED, Harness, LawDelay};
 use plumb_protocol::Config;
 use plumb_protocol::message::{Command, Fault, FromBoard, Position, State};
 use plumb_protocol::units::{Micros, Point};
 
-use super::super::framed_board::FramedBoard;
 use super::course::Course;
-use super::follower::{Follower, Reading};
+use super::follower::{CourseFollower, Reading};
 
 /// A board that follows a path. With each frame the host sends the path from the time on that the
 /// board has reported.
 pub(super) struct BoardFollower<'a> {
-    board: FramedBoard,
+    harness: Harness,
     course: &'a Course,
     /// Number of the last position.
     position: u16,
@@ -26,43 +26,42 @@ pub(super) struct BoardFollower<'a> {
 impl<'a> BoardFollower<'a> {
     /// Creates a board with this configuration.
     pub(super) fn new(config: Config, course: &'a Course) -> Self {
-        let board = FramedBoard::new(config);
-        Self { board, course, position: 0, message: 0, is_seen: false, reading: None }
+        let harness = Harness::configured(EMULATED, LawDelay::SameTick, config);
+        Self { harness, course, position: 0, message: 0, is_seen: false, reading: None }
     }
 
     /// Takes in what the board has sent.
     fn read(&mut self) {
-        let reading = &mut self.reading;
-        self.board.receive(|message| {
-            if let FromBoard::Telemetry(telemetry) = message
+        for message in self.harness.take_messages() {
+            if let Ok(FromBoard::Telemetry(telemetry)) = message
                 && let Some(reference) = telemetry.reference
             {
                 let at_s = telemetry.time.0 as f64 * 1e-6;
-                *reading = Some(Reading { at_s, path_s: Course::seconds(reference.time) });
+                self.reading = Some(Reading { at_s, path_s: Course::seconds(reference.time) });
             }
-        });
+        }
     }
 }
 
-impl Follower for BoardFollower<'_> {
+impl CourseFollower for BoardFollower<'_> {
     fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         self.position = self.position.wrapping_add(1);
         let ball = ball.and_then(|ball| Point::from_metres(ball.into()));
         self.is_seen |= ball.is_some();
         let position = Position { sequence: self.position, age_us, ball, covariance: None };
-        self.board.send(now, Command::Position(position));
+        self.harness.send(now, Command::Position(position));
         self.message = self.message.wrapping_add(1);
         let path_s = self.reading.map_or(0.0, |reading| reading.path_s);
         if let Some(message) = self.course.message(self.message, path_s).filter(|_| self.is_seen) {
-            self.board.send(now, Command::Follow(message));
+            self.harness.send(now, Command::Follow(message));
         }
         self.read();
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
-        let motors = self.board.tick(now);
+        self.harness.tick(now);
         self.read();
-        motors
+        self.harness.motors()
     }
 
     fn reading(&self) -> Option<Reading> {
@@ -70,6 +69,6 @@ impl Follower for BoardFollower<'_> {
     }
 
     fn fault(&self) -> Option<Fault> {
-        if let State::Fault(fault) = self.board.state() { Some(fault) } else { None }
+        if let State::Fault(fault) = self.harness.board.state() { Some(fault) } else { None }
     }
 }

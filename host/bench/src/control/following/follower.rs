@@ -14,7 +14,7 @@ pub(super) struct Reading {
 }
 
 /// A controller that has the ball follow the path of a run.
-pub(super) trait Follower {
+pub(super) trait CourseFollower {
     /// Handles a frame that arrives at `now`. `age_us` is its age, µs; `ball` the measured position
     /// in metres, rig frame.
     fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>);

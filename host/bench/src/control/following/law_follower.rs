@@ -7,7 +7,7 @@ use plumb_protocol::units::Micros;
 use super::super::law_controller::LawController;
 use super::super::simulate::Controller;
 use super::course::Course;
-use super::follower::{Follower, Reading};
+use super::follower::{CourseFollower, Reading};
 
 /// A law in the board's servo, which gets the path with each frame as a board does.
 pub(super) struct LawFollower<'a> {
@@ -26,7 +26,7 @@ impl<'a> LawFollower<'a> {
     }
 }
 
-impl Follower for LawFollower<'_> {
+impl CourseFollower for LawFollower<'_> {
     fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         self.is_seen |= ball.is_some();
         self.controller.on_position(now, age_us, ball);

@@ -4,10 +4,10 @@ use nalgebra::{Point3, Vector3};
 use plumb_emulator::plant::{ElasticParameters, GRAVITY_M_S2, Geometry};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Micros;
-use plumb_sim::limits::Limits;
+use plumb_sim::limits::RigLimits;
 
 use super::course::Course;
-use super::follower::{Follower, Reading};
+use super::follower::{CourseFollower, Reading};
 
 /// Time between two settings of the motors, µs.
 const STEP_US: u64 = 1000;
@@ -68,7 +68,7 @@ impl<'a> OpenLoop<'a> {
         let model = Model { geometry, elasticity };
         let start = model.steps(&course.start(), &Vector3::zeros());
         let (motors, next) = ([0.0; 3], Micros(0));
-        Self { course, model, rate: Limits::default().rate, start, motors, path_s: 0.0, next }
+        Self { course, model, rate: RigLimits::default().rate, start, motors, path_s: 0.0, next }
     }
 
     /// Returns the motor positions, full steps, at a path's time that passes at `pace`.
@@ -88,7 +88,7 @@ impl<'a> OpenLoop<'a> {
     }
 }
 
-impl Follower for OpenLoop<'_> {
+impl CourseFollower for OpenLoop<'_> {
     fn on_position(&mut self, _: Micros, _: u32, _: Option<Point3<f64>>) {}
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {

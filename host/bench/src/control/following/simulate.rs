@@ -12,7 +12,7 @@ use super::super::simulate::{STEP_S, TICKS_PER_STEP};
 use super::super::suite::Suite;
 use super::course::Course;
 use super::deviation::{Deviations, Gauge};
-use super::follower::Follower;
+use super::follower::CourseFollower;
 use crate::run_id::RunId;
 
 /// Duration of a run, seconds.
@@ -55,7 +55,7 @@ pub(super) struct Outcome {
 
 /// A run in progress.
 struct Simulation<'a> {
-    follower: &'a mut dyn Follower,
+    follower: &'a mut dyn CourseFollower,
     plant: Box<dyn Plant>,
     camera: Observer,
     gauge: Gauge<'a>,
@@ -113,7 +113,7 @@ impl Simulation<'_> {
 /// If the parameters of the rig or the camera are invalid. A rig that cannot follow its motors is
 /// an outcome ([`Loss::PlantFailed`]).
 pub(super) fn run(
-    follower: &mut dyn Follower,
+    follower: &mut dyn CourseFollower,
     course: &Course,
     conditions: &Suite,
     task: &Task,

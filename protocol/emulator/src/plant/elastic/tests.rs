@@ -1,6 +1,5 @@
 use proptest::prelude::*;
 
-use super::equilibrium::potential;
 use super::*;
 use crate::plant::{QuasiStatic, proptest_config};
 

@@ -1,6 +1,6 @@
 //! Motion: pulses and positions, rates, accelerations, travel.
 
-use plumb_core::clock::TICK_CLOCKS;
+use plumb_core::timing::TICK_CLOCKS;
 use plumb_protocol::message::{Command, Hello, State, ToBoard};
 
 use super::super::event::{Cut, Delivery, Ticked};

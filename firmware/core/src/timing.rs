@@ -1,9 +1,21 @@
-//! Pulse timing of a STEP/DIR driver, in clocks of the step generator.
+//! Time base of the step generation, and the pulse timing of a STEP/DIR driver in its clocks.
 
 use plumb_protocol::config::StepDir;
 use plumb_protocol::units::Nanoseconds;
 
-use crate::clock::{CLOCK_HZ, CLOCKS_PER_US};
+/// Length of a tick, µs. Short enough that a new position changes the rates within 300 µs; long
+/// enough that planning takes a few percent of the chip.
+pub const TICK_US: u32 = 200;
+
+/// Frequency of the clock that pulses are placed on, Hz. It is the RP2040's system clock, so that
+/// a plan is exact there.
+pub const CLOCK_HZ: u32 = 125_000_000;
+
+/// Clocks in a microsecond.
+pub const CLOCKS_PER_US: u32 = CLOCK_HZ / 1_000_000;
+
+/// Clocks in a tick.
+pub const TICK_CLOCKS: u32 = CLOCKS_PER_US * TICK_US;
 
 /// Clocks from the end of a segment's last pulse to the first pulse of the next segment, at least.
 ///
