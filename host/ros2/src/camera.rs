@@ -2,11 +2,9 @@
 
 mod driver;
 mod error;
-mod exposure;
 pub(crate) mod intake;
 pub(crate) mod lens;
 mod pairs;
-mod period;
 pub(crate) mod picture;
 mod rate;
 mod reception;

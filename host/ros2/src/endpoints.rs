@@ -7,7 +7,7 @@ use rustdds::mio1::{Registry, Token};
 use crate::Ros2Settings;
 use crate::action::Action;
 use crate::error::Ros2Error;
-use crate::member::Member;
+use crate::network::Member;
 use crate::publishers::Publishers;
 use crate::service::Service;
 use crate::targets::TargetTopics;

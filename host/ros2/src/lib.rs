@@ -26,7 +26,6 @@ mod feed;
 pub mod fuzzing;
 mod interruption;
 mod ledger;
-mod member;
 mod message;
 mod moving_status;
 mod namespace;

@@ -7,13 +7,13 @@ use ros2_client::Publisher;
 
 use crate::error::Ros2Error;
 use crate::feed::Sample;
-use crate::member::Member;
 use crate::message::diagnostic::{DiagnosticArray, DiagnosticStatus};
 use crate::message::geometry::{
     PointStamped, PoseWithCovarianceStamped, TfMessage, Transform, TransformStamped,
 };
 use crate::message::{Header, Time};
 use crate::namespace::Namespace;
+use crate::network::Member;
 use crate::qos;
 use crate::status::Report;
 

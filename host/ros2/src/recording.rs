@@ -7,7 +7,6 @@
 mod decode;
 mod error;
 mod foxglove;
-mod frames;
 mod reader;
 mod source;
 #[cfg(test)]

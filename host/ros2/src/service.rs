@@ -21,7 +21,7 @@ use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::Ros2Error;
-use crate::member::Member;
+use crate::network::Member;
 use crate::qos;
 use crate::topic::arrival;
 

@@ -1,9 +1,7 @@
 //! Targets from topics: set points, and targets that move.
 
 mod admission;
-mod gate;
 mod moving;
-mod sources;
 
 use std::io;
 use std::time::Instant;
@@ -12,19 +10,19 @@ use plumb_runtime::operator::{OperatorCommand, OperatorSender};
 use rustdds::mio1::{Registry, Token};
 
 use self::admission::Admission;
-use self::gate::TargetGate;
 use self::moving::MovingGate;
-use self::sources::Sources;
 use crate::action::Action;
 use crate::error::Ros2Error;
 use crate::feed::{Feed, FeedState};
 use crate::ledger::Origin;
-use crate::member::Member;
 use crate::message::geometry::PointStamped;
 use crate::namespace::Namespace;
+use crate::network::Member;
 use crate::peers::UnusablePublisher;
 use crate::qos;
 use crate::topic::Topic;
+use admission::Sources;
+use admission::TargetGate;
 
 /// Topics of targets.
 pub(crate) struct TargetTopics {

@@ -9,8 +9,8 @@ use rustdds::mio1::{Interest, Registry, Token};
 use serde::de::DeserializeOwned;
 
 use crate::error::Ros2Error;
-use crate::member::Member;
 use crate::message::TypedMessage;
+use crate::network::Member;
 use crate::peers::Peers;
 use crate::qos;
 

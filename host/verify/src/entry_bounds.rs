@@ -1,8 +1,8 @@
 //! Bounds α and β of |J_ik| over a family of rigs or along a path.
 
 use super::branch_and_bound::{minimise, relative_width};
-use super::geometry::{Cell, Geometry};
 use super::{BallPath, Interval, RigFamily};
+use crate::rig_family::{Cell, Geometry};
 
 /// Relative width of the enclosures of α and β.
 const TOLERANCE: f64 = 0.005;

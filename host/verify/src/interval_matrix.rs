@@ -1,9 +1,8 @@
 //! Interval matrices: the families of Jacobians that law `interval` is configured with.
 
-use super::Interval;
 use super::branch_and_bound::relative_width;
-use super::directions::{Patch, minimise_over_directions};
-use super::linear_algebra::{determinant, dot, norm};
+use crate::Interval;
+use crate::branch_and_bound::{Patch, minimise_over_directions};
 
 /// Relative width of the enclosure of min |v|.
 const TOLERANCE: f64 = 0.05;
@@ -83,6 +82,22 @@ impl IntervalMatrix {
         minimise_over_directions(enclosure, relative_width(TOLERANCE), MAX_PATCHES)
             .map_or(Interval::point(0.0), |minimum| minimum.value)
     }
+}
+
+/// Returns |x|.
+pub(super) fn norm(x: [Interval; 3]) -> Interval {
+    (x[0].square() + x[1].square() + x[2].square()).sqrt()
+}
+
+/// Returns x · y.
+pub(super) fn dot(x: [Interval; 3], y: [Interval; 3]) -> Interval {
+    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+}
+
+/// Returns the determinant of a matrix by rows.
+pub(super) fn determinant(m: &[[Interval; 3]; 3]) -> Interval {
+    let minor = |r: usize, s: usize| m[1][r] * m[2][s] - m[1][s] * m[2][r];
+    m[0][0] * minor(1, 2) - m[0][1] * minor(0, 2) + m[0][2] * minor(0, 1)
 }
 
 #[cfg(test)]

@@ -34,26 +34,22 @@
 #![deny(missing_docs)]
 
 mod branch_and_bound;
-mod directions;
 mod entry_bounds;
-mod geometry;
 mod interval;
 mod interval_matrix;
-mod linear_algebra;
 mod path;
 mod polynomial;
 mod polytope;
 mod qp;
 mod rig_family;
-mod routh_hurwitz;
 mod sign_descent;
 
 pub use entry_bounds::{EntryBounds, bounds_along_path, bounds_over_rigs, closed_form_bounds};
 pub use interval::Interval;
 pub use interval_matrix::IntervalMatrix;
 pub use path::BallPath;
+pub use polynomial::{RouthHurwitz, routh_hurwitz};
 pub use polytope::{Nonsingularity, Polytope, PolytopeError, Robustness};
 pub use qp::{MinimumNorm, QpError};
 pub use rig_family::{RigFamily, RigFamilyError};
-pub use routh_hurwitz::{RouthHurwitz, routh_hurwitz};
 pub use sign_descent::{Descent, sign_decay, sign_descent};

@@ -1,7 +1,7 @@
 //! Straight paths of the ball in one rig.
 
-use super::geometry::Cell;
 use super::{Interval, RigFamily, RigFamilyError};
+use crate::rig_family::Cell;
 
 /// A straight path of the ball between two points, in one rig.
 #[derive(Debug, Clone, Copy, PartialEq)]

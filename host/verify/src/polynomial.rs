@@ -67,9 +67,75 @@ impl Mul for &Polynomial {
     }
 }
 
+type Signs = [[i8; 3]; 3];
+type Matrix = [[Polynomial; 3]; 3];
+
+/// Number of monomials of each Routh-Hurwitz condition; all of them have positive coefficients.
+///
+/// The characteristic polynomial of B = |det Σ| J Σ⁻¹ (= 4 J Σ⁻¹) is
+/// s³ - tr s² + E₂ s - det. All eigenvalues have positive real parts if tr, det
+/// and tr E₂ - det are positive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RouthHurwitz {
+    /// tr B.
+    pub trace: usize,
+    /// E₂, the sum of the principal 2 × 2 minors of B.
+    pub minors: usize,
+    /// det B.
+    pub determinant: usize,
+    /// tr B E₂ - det B.
+    pub difference: usize,
+}
+
+/// Checks the Routh-Hurwitz conditions of J Σ⁻¹ for every J with the signs `jacobian`, where Σ
+/// is `law`. The conditions are expanded in the nine magnitudes |J_ik| with integer coefficients.
+///
+/// Returns `None` if `law` is singular, or if a monomial of a condition has a negative coefficient.
+#[must_use]
+pub fn routh_hurwitz(jacobian: Signs, law: Signs) -> Option<RouthHurwitz> {
+    let b = product(jacobian, scaled_inverse(law)?);
+    let trace = b[0][0].clone() + &b[1][1] + &b[2][2];
+    let minor = |i: usize, k: usize| &b[i][i] * &b[k][k] - &(&b[i][k] * &b[k][i]);
+    let minors = minor(0, 1) + &minor(0, 2) + &minor(1, 2);
+    let cofactor = |r: usize, s: usize| &b[1][r] * &b[2][s] - &(&b[1][s] * &b[2][r]);
+    let determinant =
+        &b[0][0] * &cofactor(1, 2) - &(&b[0][1] * &cofactor(0, 2)) + &(&b[0][2] * &cofactor(0, 1));
+    let difference = &trace * &minors - &determinant;
+    Some(RouthHurwitz {
+        trace: trace.positive_monomials()?,
+        minors: minors.positive_monomials()?,
+        determinant: determinant.positive_monomials()?,
+        difference: difference.positive_monomials()?,
+    })
+}
+
+/// Returns |det Σ| Σ⁻¹, whose entries are integers; `None` if Σ is singular.
+fn scaled_inverse(signs: Signs) -> Option<[[i64; 3]; 3]> {
+    let s = signs.map(|row| row.map(i64::from));
+    let next = |i: usize, by: usize| (i + by) % 3;
+    let cofactor = |i: usize, k: usize| {
+        s[next(i, 1)][next(k, 1)] * s[next(i, 2)][next(k, 2)]
+            - s[next(i, 1)][next(k, 2)] * s[next(i, 2)][next(k, 1)]
+    };
+    let determinant: i64 = (0..3).map(|k| s[0][k] * cofactor(0, k)).sum();
+    (determinant != 0)
+        .then(|| [0, 1, 2].map(|i| [0, 1, 2].map(|k| determinant.signum() * cofactor(k, i))))
+}
+
+/// Returns J times `right`, where J_ik = σ_ik |J_ik|.
+fn product(signs: Signs, right: [[i64; 3]; 3]) -> Matrix {
+    let entry = |i: usize, j: usize| {
+        (0..3).fold(Polynomial::default(), |sum, k| {
+            sum + &Polynomial::magnitude(i, k, i64::from(signs[i][k]) * right[k][j])
+        })
+    };
+    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumb_protocol::config::SIGNS;
 
     /// (a + 2b)(a - 2b) = a² - 4b².
     #[test]
@@ -81,5 +147,30 @@ mod tests {
         assert_eq!(product.positive_monomials(), None);
         assert_eq!((a.clone() - &a).positive_monomials(), None);
         assert_eq!((&(a.clone() + &b) * &(a + &b)).positive_monomials(), Some(3));
+    }
+
+    #[test]
+    fn law_sign_meets_the_conditions_with_positive_monomials_only() {
+        let expected = RouthHurwitz { trace: 8, minors: 12, determinant: 4, difference: 72 };
+        assert_eq!(routh_hurwitz(SIGNS, SIGNS), Some(expected));
+        // The board's matrix: u̇ = -g Σ⁻¹ e, docs/understand/sign.md.
+        assert_eq!(scaled_inverse(SIGNS), Some([[-1, -2, -1], [-1, 2, -1], [2, 0, -2]]));
+    }
+
+    /// Any other sign in the law's Σ, or in the Jacobian, violates a condition.
+    #[test]
+    fn another_sign_anywhere_violates_a_condition() {
+        for (i, k) in (0..9).map(|n| (n / 3, n % 3)) {
+            for sign in [-1, 0, 1].into_iter().filter(|sign| *sign != SIGNS[i][k]) {
+                let mut other = SIGNS;
+                other[i][k] = sign;
+                assert_eq!(routh_hurwitz(SIGNS, other), None, "law with {sign} at {i}, {k}");
+                // A zero in J is the limit of both signs, so the conditions may hold.
+                assert!(
+                    sign == 0 || routh_hurwitz(other, SIGNS).is_none(),
+                    "J with {sign} at {i}, {k}"
+                );
+            }
+        }
     }
 }

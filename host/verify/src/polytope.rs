@@ -9,9 +9,9 @@ use thiserror::Error;
 
 use super::Interval;
 use super::branch_and_bound::relative_width;
-use super::directions::{Patch, minimise_over_directions};
-use super::linear_algebra::{determinant, dot, norm};
 use super::qp::{MinimumNorm, QpError, inner, minimum_norm};
+use crate::branch_and_bound::{Patch, minimise_over_directions};
+use crate::interval_matrix::{determinant, dot, norm};
 
 /// Largest absolute value of an entry, so that no product overflows.
 const MAX_ENTRY: f64 = 1e9;

@@ -4,8 +4,8 @@
 //! The law is u̇ = -g Σ⁻¹ e, so that d|e|/dt <= -g μ |e| + |ṙ| for a target with the velocity ṙ.
 //! The error is at most |ṙ| / (g μ) in the end.
 
-use super::geometry::Cell;
 use super::{Interval, RigFamily};
+use crate::rig_family::Cell;
 
 /// Relative sizes of a cell's sides (w, t, λ_A, λ_C, h/D) that count as equal when one is split.
 const SPLIT_SCALES: [f64; 5] = [3.0, 1.0, 1.0, 1.0, 1.0];

@@ -5,9 +5,9 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
+use crate::document::ImportedPose;
 use crate::document::typed;
 use crate::error::ImportError;
-use crate::pose::ImportedPose;
 use crate::{Content, Imported, Program};
 
 /// Largest difference of the norm of a rotation from 1: numbers with two digits.

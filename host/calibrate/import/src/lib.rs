@@ -33,18 +33,16 @@ mod error;
 mod handeye;
 mod kalibr;
 mod lens;
-mod matrix;
 mod opencv;
-mod pose;
 mod ros;
 #[cfg(test)]
 mod tests;
 
 use std::fmt;
 
+pub use document::ImportedPose;
 pub use error::ImportError;
 pub use lens::ImportedLens;
-pub use pose::ImportedPose;
 
 /// Which camera of a file with several is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

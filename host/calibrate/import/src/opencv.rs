@@ -5,9 +5,9 @@ use plumb_frame::image::ImageSize;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
+use crate::document::Matrix;
 use crate::error::ImportError;
 use crate::lens::ImportedLens;
-use crate::matrix::Matrix;
 use crate::{Content, Imported, Program};
 
 /// Names of the camera matrix.

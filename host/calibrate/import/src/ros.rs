@@ -5,10 +5,10 @@ use plumb_frame::image::ImageSize;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
+use crate::document::Matrix;
 use crate::document::typed;
 use crate::error::ImportError;
 use crate::lens::{ImportedLens, check_model};
-use crate::matrix::Matrix;
 use crate::{Content, Imported, Program};
 
 /// What both kinds of file say of rectified pictures.

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use super::period::Period;
+use super::rate::Period;
 
 /// Number of pictures of one kind that wait for their counterparts. Depth that is aligned to colour
 /// takes longer than colour, and the two topics come in any order.

@@ -1,7 +1,10 @@
 //! Rate of the clock of the stamps against this computer's clock.
 
+use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
+
+use plumb_frame::clock::{SenderClock, SenderClockError};
 
 /// Ratios of the clock of the stamps to this computer's at which the age of a picture is known.
 const RATES: RangeInclusive<f64> = 0.95..=1.05;
@@ -97,9 +100,71 @@ impl Taken {
     }
 }
 
+/// Number of differences of stamps that are kept.
+const KEPT: usize = 16;
+
+/// Time between two pictures.
+///
+/// It is the lower quartile of the last differences of stamps: lost pictures make some differences
+/// longer, and a node that stamps its pictures late makes some shorter.
+#[derive(Debug, Default)]
+pub(super) struct Period {
+    last: Option<f64>,
+    differences: VecDeque<f64>,
+}
+
+impl Period {
+    /// Adds the stamp of the next picture, seconds. A stamp that does not grow begins anew.
+    pub(super) fn add(&mut self, stamp: f64) {
+        let difference = self.last.replace(stamp).map(|last| stamp - last);
+        let Some(difference) = difference.filter(|difference| *difference > 0.0) else { return };
+        if self.differences.len() == KEPT {
+            self.differences.pop_front();
+        }
+        self.differences.push_back(difference);
+    }
+
+    /// Returns the period, seconds; `None` before two pictures.
+    pub(super) fn seconds(&self) -> Option<f64> {
+        let mut sorted = Vec::from(self.differences.clone());
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 4).copied()
+    }
+}
+
+/// Mapping of the stamps of a camera's node to the host's clock.
+#[derive(Debug)]
+pub(super) struct ExposureClock {
+    sender: SenderClock,
+    /// Time from exposure to the earliest arrival of a picture, seconds.
+    latency: f64,
+    /// Zero of the host's clock.
+    zero: Instant,
+}
+
+impl ExposureClock {
+    /// Maps the stamps of pictures that arrive at the earliest `latency` seconds after their
+    /// exposure to a clock that was 0 at `zero`.
+    pub(super) fn new(latency: f64, zero: Instant) -> Self {
+        Self { sender: SenderClock::new(), latency, zero }
+    }
+
+    /// Returns the time of exposure of the picture that has this `stamp` and this `arrival`,
+    /// seconds since the zero.
+    ///
+    /// # Errors
+    /// Where the time is unknown, as [`SenderClock::taken`] says.
+    pub(super) fn taken(&mut self, stamp: f64, arrival: Instant) -> Result<f64, SenderClockError> {
+        let arrival = arrival.saturating_duration_since(self.zero).as_secs_f64();
+        self.sender.taken(stamp, self.latency, arrival)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::pairs::{Pairs, Stamped};
+    use std::time::Duration;
 
     /// Returns the first finding that is not open on pictures at `hertz` with a clock of this
     /// `rate`, whose delay is `delay(seconds)`, and the seconds until it.
@@ -150,5 +215,50 @@ mod tests {
         assert_eq!(clock.finding(), Finding::Open);
         clock.add(5.0, Instant::now());
         assert_eq!(clock.finding(), Finding::Open);
+    }
+
+    /// Returns the period of pictures with these stamps.
+    fn period(stamps: impl IntoIterator<Item = f64>) -> Option<f64> {
+        let mut period = Period::default();
+        stamps.into_iter().for_each(|stamp| period.add(stamp));
+        period.seconds()
+    }
+
+    #[test]
+    fn the_period_is_known_from_the_second_picture_on() {
+        assert_eq!(period([]), None);
+        assert_eq!(period([5.0]), None);
+        assert_eq!(period([5.0, 5.25]), Some(0.25));
+        // A clock that was set.
+        assert_eq!(period([5.0, 5.25, 1.0, 1.25]), Some(0.25));
+    }
+
+    #[test]
+    fn lost_pictures_and_late_stamps_do_not_change_it() {
+        let near = |period: Option<f64>| (period.unwrap() - 0.1).abs() < 1e-9;
+        // Two of three pictures are lost, now and then.
+        let lost = (0..100).filter(|k| k % 10 < 4 || k % 3 == 0);
+        assert!(near(period(lost.map(|k| f64::from(k) * 0.1))));
+        // Every fifth picture is stamped 80 ms late.
+        let late = |k: i32| if k % 5 == 0 { 0.08 } else { 0.0 };
+        assert!(near(period((0..100).map(|k| f64::from(k) * 0.1 + late(k)))));
+    }
+
+    #[test]
+    fn depth_that_is_always_late_does_not_move_the_exposure() {
+        let zero = Instant::now();
+        let (mut pairs, mut clock) = (Pairs::default(), ExposureClock::new(0.02, zero));
+        for k in 0..300_u32 {
+            // The sender's clock is 500 s ahead. Colour comes 20 ms after the exposure, depth
+            // 100 ms after colour.
+            let exposed = 1.0 + f64::from(k) / 30.0;
+            let stamp = 500.0 + exposed;
+            let at = |seconds| zero + Duration::from_secs_f64(seconds);
+            pairs.add_colour(Stamped { stamp, arrival: at(exposed + 0.02), picture: () });
+            pairs.add_depth(Stamped { stamp, arrival: at(exposed + 0.12), picture: () });
+            let (colour, _) = pairs.take_newest().unwrap();
+            let taken = clock.taken(colour.stamp, colour.arrival).unwrap();
+            assert!((taken - exposed).abs() < 1e-6, "{k}: {taken} for {exposed}");
+        }
     }
 }

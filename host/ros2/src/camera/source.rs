@@ -13,10 +13,10 @@ use plumb_frame::image::{Image, ImageSize};
 use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 
 use super::error::Ros2CameraError;
-use super::exposure::ExposureClock;
 use super::intake::{Intake, Pictures, check_size};
 use super::lens;
 use super::picture::DEPTH_SCALE;
+use super::rate::ExposureClock;
 use super::rate::{ClockRate, Finding};
 use super::reception::Description;
 use crate::message::sensor::CameraInfo;

@@ -1,10 +1,12 @@
 //! Checks that every target of another node passes.
 
-use std::time::Instant;
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
 use plumb_runtime::operator::{Continuity, OperatorSender, SendCommandError, Stopped};
 use plumb_runtime::targets::Omission;
+use ros2_client::Gid;
 use thiserror::Error;
 
 use crate::message::geometry::PointStamped;
@@ -108,14 +110,92 @@ impl Admission {
     }
 }
 
+/// Least time between two targets that are sent to the board. A node that sends more of them gets
+/// the newest ones through.
+const MIN_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Targets between a topic and the control loop: one at a time, the newest one next.
+#[derive(Debug, Default)]
+pub(crate) struct TargetGate {
+    waiting: Option<Point3<f64>>,
+    /// Whether the answer to a target is due.
+    is_busy: bool,
+    /// Time of the last target that was sent.
+    sent: Option<Instant>,
+}
+
+impl TargetGate {
+    /// Takes a target. One that waits is replaced.
+    pub(crate) fn offer(&mut self, target: Point3<f64>) {
+        self.waiting = Some(target);
+    }
+
+    /// Removes and returns the target to send now. `present` is the one that the rig drives to or
+    /// holds: it is not sent again.
+    pub(crate) fn next(
+        &mut self,
+        present: Option<Point3<f64>>,
+        now: Instant,
+    ) -> Option<Point3<f64>> {
+        let is_early = self.sent.is_some_and(|sent| now < sent + MIN_INTERVAL);
+        if self.is_busy || is_early {
+            return None;
+        }
+        let target = self.waiting.take().filter(|target| Some(*target) != present)?;
+        (self.is_busy, self.sent) = (true, Some(now));
+        Some(target)
+    }
+
+    /// Returns the time at which the target that waits may be sent.
+    pub(crate) fn due(&self) -> Option<Instant> {
+        self.waiting.filter(|_| !self.is_busy)?;
+        self.sent.map(|sent| sent + MIN_INTERVAL)
+    }
+
+    /// Notes that the target that was sent has its answer.
+    pub(crate) fn answered(&mut self) {
+        self.is_busy = false;
+    }
+
+    /// Drops the target that waits.
+    pub(crate) fn clear(&mut self) {
+        self.waiting = None;
+    }
+}
+
+/// Number of publishers above which those that are silent are forgotten.
+const MANY: usize = 64;
+
+/// Senders of the publishers' targets.
+#[derive(Debug)]
+pub(super) struct Sources {
+    operator: OperatorSender,
+    senders: HashMap<Gid, OperatorSender>,
+}
+
+impl Sources {
+    /// Returns the sources of targets for the run of `operator`.
+    pub(super) fn new(operator: OperatorSender) -> Self {
+        Self { operator, senders: HashMap::new() }
+    }
+
+    /// Returns the sender of a publisher's targets. `topic` names it for people.
+    pub(super) fn of(&mut self, publisher: Gid, topic: &str) -> OperatorSender {
+        if self.senders.len() > MANY {
+            // A silent publisher begins anew anyway.
+            self.senders.retain(|_, sender| !sender.is_silent());
+        }
+        let new = || self.operator.source(&format!("a publisher on {topic}"));
+        self.senders.entry(publisher).or_insert_with(new).clone()
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
-    use plumb_runtime::operator::{OperatorCommand, operator};
-
     use super::*;
     use crate::message::{Header, Time};
+    use plumb_runtime::operator::{OperatorCommand, operator};
+    use std::time::Duration;
 
     fn admission() -> Admission {
         Admission::new("plumb/rig".to_owned(), "/plumb/resume".to_owned())
@@ -156,5 +236,55 @@ mod tests {
         let goes_on = admission.admit(&message("plumb/rig", 0.4), now, &source);
         assert_eq!(goes_on, Err(TargetRefusal::MustBeginAnew));
         assert_eq!(admission.admit(&message("plumb/rig", 0.5), now, &new).unwrap().x, 0.5);
+    }
+
+    fn target(x: f64) -> Point3<f64> {
+        Point3::new(x, 0.3, 0.2)
+    }
+
+    #[test]
+    fn the_newest_of_many_targets_is_sent_after_the_answer_and_the_interval() {
+        let (mut gate, start) = (TargetGate::default(), Instant::now());
+        let mut sent = Vec::new();
+        for k in 0..1000_u32 {
+            let now = start + Duration::from_millis(u64::from(k));
+            gate.offer(target(f64::from(k)));
+            if let Some(target) = gate.next(None, now) {
+                sent.push(target.x);
+            }
+            // The answer takes 70 ms from the tenth target on.
+            if sent.len() < 10 || k % 70 == 0 {
+                gate.answered();
+            }
+        }
+        assert_eq!(sent[..4], [0.0, 50.0, 100.0, 150.0]);
+        assert!((16..=20).contains(&sent.len()), "{sent:?}");
+    }
+
+    #[test]
+    fn the_present_target_is_not_sent_again() {
+        let (mut gate, now) = (TargetGate::default(), Instant::now());
+        gate.offer(target(0.4));
+        assert_eq!(gate.next(Some(target(0.4)), now), None);
+        gate.offer(target(0.4));
+        gate.clear();
+        assert_eq!(gate.next(None, now), None);
+        gate.offer(target(0.4));
+        assert_eq!(gate.next(None, now), Some(target(0.4)));
+    }
+
+    #[test]
+    fn silent_publishers_are_forgotten_and_those_that_send_are_not() {
+        let (operator, _receiver) = operator();
+        let mut sources = Sources::new(operator);
+        let gid = |k: u8| Gid::from([k; 16]);
+        for k in 0..5 {
+            sources.of(gid(k), "/plumb/target").send(OperatorCommand::Hold).unwrap();
+        }
+        for k in 5..=255 {
+            let _silent = sources.of(gid(k), "/plumb/target");
+        }
+        assert!(sources.senders.len() <= MANY + 1, "{}", sources.senders.len());
+        assert!((0..5).all(|k| sources.senders.contains_key(&gid(k))));
     }
 }

@@ -7,11 +7,11 @@
 mod classifier;
 mod curvature;
 mod features;
-mod patch;
 
 pub use curvature::Curvature;
 pub use features::{ColourFeatures, DepthFeatures, FreeFitResidual};
 
+pub(super) use super::disc_depth::screen;
 use super::parameters::DecideParameters;
 use super::ray_colours::RAYS;
 use super::refine::{Boundary, Candidate, Outline, Surroundings};
@@ -19,7 +19,6 @@ use super::view::{Disc, FrameView};
 use classifier::Classifier;
 pub(crate) use classifier::probability;
 use features::part_in_image;
-pub(super) use patch::screen;
 
 /// Features of a candidate, for the classifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -146,7 +145,7 @@ impl<'a> Decider<'a> {
         if cut * probability(log_odds + self.classifier.most_judged()) < least {
             return;
         }
-        let judged = patch::log_odds(self.view, &circle.disc);
+        let judged = super::disc_depth::log_odds(self.view, &circle.disc);
         decision.judged = Some(judged);
         let log_odds = log_odds + self.classifier.judged_log_odds(judged);
         if cut * probability(log_odds) < least {
@@ -171,7 +170,7 @@ impl<'a> Decider<'a> {
         let min_judged = self.parameters.min_judged_without_depth;
         let hopeless = min_judged - self.parameters.max_mirror_gain;
         let unsure = hopeless..self.parameters.sure_judged;
-        let judgement = patch::judge_mirrored(self.view, &circle.disc, unsure);
+        let judgement = super::disc_depth::judge_mirrored(self.view, &circle.disc, unsure);
         let judged = judgement.log_odds;
         let seen = judgement.moved(&circle.disc, &self.view.stretch(&circle.disc));
         (decision.judged, decision.seen) = (Some(judged), Some(seen));

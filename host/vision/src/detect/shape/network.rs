@@ -10,16 +10,15 @@ mod judge;
 mod layers;
 mod map;
 mod mix;
-mod proposer;
 #[cfg(test)]
 mod tests;
 mod weights;
 
 use std::sync::LazyLock;
 
+pub(super) use judge::{CELL, Proposer, RADIUS_UNIT};
 pub(super) use judge::{Judge, Judgement, PATCH, PATCH_RADIUS};
 pub(super) use map::Map;
-pub(super) use proposer::{CELL, Proposer, RADIUS_UNIT};
 use weights::Weights;
 
 /// Number of channels that the networks read: red, green, blue, a depth, and whether it is known.

@@ -4,7 +4,7 @@ use super::super::view::Disc;
 use super::CHANNELS;
 use super::layers::Stage;
 use super::map::Map;
-use super::mix::Dense;
+use super::mix::{Dense, Finish, Mix};
 use super::weights::Weights;
 use crate::detect::shape::view::Stretch;
 
@@ -69,5 +69,37 @@ impl Judge {
         let head = self.head.apply(&map);
         let value = |k: usize| f64::from(head[k]);
         Judgement { log_odds: value(0), offset: (value(1), value(2)), growth: value(3) }
+    }
+}
+
+/// Input pixels in a cell of the output, in either direction.
+pub(in crate::detect::shape) const CELL: usize = 2;
+/// Unit of the radius that the network tells, input pixels.
+pub(in crate::detect::shape) const RADIUS_UNIT: f64 = 5.0;
+
+/// The network that proposes places in a picture: the proposer.
+pub(in crate::detect::shape) struct Proposer {
+    fine: Stage,
+    coarse: Stage,
+    head: Mix,
+}
+
+impl Proposer {
+    /// Reads the weights.
+    pub(super) fn new(weights: &mut Weights) -> Self {
+        Self {
+            fine: Stage::new(CHANNELS, 16, &[1], weights),
+            coarse: Stage::new(16, 40, &[1, 2, 4, 2], weights),
+            head: Mix::new(40, 16, weights),
+        }
+    }
+
+    /// Returns, at a quarter of the size of `input`, four channels of 2x2 cells each, row by row:
+    /// the log-odds that the ball's centre is in the cell, the offset of the centre from the cell's
+    /// to the right and down (in cells), and the logarithm of its radius over [`RADIUS_UNIT`].
+    ///
+    /// Columns and rows of `input` are multiples of 4.
+    pub(in crate::detect::shape) fn apply(&self, input: &Map) -> Map {
+        self.head.apply(&self.coarse.apply(&self.fine.apply(input)), Finish::Write)
     }
 }
