@@ -8,7 +8,23 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::frame::CRC;
-use crate::message::StartCause;
+
+/// Cause of a board's start. Grows at its end.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StartCause {
+    /// Power on, or a brown-out of the supply.
+    PowerOn,
+    /// Reset pin.
+    ResetPin,
+    /// Watchdog: the program hung, or its stack overflowed.
+    Watchdog,
+    /// Panic of the program, at the place with this number ([`panic_place`](crate::panic_place)).
+    Panic(u32),
+    /// Hard fault of the processor: an invalid instruction or address.
+    HardFault,
+    /// Intended restart, for example after an update.
+    Requested,
+}
 
 /// Answer to a [`Diagnose`](crate::Command::Diagnose) command.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,10 +4,11 @@ use postcard_schema::{Schema, key::Key};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
-use crate::diagnostics::Diagnostics;
-use crate::diagnostics::Measurement;
+use crate::diagnostics::{Diagnostics, Measurement};
 use crate::provenance::Provenance;
 use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
+
+pub use crate::diagnostics::StartCause;
 
 /// First bytes of every [`Hello`]: "PLMB".
 pub const MAGIC: [u8; 4] = *b"PLMB";
@@ -371,23 +372,6 @@ pub enum State {
     Storing,
     /// The board has the ball follow a moving reference.
     Following,
-}
-
-/// Cause of a board's start. Grows at its end.
-#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StartCause {
-    /// Power on, or a brown-out of the supply.
-    PowerOn,
-    /// Reset pin.
-    ResetPin,
-    /// Watchdog: the program hung, or its stack overflowed.
-    Watchdog,
-    /// Panic of the program, at the place with this number ([`panic_place`](crate::panic_place)).
-    Panic(u32),
-    /// Hard fault of the processor: an invalid instruction or address.
-    HardFault,
-    /// Intended restart, for example after an update.
-    Requested,
 }
 
 /// Reason why a board stopped by itself. Grows at its end.
