@@ -1,32 +1,21 @@
 //! The text of a camera file with another pose or lens. Everything else stays as it is.
 
-use std::collections::BTreeMap;
-use std::ops::Range;
-
 use nalgebra::Isometry3;
 use plumb_cameras::camera_file::DISTORTION_KEYS;
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::image::ImageSize;
-use serde::Deserialize;
 use thiserror::Error;
-use toml::Spanned;
+use toml_edit::{DocumentMut, Item, TableLike, TomlError, Value};
 
 /// Reason why the pose of a camera file's text could not be replaced.
 #[derive(Debug, Error)]
 #[error("the camera file has no [pose] with translation and quaternion")]
-pub struct NoPose(#[source] toml::de::Error);
+pub struct NoPose(#[source] Option<TomlError>);
 
-/// The part of a camera file that is replaced.
-#[derive(Deserialize)]
-struct File {
-    pose: Pose,
-}
-
-#[derive(Deserialize)]
-struct Pose {
-    translation: Spanned<[f64; 3]>,
-    quaternion: Spanned<[f64; 4]>,
-}
+/// Reason why the intrinsics of a camera file's text could not be replaced.
+#[derive(Debug, Error)]
+#[error("the camera file has no [intrinsics] with fx, fy, cx and cy")]
+pub struct NoIntrinsics(#[source] Option<TomlError>);
 
 /// Returns a camera file's text with the pose `pose` (camera axes into the rig frame), its numbers
 /// rounded to micrometres and 1e-8. A comment behind a replaced value, which describes the old one,
@@ -35,34 +24,16 @@ struct Pose {
 /// # Errors
 /// If the text is no TOML or lacks the pose.
 pub fn with_pose(text: &str, pose: &Isometry3<f64>, comment: &str) -> Result<String, NoPose> {
-    let old: File = toml::from_str(text).map_err(NoPose)?;
+    let mut file: DocumentMut = text.parse().map_err(|error| NoPose(Some(error)))?;
+    let mut table = Table::named(&mut file, "pose", comment).ok_or(NoPose(None))?;
     let t = pose.translation.vector;
     let q = pose.rotation.coords;
     let translation = format!("[{:.6}, {:.6}, {:.6}]", t.x, t.y, t.z);
     let quaternion = format!("[{:.8}, {:.8}, {:.8}, {:.8}]", q.x, q.y, q.z, q.w);
-    let mut edits =
-        [(old.pose.translation.span(), translation), (old.pose.quaternion.span(), quaternion)];
-    // From the end, so that the earlier places stay valid.
-    edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
-    let mut text = text.to_owned();
-    for (span, value) in edits {
-        match line_end(&text, &span) {
-            Some(end) => text.replace_range(span.start..end, &format!("{value}  # {comment}")),
-            None => text.replace_range(span, &value),
-        }
+    for (key, value) in [("translation", translation), ("quaternion", quaternion)] {
+        table.replace(key, &value).ok_or(NoPose(None))?;
     }
-    Ok(text)
-}
-
-/// Reason why the intrinsics of a camera file's text could not be replaced.
-#[derive(Debug, Error)]
-#[error("the camera file has no [intrinsics] with fx, fy, cx and cy")]
-pub struct NoIntrinsics(#[source] toml::de::Error);
-
-/// The part of a camera file that is replaced.
-#[derive(Deserialize)]
-struct LensFile {
-    intrinsics: BTreeMap<String, Spanned<toml::Value>>,
+    Ok(written(&file, text))
 }
 
 /// Returns a camera file's text with the focal lengths, the principal point and the distortion of
@@ -78,59 +49,64 @@ pub fn with_lens(
     (lens, size): (&Intrinsics, ImageSize),
     comment: &str,
 ) -> Result<String, NoIntrinsics> {
-    let old: LensFile = toml::from_str(text).map_err(NoIntrinsics)?;
-    let missing = |key: &str| {
-        NoIntrinsics(<toml::de::Error as serde::de::Error>::custom(format!("{key} is missing")))
-    };
+    let mut file: DocumentMut = text.parse().map_err(|error| NoIntrinsics(Some(error)))?;
+    let mut table = Table::named(&mut file, "intrinsics", comment).ok_or(NoIntrinsics(None))?;
     let pixels = [("fx", lens.fx), ("fy", lens.fy), ("cx", lens.cx), ("cy", lens.cy)];
-    let (mut edits, mut added) = (Vec::new(), Vec::new());
     for (key, value) in pixels {
-        let span = old.intrinsics.get(key).ok_or_else(|| missing(key))?.span();
-        edits.push((span, format!("{value:.4}")));
+        table.replace(key, &format!("{value:.4}")).ok_or(NoIntrinsics(None))?;
     }
-    let last = edits.iter().map(|(span, _)| span.clone()).max_by_key(|span| span.start);
     let coefficients = lens.distortion.map(|it| it.coefficients()).unwrap_or_default();
     let distortion = DISTORTION_KEYS.into_iter().zip(coefficients.to_array());
     let distortion = distortion.map(|(key, value)| (key, format!("{value:.8}")));
     let size = [("width", size.width.to_string()), ("height", size.height.to_string())];
     for (key, value) in size.into_iter().chain(distortion) {
-        match old.intrinsics.get(key) {
-            Some(old) => edits.push((old.span(), value)),
-            None => added.push(format!("{key} = {value}")),
-        }
+        table.set(key, &value);
     }
-    edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
-    let mut text = text.to_owned();
-    for (span, value) in edits {
-        let is_last = last.as_ref() == Some(&span);
-        let added: &[String] = if is_last { &added } else { &[] };
-        match line_end(&text, &span) {
-            Some(end) => {
-                let table = if is_dotted(&text, &span) { "intrinsics." } else { "" };
-                let lines: String = added.iter().map(|key| format!("\n{table}{key}")).collect();
-                let line = format!("{value}  # {comment}{lines}");
-                text.replace_range(span.start..end, &line);
-            }
-            None => {
-                let keys: String = added.iter().map(|key| format!(", {key}")).collect();
-                text.replace_range(span, &format!("{value}{keys}"));
-            }
-        }
-    }
-    Ok(text)
+    Ok(written(&file, text))
 }
 
-/// Returns whether the key of a value names its table, as in `intrinsics.fx = 525.0`.
-fn is_dotted(text: &str, value: &Range<usize>) -> bool {
-    let line = text[..value.start].rsplit('\n').next().unwrap_or_default();
-    line.trim_start().starts_with("intrinsics")
+/// Table of a camera file whose values are replaced.
+struct Table<'a> {
+    table: &'a mut dyn TableLike,
+    /// Comment behind a replaced value. The values of an inline table share a line, and have none.
+    comment: Option<&'a str>,
 }
 
-/// Returns the end of the line of a value if nothing but a comment is behind it. Behind a value of
-/// an inline table there is more.
-fn line_end(text: &str, value: &Range<usize>) -> Option<usize> {
-    let line = text[value.end..].split('\n').next().unwrap_or_default().trim_end();
-    (line.is_empty() || line.trim_start().starts_with('#')).then_some(value.end + line.len())
+impl<'a> Table<'a> {
+    /// Returns the table `name` of `file`; `None` where there is none.
+    fn named(file: &'a mut DocumentMut, name: &str, comment: &'a str) -> Option<Self> {
+        let item = file.get_mut(name)?;
+        let comment = (!item.is_inline_table()).then_some(comment);
+        Some(Self { table: item.as_table_like_mut()?, comment })
+    }
+
+    /// Replaces the value of `key` by `text`, which is a value of TOML. Returns `None` where the
+    /// table has no such key.
+    fn replace(&mut self, key: &str, text: &str) -> Option<()> {
+        let old = self.table.get_mut(key)?.as_value_mut()?;
+        let mut new: Value = text.parse().ok()?;
+        *new.decor_mut() = old.decor().clone();
+        if let Some(comment) = self.comment {
+            new.decor_mut().set_suffix(format!("  # {comment}"));
+        }
+        *old = new;
+        Some(())
+    }
+
+    /// Sets the value of `key`, which is added at the end of a table without it.
+    fn set(&mut self, key: &str, text: &str) {
+        if self.replace(key, text).is_none()
+            && let Ok(value) = text.parse::<Value>()
+        {
+            self.table.insert(key, Item::Value(value));
+        }
+    }
+}
+
+/// Returns the text of a file with the line ends of `old`. `toml_edit` writes those of Unix.
+fn written(file: &DocumentMut, old: &str) -> String {
+    let text = file.to_string();
+    if old.contains("\r\n") { text.replace('\n', "\r\n") } else { text }
 }
 
 #[cfg(test)]
@@ -171,8 +147,10 @@ mod tests {
         let new = with_pose(text, &pose(), "new").unwrap();
         assert!(new.starts_with("[pose]\r\nquaternion = ["), "{new}");
         assert!(new.ends_with("# new\r\n# end\r\n"), "{new}");
-        let read: File = toml::from_str(&new).unwrap();
-        assert_eq!(read.pose.translation.into_inner(), [1.25, -0.5, 0.123_457]);
+        let read: DocumentMut = new.parse().unwrap();
+        let translation = read["pose"]["translation"].as_array().unwrap();
+        let translation: Vec<f64> = translation.iter().filter_map(Value::as_float).collect();
+        assert_eq!(translation, [1.25, -0.5, 0.123_457]);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
+use serde_path_to_error::Segment;
 use thiserror::Error;
 use toml::de::{DeTable, DeValue};
 
@@ -65,8 +66,7 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, TomlFileError> {
 /// # Errors
 /// Where the contents are invalid.
 pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, TomlFileError> {
-    toml::from_str(text).map_err(|error| {
-        let key = key_of(error.clone());
+    deserialize(text).map_err(|(key, error)| {
         let line = line_of(text, &error, &key);
         let mut message = error.message().replace('\n', " ");
         if key.is_empty() && !message.starts_with("missing field") {
@@ -92,13 +92,25 @@ fn line_of(text: &str, error: &toml::de::Error, key: &str) -> usize {
     1 + text.as_bytes()[..start].iter().filter(|&&b| b == b'\n').count()
 }
 
-/// Returns the dotted key of an error. The crate `toml` states it only in the text of an error
-/// without input, in the last line "in `a.b`".
-fn key_of(mut error: toml::de::Error) -> String {
-    error.set_input(None);
-    let text = error.to_string();
-    let last = text.trim_end().rsplit('\n').next().unwrap_or_default();
-    last.strip_prefix("in `").and_then(|k| k.strip_suffix('`')).unwrap_or_default().to_owned()
+/// Deserializes the text of a TOML file. An error comes with the dotted key of its value; of an
+/// unknown key, with that of its table.
+fn deserialize<T: DeserializeOwned>(text: &str) -> Result<T, (String, toml::de::Error)> {
+    let deserializer = toml::Deserializer::parse(text).map_err(|error| (String::new(), error))?;
+    serde_path_to_error::deserialize(deserializer).map_err(|error| {
+        let mut names: Vec<&str> = error.path().iter().filter_map(name_of).collect();
+        if error.inner().message().starts_with("unknown field") {
+            names.pop();
+        }
+        (names.join("."), error.into_inner())
+    })
+}
+
+/// Returns the name of a segment of a path; `None` for a place in an array.
+fn name_of(segment: &Segment) -> Option<&str> {
+    match segment {
+        Segment::Map { key: name } | Segment::Enum { variant: name } => Some(name),
+        Segment::Seq { .. } | Segment::Unknown => None,
+    }
 }
 
 /// Key with its tables, outermost first.
