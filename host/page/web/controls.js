@@ -6,6 +6,9 @@ const inputs = ["x", "y", "z"].map(byId);
 /** Time between two places of a target that a person drags, ms. */
 const MOVE_INTERVAL = 33;
 
+/** Key of the typed target in the memory of the tab: it outlives a reload. */
+const STORED = "plumb.target";
+
 /** The controls. `send(command)` sends one and returns whether it went out. */
 export class Controls {
   #send;
@@ -25,9 +28,11 @@ export class Controls {
   setRig(rig) {
     this.#rig = rig;
     const [low, high] = rig.workspace;
+    const stored = storedTarget();
     inputs.forEach((input, axis) => {
       [input.min, input.max] = [low[axis], high[axis]];
-      if (input.value === "") input.value = ((low[axis] + high[axis]) / 2).toFixed(3);
+      const begin = stored?.[axis] ?? (low[axis] + high[axis]) / 2;
+      if (input.value === "") input.value = begin.toFixed(3);
     });
     for (const option of byId("steps").options) {
       option.disabled = Number(option.value) > rig.jog_distance;
@@ -174,9 +179,10 @@ export class Controls {
     if (this.#isEnabled) this.#send(command);
   }
 
-  /** Says what is wrong with the choice. Returns whether it can be a target. */
+  /** Says what is wrong with the choice, and keeps it. Returns whether it can be a target. */
   #checkChoice() {
     if (!this.#rig) return false;
+    sessionStorage.setItem(STORED, JSON.stringify(this.choice()));
     const [low, high] = this.#rig.workspace;
     const outside = ["x", "y", "z"].filter((_, axis) => {
       const value = inputs[axis].valueAsNumber;
@@ -194,5 +200,16 @@ export class Controls {
     document.querySelector("#target button").disabled =
       !this.#isEnabled || this.#stop !== null || outside.length > 0;
     return outside.length === 0;
+  }
+}
+
+/** Returns the target that was typed before a reload; null where there is none. */
+function storedTarget() {
+  try {
+    const target = JSON.parse(sessionStorage.getItem(STORED));
+    const isTarget = Array.isArray(target) && target.length === 3 && target.every(Number.isFinite);
+    return isTarget ? target : null;
+  } catch {
+    return null;
   }
 }
