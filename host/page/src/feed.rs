@@ -1,5 +1,6 @@
 //! Memory between a run and its page. It is bounded: the newest replaces the oldest.
 
+mod aim;
 mod gestures;
 mod jogs;
 mod ring;
@@ -24,6 +25,7 @@ use crate::message::{
 use crate::shared::Shared;
 use crate::signal::Signal;
 use crate::subject::{ClientId, Cursor, Picture, Received, Subject, not_understood};
+use aim::Aim;
 use gestures::Gestures;
 use jogs::{JogLimits, Jogs};
 use ring::Numbered;
@@ -46,6 +48,8 @@ pub(crate) struct Feed {
     hello: String,
     /// Limits of a jog.
     jog_limits: JogLimits,
+    /// Points of the rig in the camera's picture.
+    aim: Aim,
     /// `None` for a page that only shows.
     operator: Option<OperatorSender>,
 }
@@ -75,10 +79,10 @@ impl Feed {
         rig: RigView,
         operator: Option<OperatorSender>,
     ) -> serde_json::Result<Self> {
-        let jog_limits = JogLimits::of(&rig);
+        let (jog_limits, aim) = (JogLimits::of(&rig), Aim::of(&rig));
         let hello = Hello { version: VERSION, subject: "run", commands: operator.is_some(), rig };
         let hello = serde_json::to_string(&ToPage::Hello(&hello))?;
-        Ok(Self { shared: Shared::new(signal), hello, jog_limits, operator })
+        Ok(Self { shared: Shared::new(signal), hello, jog_limits, aim, operator })
     }
 
     /// Takes a frame of the run.
@@ -86,7 +90,7 @@ impl Feed {
         let image = record.frame.clone().filter(|_| self.shared.signal().is_watched());
         let mut news = self.shared.lock();
         news.samples.push(sample(record), SAMPLES);
-        news.frame = Some(frame_view(record));
+        news.frame = Some(frame_view(record, self.aim.sight()));
         news.board = BoardView::of(record);
         // The old frame is freed after the lock.
         let old = std::mem::replace(&mut news.image, image);
@@ -154,6 +158,12 @@ impl Feed {
         }
     }
 
+    /// Returns the newest frame and its pictures; `None` before the first one.
+    fn newest(&self) -> Option<(FrameView, Arc<RgbdFrame>)> {
+        let news = self.shared.lock();
+        news.frame.zip(news.image.clone())
+    }
+
     /// Hands a command of a page to the run.
     fn command(&self, command: OperatorCommand, client: ClientId) -> Result<(), String> {
         let Some(operator) = &self.operator else { return Err(SHOWS_ONLY.to_owned()) };
@@ -201,6 +211,12 @@ fn with_advice(event: &RunEvent) -> String {
     event.fault().map_or_else(|| event.to_string(), |fault| format!("{event}. {}", fault.advice()))
 }
 
+/// Returns the answer to a question of a page.
+fn answer(message: &ToPage<'_>) -> Result<Received, String> {
+    let text = serde_json::to_string(message).map_err(|error| error.to_string())?;
+    Ok(Received::Answered(text))
+}
+
 impl Subject for Feed {
     fn assets(&self) -> &'static [Asset] {
         RUN_ASSETS
@@ -240,6 +256,10 @@ impl Subject for Feed {
             Action::Command(command) => self.command(command, client).map(|()| Received::Command),
             Action::Move(place, gesture) => {
                 self.move_target(place, gesture, client).map(|()| Received::Command)
+            }
+            Action::Pick(click) => answer(&ToPage::Picked(&self.aim.point(&self.newest(), &click))),
+            Action::Project(point) => {
+                answer(&ToPage::Projected(&self.aim.pixel(&self.newest(), &point)))
             }
         }
     }

@@ -30,6 +30,7 @@ mod picture;
 mod server;
 mod serving;
 mod shared;
+mod sight;
 mod signal;
 mod subject;
 
@@ -49,6 +50,7 @@ pub use calibration::{
 };
 pub use limits::{Limits, Rate};
 pub use message::{RigView, VERSION};
+pub use sight::Sight;
 
 use feed::Feed;
 use serving::Serving;

@@ -14,12 +14,14 @@ use crate::signal::Signal;
 pub(crate) type ClientId = usize;
 
 /// Message of a page, as the server sees it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Received {
     /// The update with this number has arrived; the client is ready for the next one.
     Seen(u64),
     /// A command, which is handled.
     Command,
+    /// A question. This is the answer to it, as JSON.
+    Answered(String),
 }
 
 /// What a client has been sent so far: the number of the next sample and the next event; `None` at

@@ -39,6 +39,8 @@ export class Controls {
     }
     const height = byId("height");
     [height.min, height.max, height.value] = [low[2], high[2], inputs[2].value];
+    byId("lowest").textContent = low[2].toFixed(2);
+    byId("highest").textContent = `${high[2].toFixed(2)} m`;
     this.#checkChoice();
   }
 
@@ -47,9 +49,10 @@ export class Controls {
     return inputs.map((input) => input.valueAsNumber);
   }
 
-  /** Sets x and y of the choice. */
-  choose(x, y) {
+  /** Sets x and y of the choice, and z if it is given. */
+  choose(x, y, z = undefined) {
     [inputs[0].value, inputs[1].value] = [x.toFixed(3), y.toFixed(3)];
+    if (z !== undefined) inputs[2].value = byId("height").value = z.toFixed(3);
     this.#checkChoice();
   }
 

@@ -30,7 +30,7 @@ impl Steering {
         camera: &Camera,
         (sender, receiver): (OperatorSender, OperatorReceiver),
     ) -> Result<Self, Failure> {
-        let page = options.page.start(rig, &sender)?;
+        let page = options.page.start(rig, camera, &sender)?;
         let mut ros2 = options.ros2.start(camera, &sender)?;
         let is_steered = page.is_some() || ros2.observer().is_some();
         Ok(Self { page, ros2, operator: is_steered.then_some(receiver) })
