@@ -32,6 +32,7 @@ pub(crate) const RUN_ASSETS: &[Asset] = &[
     asset!("/page.js", SCRIPT, "page.js"),
     asset!("/picture.js", SCRIPT, "picture.js"),
     asset!("/aim.js", SCRIPT, "aim.js"),
+    asset!("/files.js", SCRIPT, "files.js"),
     asset!("/zoom.js", SCRIPT, "zoom.js"),
     asset!("/connection.js", SCRIPT, "connection.js"),
     asset!("/history.js", SCRIPT, "history.js"),

@@ -7,7 +7,9 @@ mod ring;
 mod sources;
 mod views;
 
+use std::collections::BTreeSet;
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Instant, SystemTime};
 
@@ -18,6 +20,7 @@ use plumb_runtime::operator::{CommandOutcome, Continuity, OperatorCommand, Opera
 use plumb_runtime::run::{StopReason, Summary};
 
 use crate::assets::{Asset, RUN_ASSETS};
+use crate::files::{RunFile, RunFiles};
 use crate::message::{
     Action, BoardView, Ended, Event, FrameView, FromPage, Gesture, Goal, Hello, RigView, Sample,
     ToPage, Update, VERSION,
@@ -64,6 +67,9 @@ struct News {
     board: Option<BoardView>,
     goal: Option<Goal>,
     ended: Option<Ended>,
+    files: RunFiles,
+    /// Pages that need no file any more.
+    served: BTreeSet<ClientId>,
     jogs: Jogs,
     gestures: Gestures,
     sources: Sources,
@@ -135,6 +141,20 @@ impl Feed {
         self.shared.publish(news);
     }
 
+    /// Offers the files of a run folder to the pages.
+    pub(crate) fn offer(&self, folder: &Path) {
+        let files = RunFiles::read(folder);
+        let mut news = self.shared.lock();
+        news.files = files;
+        self.shared.publish(news);
+    }
+
+    /// Returns whether an open page has not taken the files.
+    pub(crate) fn is_wanted(&self) -> bool {
+        let news = self.shared.lock();
+        !news.files.is_empty() && self.shared.signal().watchers() > news.served.len()
+    }
+
     /// Returns the update number `number` for a client, and advances its cursor.
     fn next_update(&self, number: u64, cursor: &mut Cursor) -> Update {
         let news = self.shared.lock();
@@ -155,6 +175,7 @@ impl Feed {
             events,
             missed,
             ended: news.ended.clone(),
+            files: news.files.list(),
         }
     }
 
@@ -208,7 +229,10 @@ impl Feed {
 
 /// Returns the text of an event, with what to do after a fault.
 fn with_advice(event: &RunEvent) -> String {
-    event.fault().map_or_else(|| event.to_string(), |fault| format!("{event}. {}", fault.advice()))
+    let text = event.to_string();
+    let Some(fault) = event.fault() else { return text };
+    let end = if text.ends_with('?') { "" } else { "." };
+    format!("{text}{end} {}", fault.advice())
 }
 
 /// Returns the answer to a question of a page.
@@ -220,6 +244,10 @@ fn answer(message: &ToPage<'_>) -> Result<Received, String> {
 impl Subject for Feed {
     fn assets(&self) -> &'static [Asset] {
         RUN_ASSETS
+    }
+
+    fn file(&self, path: &str) -> Option<RunFile> {
+        self.shared.lock().files.find(path)
     }
 
     fn hello(&self) -> &str {
@@ -257,6 +285,10 @@ impl Subject for Feed {
             Action::Move(place, gesture) => {
                 self.move_target(place, gesture, client).map(|()| Received::Command)
             }
+            Action::Taken => {
+                self.shared.lock().served.insert(client);
+                Ok(Received::Command)
+            }
             Action::Pick(click) => answer(&ToPage::Picked(&self.aim.point(&self.newest(), &click))),
             Action::Project(point) => {
                 answer(&ToPage::Projected(&self.aim.pixel(&self.newest(), &point)))
@@ -274,6 +306,7 @@ impl Subject for Feed {
     fn release_absent(&self, is_present: &dyn Fn(ClientId) -> bool) {
         let mut news = self.shared.lock();
         news.sources.remove_absent(is_present);
+        news.served.retain(|client| is_present(*client));
         // Their targets cease, and the ball comes to rest by itself.
         news.gestures.remove_absent(is_present);
         if !news.jogs.remove_absent(is_present) {

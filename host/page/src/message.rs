@@ -10,6 +10,7 @@ use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::quantity::Corner;
 use serde::{Deserialize, Serialize};
 
+use crate::files::FileView;
 use crate::sight::{Click, PlaneView, Sight, Source};
 pub(crate) use board_view::BoardView;
 
@@ -72,6 +73,8 @@ pub(crate) enum FromPage {
     Clear {},
     /// Ends the run.
     End {},
+    /// The page has all files of the run, or wants none.
+    Taken {},
 }
 
 /// Name of a motor; its number is that of the board.
@@ -95,6 +98,8 @@ pub(crate) enum Action {
     Pick(Click),
     /// The pixel of a point, metres.
     Project(Point3<f64>),
+    /// No further file of the run.
+    Taken,
 }
 
 /// Place of a message in a gesture.
@@ -119,6 +124,7 @@ impl From<FromPage> for Action {
             FromPage::Pick { u, v, x, y, z, depth } => {
                 return Self::Pick(Click { pixel: [u, v], through: [x, y, z], with_depth: depth });
             }
+            FromPage::Taken {} => return Self::Taken,
             FromPage::Project { x, y, z } => return Self::Project(Point3::new(x, y, z)),
             FromPage::Jog { motor, steps, rate } => {
                 OperatorCommand::Jog { motor: motor as u8, distance: steps, rate }
@@ -257,6 +263,8 @@ pub(crate) struct Update {
     pub(crate) missed: u64,
     /// End of the run, once it has ended.
     pub(crate) ended: Option<Ended>,
+    /// Files of the run, once it has ended and they are complete.
+    pub(crate) files: Vec<FileView>,
 }
 
 /// Measurement of one frame: frame number, time (s), position x, y, z (m), |e| (m), target x, y, z

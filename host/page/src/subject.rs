@@ -7,6 +7,7 @@ use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::ColourImage;
 
 use crate::assets::Asset;
+use crate::files::RunFile;
 use crate::message::FrameView;
 use crate::signal::Signal;
 
@@ -53,6 +54,11 @@ impl Picture {
 pub(crate) trait Subject: Send + Sync {
     /// Returns the files of the page.
     fn assets(&self) -> &'static [Asset];
+
+    /// Returns the file of the run at a path of the page's address.
+    fn file(&self, _path: &str) -> Option<RunFile> {
+        None
+    }
 
     /// Returns the first message to every page.
     fn hello(&self) -> &str;

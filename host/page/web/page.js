@@ -4,6 +4,7 @@ import { Aim } from "./aim.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { drawCurves } from "./curves.js";
+import { Files } from "./files.js";
 import { History } from "./history.js";
 import { Picture } from "./picture.js";
 import { Space } from "./space.js";
@@ -17,6 +18,7 @@ const EVENTS = 50;
 const byId = (id) => document.getElementById(id);
 const history = new History();
 const controls = new Controls((command) => connection.send(command));
+const files = new Files((command) => connection.send(command));
 const aim = new Aim(
   (command) => connection.send(command),
   (x, y, z) => controls.choose(x, y, z),
@@ -41,6 +43,7 @@ if (location.search) window.history.replaceState(null, "", location.pathname);
 
 const connection = new Connection("run", {
   hello(message) {
+    if (run.ended) files.clear();
     [run.rig, run.commands] = [message.rig, message.commands];
     link.isLost = false;
     link.framed = performance.now();
@@ -62,6 +65,7 @@ const connection = new Connection("run", {
     history.add(message.samples);
     for (const key of ["frame", "board", "goal", "stop", "ended"]) run[key] = message[key];
     message.events.forEach(addEvent);
+    files.take(message.files);
     showState();
     showValues();
   },
@@ -115,11 +119,13 @@ function showState() {
   byId("fault").hidden = link.isLost || !board?.fault;
   byId("fault-text").textContent = board?.fault?.text ?? "";
   byId("fault-next").textContent = board?.fault?.next ?? "";
+  // A fault is named below.
+  const ending = board?.fault ? "not reached" : goal?.ending;
   const place = goal?.target.map((value) => value.toFixed(3)).join(", ");
   byId("goal").classList.toggle("reached", goal?.reached ?? false);
   byId("goal").textContent = !goal
     ? "no target"
-    : `target (${place}) m${goal.reached ? " reached" : goal.ending ? `: ${goal.ending}` : ""}`;
+    : `target (${place}) m${goal.reached ? " reached" : ending ? `: ${ending}` : ""}`;
   const isLive = !link.isLost && !ended;
   showStop(isLive ? run.stop : null);
   controls.update(isLive && run.commands, board, run.stop);

@@ -32,6 +32,13 @@ export class Pen {
     this.context.stroke();
   }
 
+  /** Returns the direction on the screen from a point to another one. */
+  direction(from, to) {
+    const [[x, y], [u, v]] = [this.view.pixel(from), this.view.pixel(to)];
+    const length = Math.hypot(u - x, v - y) || 1;
+    return [(u - x) / length, (v - y) / length];
+  }
+
   /** Draws a short line on the screen from a point. */
   tick(point, [right, down], colour) {
     const [x, y] = this.view.pixel(point);
@@ -94,12 +101,15 @@ export function drawAxes(draw, [low, high]) {
   const { forward, right } = draw.view;
   const far = (axis, sign) => (sign > 0 ? high[axis] : low[axis]);
   const edges = [
-    { from: [low[0], far(1, forward[1]), low[2]], outward: [0, 1] },
-    { from: [far(0, forward[0]), low[1], low[2]], outward: [0, 1] },
-    { from: [far(0, -right[0]), far(1, -right[1]), low[2]], outward: [-1, 0] },
+    [low[0], far(1, forward[1]), low[2]],
+    [far(0, forward[0]), low[1], low[2]],
+    [far(0, -right[0]), far(1, -right[1]), low[2]],
   ];
-  edges.forEach(({ from, outward }, axis) => {
+  const middle = low.map((value, k) => (k === 2 ? value : (value + high[k]) / 2));
+  edges.forEach((from, axis) => {
     const at = (value) => from.map((place, k) => (k === axis ? value : place));
+    const centre = (low[axis] + high[axis]) / 2;
+    const outward = axis === 2 ? [-1, 0] : draw.direction(middle, at(centre));
     draw.line([at(low[axis]), at(high[axis])], COLOURS.grey, 1.5);
     const step = roundStep(high[axis] - low[axis], 4);
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
@@ -110,7 +120,7 @@ export function drawAxes(draw, [low, high]) {
       draw.text(value.toFixed(digits), at(value), COLOURS.grey, outward.map((n) => NUMBER * n));
     }
     const [place, away] = axis === 2
-      ? [high[axis], [0, -NUMBER]] : [(low[axis] + high[axis]) / 2, [0, 2.4 * NUMBER]];
+      ? [high[axis], [0, -NUMBER]] : [centre, outward.map((side) => 2.6 * NUMBER * side)];
     draw.text(`${"xyz"[axis]} (m)`, at(place), COLOURS.ink, away);
   });
 }

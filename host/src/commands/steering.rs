@@ -41,6 +41,11 @@ impl Steering {
         self.operator.take()
     }
 
+    /// Removes and returns the page, which may outlive the run to offer its files.
+    pub(super) fn take_page(&mut self) -> Option<Page> {
+        self.page.take()
+    }
+
     /// Returns the observers of a run whose frames `clock` stamps; `None` where it stands.
     pub(super) fn observers(
         &mut self,
