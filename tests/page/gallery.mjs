@@ -28,13 +28,17 @@ const isWanted = (state) => chosen.length === 0 || chosen.includes(state);
 const state = `document.getElementById("state").textContent`;
 const browser = new Browser();
 
-/** Saves what a tab shows on each screen and in each theme; the whole page too. */
-async function draw(tab, name) {
+/**
+ * Saves what a tab shows on each screen and in each theme; the whole page too. `prepare()` is
+ * awaited before each picture.
+ */
+async function draw(tab, name, prepare = async () => {}) {
   if (!isWanted(name)) return;
   for (const [screen, size] of Object.entries(SCREENS)) {
     await tab.resize(size);
     for (const theme of THEMES) {
       await tab.setTheme(theme);
+      await prepare();
       await tab.evaluate("window.scrollTo(0, 0)");
       await new Promise((resolve) => setTimeout(resolve, DRAWN));
       const file = path.join(output, `${name}-${screen}-${theme}.png`);
@@ -62,7 +66,11 @@ async function drawRun() {
   try {
     const tab = await browser.open(demo.address, SCREENS["1400x900"]);
     await tab.until(`${state} === "seeking"`);
-    await draw(tab, "motion");
+    const ends = [[0.3, 0.2, 0.4], [0.6, 0.4, 0.15]];
+    await draw(tab, "motion", () => {
+      ends.reverse();
+      return tab.evaluate(target(ends[0]));
+    });
     await tab.until(`document.getElementById("goal").textContent.includes("reached")`);
     await draw(tab, "rest");
     await tab.evaluate(`document.getElementById("stop").dispatchEvent(new Event("pointerdown"))`);

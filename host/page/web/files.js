@@ -42,7 +42,7 @@ export class Files {
       this.#addresses.push(address);
       const link = document.createElement("a");
       [link.href, link.download, link.textContent] = [address, name, name];
-      item.append(link, ` ${(bytes / 1000).toFixed(0)} kB`);
+      item.append(link, ` ${(bytes / 1000).toFixed(bytes < 10_000 ? 1 : 0)} kB`);
     } catch {
       item.textContent = `${name}: only in the run folder`;
     }

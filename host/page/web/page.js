@@ -113,7 +113,7 @@ function endText({ ending, at_rest: atRest }) {
 
 function showState() {
   const { board, goal, ended } = run;
-  const state = link.isLost ? "unknown" : ended ? "ended" : (board?.state ?? "unknown");
+  const state = ended ? "ended" : link.isLost ? "unknown" : (board?.state ?? "unknown");
   byId("state").textContent = state;
   byId("state").className = `badge ${state}`;
   byId("fault").hidden = link.isLost || !board?.fault;

@@ -4,7 +4,7 @@ import { COLOURS, roundStep } from "./canvas.js";
 
 /** Length of a tick of an axis, and distance of its number, pixels. */
 const TICK = 4;
-const NUMBER = 14;
+const NUMBER = 16;
 
 /** Drawing in space. */
 export class Pen {
@@ -117,10 +117,10 @@ export function drawAxes(draw, [low, high]) {
     const first = Math.ceil((low[axis] + 0.3 * step) / step) * step;
     for (let value = first; value < high[axis] - 0.3 * step; value += step) {
       draw.tick(at(value), outward.map((side) => TICK * side), COLOURS.grey);
-      draw.text(value.toFixed(digits), at(value), COLOURS.grey, outward.map((n) => NUMBER * n));
+      draw.text(value.toFixed(digits), at(value), COLOURS.grey, outward.map((side) => NUMBER * side));
     }
     const [place, away] = axis === 2
-      ? [high[axis], [0, -NUMBER]] : [centre, outward.map((side) => 2.6 * NUMBER * side)];
+      ? [high[axis], [0, -NUMBER]] : [centre, outward.map((side) => 2.9 * NUMBER * side)];
     draw.text(`${"xyz"[axis]} (m)`, at(place), COLOURS.ink, away);
   });
 }

@@ -168,7 +168,8 @@ export class Picture {
   #drawTarget(context, pixel) {
     const [x, y] = this.#place(pixel);
     outlined(context, TARGET, () => {
-      context.arc(x, y, 8, 0, 2 * Math.PI);
+      // Smaller than the ball is seen on a telephone.
+      context.arc(x, y, 5, 0, 2 * Math.PI);
       for (const [right, down] of Object.values(ARROWS)) {
         context.moveTo(x + 5 * right, y + 5 * down);
         context.lineTo(x + 13 * right, y + 13 * down);
