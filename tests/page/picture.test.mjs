@@ -102,7 +102,7 @@ test("a click into the picture fills in a point of the plane, and moves nothing"
   await tab.until(`${text("goal")}.includes("(${place}) m reached")`);
 });
 
-test("a click on the ball chooses its place, one beside the workspace chooses nothing", async () => {
+test("a click on the ball chooses its place, one beside the workspace nothing", async () => {
   await tab.evaluate(`document.getElementById("depth").checked = true`);
   const ball = await tab.evaluate(`${text("ball")}.trim().split(/\\s+/).map(Number)`);
   await clickPixel(tab, pixel(ball));

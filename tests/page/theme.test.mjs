@@ -44,7 +44,8 @@ test("each text of the page has its contrast in both themes", async () => {
         await tab.resize(size);
         for (const [name, show] of Object.entries(SHOWN)) {
           await tab.evaluate(`{ ${show} }`);
-          assert.deepEqual(await shortcomings(tab), { unnamed: [], faint: [] }, `${theme}, ${name}`);
+          const found = await shortcomings(tab);
+          assert.deepEqual(found, { unnamed: [], faint: [] }, `${theme}, ${name}`);
         }
       }
       papers.push(await tab.evaluate("getComputedStyle(document.documentElement).backgroundColor"));

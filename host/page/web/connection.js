@@ -11,9 +11,9 @@ const RETRY = 2000;
 
 /**
  * Keeps a connection to a program whose page shows `subject`, and calls `events`:
- * `hello(message)`, `update(message)`, `picture(frame, bitmap)`, `problem(text)`, `lost(reason)`, and
- * `picked(message)` and `projected(message)` where the subject has them.
- * `lost` is called once for each lost connection.
+ * `hello(message)`, `update(message)`, `picture(frame, bitmap)`, `problem(text)`, `lost(reason)`,
+ * and `picked(message)` and `projected(message)` where the subject has them. `lost` is
+ * called once for each lost connection.
  */
 export class Connection {
   #subject;

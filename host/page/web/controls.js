@@ -185,7 +185,7 @@ export class Controls {
   /** Says what is wrong with the choice, and keeps it. Returns whether it can be a target. */
   #checkChoice() {
     if (!this.#rig) return false;
-    sessionStorage.setItem(STORED, JSON.stringify(this.choice()));
+    storeTarget(this.choice());
     const [low, high] = this.#rig.workspace;
     const outside = ["x", "y", "z"].filter((_, axis) => {
       const value = inputs[axis].valueAsNumber;
@@ -214,5 +214,14 @@ function storedTarget() {
     return isTarget ? target : null;
   } catch {
     return null;
+  }
+}
+
+/** Keeps a target over a reload. A browser that keeps nothing of a page refuses it. */
+function storeTarget(target) {
+  try {
+    sessionStorage.setItem(STORED, JSON.stringify(target));
+  } catch {
+    // The target begins in the workspace's middle then.
   }
 }

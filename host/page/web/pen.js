@@ -117,7 +117,8 @@ export function drawAxes(draw, [low, high]) {
     const first = Math.ceil((low[axis] + 0.3 * step) / step) * step;
     for (let value = first; value < high[axis] - 0.3 * step; value += step) {
       draw.tick(at(value), outward.map((side) => TICK * side), COLOURS.grey);
-      draw.text(value.toFixed(digits), at(value), COLOURS.grey, outward.map((side) => NUMBER * side));
+      const beside = outward.map((side) => NUMBER * side);
+      draw.text(value.toFixed(digits), at(value), COLOURS.grey, beside);
     }
     const [place, away] = axis === 2
       ? [high[axis], [0, -NUMBER]] : [centre, outward.map((side) => 2.9 * NUMBER * side)];

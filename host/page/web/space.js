@@ -38,8 +38,9 @@ export class Space {
   #choice = [NaN, NaN, NaN];
 
   /**
-   * The buttons in `buttons` zoom. `actions` get points of the workspace at the chosen height: `choose(x, y)` after a click,
-   * `move(x, y)` while a person drags the cross, and `release(x, y)` at the end of that.
+   * The buttons in `buttons` zoom. `actions` get points of the workspace at the chosen height:
+   * `choose(x, y)` after a click, `move(x, y)` while a person drags the cross, and
+   * `release(x, y)` at the end of that.
    */
   constructor(canvas, buttons, actions) {
     this.#canvas = canvas;
