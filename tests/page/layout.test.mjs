@@ -106,10 +106,12 @@ test("a phone has the controls above the curves, and nothing beside the screen",
 });
 
 test("a desktop shows all panels at once", async () => {
-  await withPage(DESKTOP, async (tab) => {
-    const [last, bar] = await tab.evaluate(END);
-    assert.ok(last <= bar, `the panels end at ${last}, below ${bar}`);
-  });
+  for (const size of [DESKTOP, { width: 1280, height: 800 }]) {
+    await withPage(size, async (tab) => {
+      const [last, bar] = await tab.evaluate(END);
+      assert.ok(last <= bar, `${size.height}: the panels end at ${last}, below ${bar}`);
+    });
+  }
 });
 
 test("the pill of the state has one form in all states", async () => {
