@@ -1,10 +1,12 @@
 // The page of `plumb demo` in a real browser.
 
 import assert from "node:assert/strict";
+import { existsSync } from "node:fs";
+import path from "node:path";
 import { after, before, test } from "node:test";
 
 import { shortcomings } from "./src/accessible.mjs";
-import { Browser } from "./src/browser.mjs";
+import { Browser, until } from "./src/browser.mjs";
 import { Demo, Folder, startRun } from "./src/plumb.mjs";
 import { Script } from "./src/script.mjs";
 
@@ -198,6 +200,21 @@ test("the motors jog at rest only, and the run ends from the page", async () => 
     await tab.until(`${text("lost-title")} === "The run has ended"`);
     // Its target was not reached.
     assert.equal(await demo.ended(), 1);
+    // The page keeps the files of the run after the program has gone.
+    const names = await tab.evaluate(`[...document.querySelectorAll("#files a")]
+      .map((link) => link.download)`);
+    for (const name of ["run.csv", "summary.json", "figure4.svg", "figure5.svg"]) {
+      assert.ok(names.includes(name), `${name} is not in ${names}`);
+    }
+    const kept = new Folder();
+    const downloadPath = kept.path;
+    await browser.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath });
+    for (const name of ["run.csv", "figure4.svg"]) {
+      await tab.click(`#files a[download="${name}"]`);
+      await until(() => existsSync(path.join(kept.path, name)), name);
+      assert.equal(kept.read(name), demo.read(`run/${name}`));
+    }
+    kept.remove();
     assert.equal(JSON.parse(demo.output).at_rest, true);
   } finally {
     await demo.end();

@@ -40,7 +40,7 @@ async function drawRun(browser) {
     await save(desktop, "page-desktop.png");
     const phone = await browser.open(demo.address, { width: 390, height: 844, isPhone: true });
     await phone.until(`document.getElementById("goal").textContent.includes("reached")`);
-    await phone.until(`document.getElementById("picture").width === 640`);
+    await phone.until(`document.getElementById("plane-name").textContent !== "plane"`);
     await new Promise((resolve) => setTimeout(resolve, UNDER_WAY));
     await save(phone, "page-phone.png");
     await phone.click("#stop");

@@ -26,13 +26,19 @@ macro_rules! asset {
 /// Files of the page of a run.
 pub(crate) const RUN_ASSETS: &[Asset] = &[
     asset!("/", HTML, "index.html"),
+    asset!("/theme.css", CSS, "theme.css"),
     asset!("/page.css", CSS, "page.css"),
     asset!("/canvas.js", SCRIPT, "canvas.js"),
     asset!("/page.js", SCRIPT, "page.js"),
+    asset!("/picture.js", SCRIPT, "picture.js"),
+    asset!("/aim.js", SCRIPT, "aim.js"),
+    asset!("/files.js", SCRIPT, "files.js"),
+    asset!("/zoom.js", SCRIPT, "zoom.js"),
     asset!("/connection.js", SCRIPT, "connection.js"),
     asset!("/history.js", SCRIPT, "history.js"),
     asset!("/curves.js", SCRIPT, "curves.js"),
     asset!("/space.js", SCRIPT, "space.js"),
+    asset!("/pen.js", SCRIPT, "pen.js"),
     asset!("/controls.js", SCRIPT, "controls.js"),
     asset!("/icon.svg", SVG, "icon.svg"),
 ];
@@ -40,6 +46,7 @@ pub(crate) const RUN_ASSETS: &[Asset] = &[
 /// Files of the page of a calibration.
 pub(crate) const CALIBRATION_ASSETS: &[Asset] = &[
     asset!("/", HTML, "calibrate.html"),
+    asset!("/theme.css", CSS, "theme.css"),
     asset!("/page.css", CSS, "page.css"),
     asset!("/calibrate.css", CSS, "calibrate.css"),
     asset!("/calibrate.js", SCRIPT, "calibrate.js"),

@@ -1,12 +1,15 @@
 //! Memory between a run and its page. It is bounded: the newest replaces the oldest.
 
+mod aim;
 mod gestures;
 mod jogs;
 mod ring;
 mod sources;
 mod views;
 
+use std::collections::BTreeSet;
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Instant, SystemTime};
 
@@ -17,6 +20,7 @@ use plumb_runtime::operator::{CommandOutcome, Continuity, OperatorCommand, Opera
 use plumb_runtime::run::{StopReason, Summary};
 
 use crate::assets::{Asset, RUN_ASSETS};
+use crate::files::{RunFile, RunFiles};
 use crate::message::{
     Action, BoardView, Ended, Event, FrameView, FromPage, Gesture, Goal, Hello, RigView, Sample,
     ToPage, Update, VERSION,
@@ -24,6 +28,7 @@ use crate::message::{
 use crate::shared::Shared;
 use crate::signal::Signal;
 use crate::subject::{ClientId, Cursor, Picture, Received, Subject, not_understood};
+use aim::Aim;
 use gestures::Gestures;
 use jogs::{JogLimits, Jogs};
 use ring::Numbered;
@@ -46,6 +51,8 @@ pub(crate) struct Feed {
     hello: String,
     /// Limits of a jog.
     jog_limits: JogLimits,
+    /// Points of the rig in the camera's picture.
+    aim: Aim,
     /// `None` for a page that only shows.
     operator: Option<OperatorSender>,
 }
@@ -60,6 +67,9 @@ struct News {
     board: Option<BoardView>,
     goal: Option<Goal>,
     ended: Option<Ended>,
+    files: RunFiles,
+    /// Pages that need no file any more.
+    served: BTreeSet<ClientId>,
     jogs: Jogs,
     gestures: Gestures,
     sources: Sources,
@@ -75,10 +85,10 @@ impl Feed {
         rig: RigView,
         operator: Option<OperatorSender>,
     ) -> serde_json::Result<Self> {
-        let jog_limits = JogLimits::of(&rig);
+        let (jog_limits, aim) = (JogLimits::of(&rig), Aim::of(&rig));
         let hello = Hello { version: VERSION, subject: "run", commands: operator.is_some(), rig };
         let hello = serde_json::to_string(&ToPage::Hello(&hello))?;
-        Ok(Self { shared: Shared::new(signal), hello, jog_limits, operator })
+        Ok(Self { shared: Shared::new(signal), hello, jog_limits, aim, operator })
     }
 
     /// Takes a frame of the run.
@@ -86,7 +96,7 @@ impl Feed {
         let image = record.frame.clone().filter(|_| self.shared.signal().is_watched());
         let mut news = self.shared.lock();
         news.samples.push(sample(record), SAMPLES);
-        news.frame = Some(frame_view(record));
+        news.frame = Some(frame_view(record, self.aim.sight()));
         news.board = BoardView::of(record);
         // The old frame is freed after the lock.
         let old = std::mem::replace(&mut news.image, image);
@@ -131,6 +141,20 @@ impl Feed {
         self.shared.publish(news);
     }
 
+    /// Offers the files of a run folder to the pages.
+    pub(crate) fn offer(&self, folder: &Path) {
+        let files = RunFiles::read(folder);
+        let mut news = self.shared.lock();
+        news.files = files;
+        self.shared.publish(news);
+    }
+
+    /// Returns whether an open page has not taken the files.
+    pub(crate) fn is_wanted(&self) -> bool {
+        let news = self.shared.lock();
+        !news.files.is_empty() && self.shared.signal().watchers() > news.served.len()
+    }
+
     /// Returns the update number `number` for a client, and advances its cursor.
     fn next_update(&self, number: u64, cursor: &mut Cursor) -> Update {
         let news = self.shared.lock();
@@ -151,7 +175,14 @@ impl Feed {
             events,
             missed,
             ended: news.ended.clone(),
+            files: news.files.list(),
         }
+    }
+
+    /// Returns the newest frame and its pictures; `None` before the first one.
+    fn newest(&self) -> Option<(FrameView, Arc<RgbdFrame>)> {
+        let news = self.shared.lock();
+        news.frame.zip(news.image.clone())
     }
 
     /// Hands a command of a page to the run.
@@ -198,12 +229,25 @@ impl Feed {
 
 /// Returns the text of an event, with what to do after a fault.
 fn with_advice(event: &RunEvent) -> String {
-    event.fault().map_or_else(|| event.to_string(), |fault| format!("{event}. {}", fault.advice()))
+    let text = event.to_string();
+    let Some(fault) = event.fault() else { return text };
+    let end = if text.ends_with('?') { "" } else { "." };
+    format!("{text}{end} {}", fault.advice())
+}
+
+/// Returns the answer to a question of a page.
+fn answer(message: &ToPage<'_>) -> Result<Received, String> {
+    let text = serde_json::to_string(message).map_err(|error| error.to_string())?;
+    Ok(Received::Answered(text))
 }
 
 impl Subject for Feed {
     fn assets(&self) -> &'static [Asset] {
         RUN_ASSETS
+    }
+
+    fn file(&self, path: &str) -> Option<RunFile> {
+        self.shared.lock().files.find(path)
     }
 
     fn hello(&self) -> &str {
@@ -241,6 +285,14 @@ impl Subject for Feed {
             Action::Move(place, gesture) => {
                 self.move_target(place, gesture, client).map(|()| Received::Command)
             }
+            Action::Taken => {
+                self.shared.lock().served.insert(client);
+                Ok(Received::Command)
+            }
+            Action::Pick(click) => answer(&ToPage::Picked(&self.aim.point(&self.newest(), &click))),
+            Action::Project(point) => {
+                answer(&ToPage::Projected(&self.aim.pixel(&self.newest(), &point)))
+            }
         }
     }
 
@@ -254,6 +306,7 @@ impl Subject for Feed {
     fn release_absent(&self, is_present: &dyn Fn(ClientId) -> bool) {
         let mut news = self.shared.lock();
         news.sources.remove_absent(is_present);
+        news.served.retain(|client| is_present(*client));
         // Their targets cease, and the ball comes to rest by itself.
         news.gestures.remove_absent(is_present);
         if !news.jogs.remove_absent(is_present) {

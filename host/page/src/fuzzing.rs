@@ -1,10 +1,15 @@
 //! Entrances for the fuzz targets in `tests/fuzz` to what browsers send.
 
 use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 
 use mio::{Poll, Token as MioToken, Waker};
+use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
+use plumb_frame::camera::{Camera, Distortion, DistortionCoefficients, Intrinsics};
+use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::Image;
+use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::operator::{OperatorReceiver, operator};
 
 use crate::RigView;
@@ -31,6 +36,44 @@ pub struct Parsers {
     _polls: [Poll; 2],
 }
 
+/// Returns a camera that looks along x, with a lens.
+fn camera() -> Camera {
+    let coefficients = DistortionCoefficients { k1: -0.3, k2: 0.1, p1: 0.001, p2: 0.0, k3: 0.0 };
+    let intrinsics = Intrinsics {
+        fx: 60.0,
+        fy: 60.0,
+        cx: 31.5,
+        cy: 23.5,
+        depth_scale: 1000.0,
+        distortion: Distortion::new(coefficients),
+    };
+    let turn = UnitQuaternion::from_quaternion(Quaternion::new(0.5, -0.5, 0.5, -0.5));
+    let pose = Isometry3::from_parts(Vector3::new(-1.0, 0.3, 0.3).into(), turn);
+    Camera::new(intrinsics, pose, 0.08)
+}
+
+/// Returns a frame of that camera with a surface in the workspace; the upper rows have no depth.
+fn record(camera: &Camera) -> Option<FrameRecord> {
+    let (width, height) = PICTURE;
+    let colour = Image::filled(width, height, [0; 3]);
+    let mut depth = Image::filled(width, height, 1400);
+    depth.pixels_mut()[..20 * width].fill(0);
+    let frame = RgbdFrame::new(0.0, colour, depth, camera.intrinsics).ok()?;
+    Some(FrameRecord {
+        number: 0,
+        time: 0.0,
+        frame: Some(Arc::new(frame)),
+        observation: None,
+        target: Point3::new(0.4, 0.4, 0.15),
+        board: None,
+        fault_cause: None,
+        state: None,
+        filtered_error: None,
+        ground_truth: None,
+        path: None,
+    })
+}
+
 impl Parsers {
     /// Returns the parsers of a page of `rig`; `None` where the operating system lacks something.
     pub fn new(rig: RigView) -> Option<Self> {
@@ -40,7 +83,10 @@ impl Parsers {
             waker.map(Signal::new)
         };
         let (sender, operator) = operator();
-        let run = Feed::new(signal(&polls[0])?, rig, Some(sender)).ok()?;
+        let (camera, seen) = (camera(), signal(&polls[0])?);
+        seen.set_watchers(1);
+        let run = Feed::new(seen, rig.seen_by(&camera), Some(sender)).ok()?;
+        run.frame(&record(&camera)?);
         let (sender, commands) = sync_channel(1);
         let names = vec!["A".to_owned(), "B".to_owned(), "C".to_owned()];
         let file = "camera.toml".to_owned();
@@ -69,5 +115,27 @@ impl Parsers {
         let taken = (self.run.take(text, 1).is_ok(), self.calibration.take(text, 1).is_ok());
         while self.commands.try_recv().is_ok() {}
         taken
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_runtime::rig::Rig;
+
+    use super::*;
+
+    #[test]
+    fn questions_about_the_picture_reach_the_lens_and_the_depth() {
+        let parsers = Parsers::new(RigView::of(&Rig::paper().unwrap())).unwrap();
+        for (v, by) in [(28, "depth"), (16, "plane")] {
+            let text =
+                format!(r#"{{"type":"pick","u":31,"v":{v},"x":0.4,"y":0.3,"z":0.3,"depth":true}}"#);
+            match parsers.run.take(&text, 1).unwrap() {
+                crate::subject::Received::Answered(answer) => {
+                    assert!(answer.contains(by), "{answer}");
+                }
+                other => panic!("{other:?}"),
+            }
+        }
     }
 }

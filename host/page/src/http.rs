@@ -126,13 +126,22 @@ pub(crate) struct Reply<'a> {
     pub(crate) host: Option<&'a str>,
     /// Cookie to set.
     pub(crate) cookie: Option<String>,
+    /// Name of a file that the browser is to keep, and not to show.
+    pub(crate) download: Option<&'static str>,
 }
 
 impl<'a> Reply<'a> {
     /// Returns a reply of plain text.
     pub(crate) fn text(status: Status, text: &'a str) -> Self {
         let content_type = "text/plain; charset=utf-8";
-        Self { status, content_type, body: text.as_bytes(), host: None, cookie: None }
+        let body = text.as_bytes();
+        Self { status, content_type, body, host: None, cookie: None, download: None }
+    }
+
+    /// Returns a reply with a file to keep.
+    pub(crate) fn file(body: &'a [u8], content_type: &'static str, name: &'static str) -> Self {
+        let status = Status::Ok;
+        Self { status, content_type, body, host: None, cookie: None, download: Some(name) }
     }
 
     /// Returns the bytes to send; without the body if the method was `HEAD`.
@@ -157,6 +166,9 @@ impl<'a> Reply<'a> {
         if let Some(cookie) = &self.cookie {
             // Writing to a string cannot fail.
             let _ = write!(head, "Set-Cookie: {cookie}\r\n");
+        }
+        if let Some(name) = self.download {
+            let _ = write!(head, "Content-Disposition: attachment; filename=\"{name}\"\r\n");
         }
         head.push_str("\r\n");
         let mut bytes = head.into_bytes();

@@ -21,6 +21,7 @@ mod access;
 mod assets;
 mod calibration;
 mod feed;
+mod files;
 #[doc(hidden)]
 pub mod fuzzing;
 mod http;
@@ -30,12 +31,16 @@ mod picture;
 mod server;
 mod serving;
 mod shared;
+mod sight;
 mod signal;
 mod subject;
 
 use std::io;
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::operator::OperatorSender;
@@ -49,12 +54,16 @@ pub use calibration::{
 };
 pub use limits::{Limits, Rate};
 pub use message::{RigView, VERSION};
+pub use sight::Sight;
 
 use feed::Feed;
 use serving::Serving;
 
 /// Address of the page if none is given. The port spells "PLUM" on a telephone.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:7586";
+
+/// Longest time that the browsers have to take the files of a run.
+const TAKE_FILES: Duration = Duration::from_secs(3);
 
 /// Settings of a page.
 pub struct PageSettings {
@@ -116,6 +125,16 @@ impl Page {
     /// Returns the address to open, with the token if there is one.
     pub fn address(&self) -> &str {
         self.serving.address()
+    }
+
+    /// Offers the files that a run has written into `folder` to the open pages, and ends the
+    /// server once each page has taken them, within 3 s. For the run's end, with its files closed.
+    pub fn finish(self, folder: &Path) {
+        self.feed.offer(folder);
+        let end = Instant::now() + TAKE_FILES;
+        while self.feed.is_wanted() && Instant::now() < end {
+            thread::sleep(Duration::from_millis(10));
+        }
     }
 }
 

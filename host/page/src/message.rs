@@ -3,16 +3,19 @@
 mod board_view;
 
 use nalgebra::Point3;
+use plumb_frame::camera::Camera;
 use plumb_runtime::observer::Tone;
 use plumb_runtime::operator::OperatorCommand;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::quantity::Corner;
 use serde::{Deserialize, Serialize};
 
+use crate::files::FileView;
+use crate::sight::{Click, PlaneView, Sight, Source};
 pub(crate) use board_view::BoardView;
 
 /// Version of the messages. A page of another version reloads itself.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// Message of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -44,6 +47,20 @@ pub(crate) enum FromPage {
         #[serde(default)]
         first: bool,
     },
+    /// Asks which point of the workspace a pixel means. Moves nothing.
+    Pick {
+        /// Column and row; the middle of the first pixel is 0, 0.
+        u: f64,
+        v: f64,
+        /// Point that the plane goes through, metres in the rig frame.
+        x: f64,
+        y: f64,
+        z: f64,
+        /// Whether the depth of the picture counts.
+        depth: bool,
+    },
+    /// Asks where a point (metres in the rig frame) is seen. Moves nothing.
+    Project { x: f64, y: f64, z: f64 },
     /// Turns one motor.
     Jog {
         motor: MotorName,
@@ -56,6 +73,8 @@ pub(crate) enum FromPage {
     Clear {},
     /// Ends the run.
     End {},
+    /// The page has all files of the run, or wants none.
+    Taken {},
 }
 
 /// Name of a motor; its number is that of the board.
@@ -75,6 +94,12 @@ pub(crate) enum Action {
     Command(OperatorCommand),
     /// A place of the target that moves, metres; the first one of a gesture or a further one.
     Move(Point3<f64>, Gesture),
+    /// The point of a click.
+    Pick(Click),
+    /// The pixel of a point, metres.
+    Project(Point3<f64>),
+    /// No further file of the run.
+    Taken,
 }
 
 /// Place of a message in a gesture.
@@ -96,6 +121,11 @@ impl From<FromPage> for Action {
                 let gesture = if first { Gesture::Begins } else { Gesture::GoesOn };
                 return Self::Move(Point3::new(x, y, z), gesture);
             }
+            FromPage::Pick { u, v, x, y, z, depth } => {
+                return Self::Pick(Click { pixel: [u, v], through: [x, y, z], with_depth: depth });
+            }
+            FromPage::Taken {} => return Self::Taken,
+            FromPage::Project { x, y, z } => return Self::Project(Point3::new(x, y, z)),
             FromPage::Jog { motor, steps, rate } => {
                 OperatorCommand::Jog { motor: motor as u8, distance: steps, rate }
             }
@@ -113,11 +143,35 @@ pub(crate) enum ToPage<'a> {
     Hello(&'a Hello),
     /// State of the run. A binary message with a JPEG follows if [`Update::picture`] is there.
     Update(&'a Update),
+    /// Answer to [`FromPage::Pick`].
+    Picked(&'a PickedView),
+    /// Answer to [`FromPage::Project`].
+    Projected(&'a ProjectedView),
     /// A message of the page was not understood or cannot be carried out.
     Problem {
         /// Reason, for people.
         text: &'a str,
     },
+}
+
+/// Point that a click means.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct PickedView {
+    /// Metres in the rig frame; `None` where the click means no point of the workspace.
+    pub(crate) point: Option<[f64; 3]>,
+    /// What told the point.
+    pub(crate) by: Option<Source>,
+    /// The same for people, or the reason why there is no point.
+    pub(crate) text: String,
+}
+
+/// Place of a point in the picture.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct ProjectedView {
+    /// Column and row; `None` where the point is not seen, or there is no picture yet.
+    pub(crate) pixel: Option<[f64; 2]>,
+    /// Plane through the point; `None` where there is no picture yet.
+    pub(crate) plane: Option<PlaneView>,
 }
 
 /// What does not change during a run.
@@ -154,6 +208,9 @@ pub struct RigView {
     pub jog_distance: f64,
     /// Lowest and highest position of a motor, full steps.
     pub travel: [f64; 2],
+    /// The camera; `None` where its pose is unknown. JSON has the name of the coordinate that is
+    /// the same on the plane of a click.
+    pub sight: Option<Sight>,
 }
 
 impl RigView {
@@ -172,7 +229,14 @@ impl RigView {
             jog_rate: rig.jog.max_rate.get().min(rig.motors.max_rate.get()),
             jog_distance: rig.jog.max_distance.get(),
             travel: rig.motors.travel.map(|steps| steps.get()),
+            sight: None,
         }
+    }
+
+    /// Returns the same view of a rig that `camera` sees: a click into its picture means a point.
+    #[must_use]
+    pub fn seen_by(self, camera: &Camera) -> Self {
+        Self { sight: Some(Sight::of(camera)), ..self }
     }
 }
 
@@ -199,6 +263,8 @@ pub(crate) struct Update {
     pub(crate) missed: u64,
     /// End of the run, once it has ended.
     pub(crate) ended: Option<Ended>,
+    /// Files of the run, once it has ended and they are complete.
+    pub(crate) files: Vec<FileView>,
 }
 
 /// Measurement of one frame: frame number, time (s), position x, y, z (m), |e| (m), target x, y, z
@@ -222,6 +288,8 @@ pub(crate) struct FrameView {
     pub(crate) circle: Option<[f64; 3]>,
     /// Measured position, metres.
     pub(crate) position: Option<[f64; 3]>,
+    /// Column and row of the target, pixels; `None` where it is not seen.
+    pub(crate) target: Option<[f64; 2]>,
 }
 
 /// Stop that holds.
@@ -307,6 +375,9 @@ mod tests {
             r#"{"type":"target","x":"0.4","y":1,"z":2}"#,
             r#"{"type":"target","x":1e999,"y":1,"z":2}"#,
             r#"{"type":"move","x":0.4,"y":0.3,"z":0.25,"first":1}"#,
+            r#"{"type":"pick","u":1,"v":2,"x":0,"y":0,"z":0}"#,
+            r#"{"type":"pick","u":null,"v":2,"x":0,"y":0,"z":0,"depth":true}"#,
+            r#"{"type":"project","x":1e999,"y":0,"z":0}"#,
             r#"{"type":"jog","motor":"D","steps":1,"rate":1}"#,
             r#"[{"type":"stop"}]"#,
         ] {

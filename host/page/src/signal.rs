@@ -29,9 +29,14 @@ impl Signal {
         self.watchers.store(count, Ordering::Relaxed);
     }
 
+    /// Returns the number of open pages.
+    pub(crate) fn watchers(&self) -> usize {
+        self.watchers.load(Ordering::Relaxed)
+    }
+
     /// Returns whether a page is open. Without one no frame is kept.
     pub(crate) fn is_watched(&self) -> bool {
-        self.watchers.load(Ordering::Relaxed) > 0
+        self.watchers() > 0
     }
 
     /// Asks the server thread to end.

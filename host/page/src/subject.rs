@@ -7,6 +7,7 @@ use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::ColourImage;
 
 use crate::assets::Asset;
+use crate::files::RunFile;
 use crate::message::FrameView;
 use crate::signal::Signal;
 
@@ -14,12 +15,14 @@ use crate::signal::Signal;
 pub(crate) type ClientId = usize;
 
 /// Message of a page, as the server sees it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Received {
     /// The update with this number has arrived; the client is ready for the next one.
     Seen(u64),
     /// A command, which is handled.
     Command,
+    /// A question. This is the answer to it, as JSON.
+    Answered(String),
 }
 
 /// What a client has been sent so far: the number of the next sample and the next event; `None` at
@@ -51,6 +54,11 @@ impl Picture {
 pub(crate) trait Subject: Send + Sync {
     /// Returns the files of the page.
     fn assets(&self) -> &'static [Asset];
+
+    /// Returns the file of the run at a path of the page's address.
+    fn file(&self, _path: &str) -> Option<RunFile> {
+        None
+    }
 
     /// Returns the first message to every page.
     fn hello(&self) -> &str;

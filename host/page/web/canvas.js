@@ -1,15 +1,21 @@
 // Helpers of all drawings.
 
-/** Colours of the run's figures. */
+/** Colours of the drawings: those of theme.css, by the system's theme. */
 export const COLOURS = {
-  ink: "#32323a",
-  faint: "#dadce0",
-  grey: "#787c84",
-  measured: "#1f61ab",
-  target: "#c83c28",
-  start: "#288c46",
-  choice: "#b06a00",
+  ink: "", faint: "", grey: "", panel: "", measured: "", target: "", start: "", choice: "",
+  shadow: "",
 };
+
+/** Reads the colours from the style sheet. */
+function readColours() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of Object.keys(COLOURS)) {
+    COLOURS[name] = style.getPropertyValue(`--${name}`).trim();
+  }
+}
+
+readColours();
+window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);
 
 /** Fits a canvas to its size on the screen and clears it. Returns context and size, CSS pixels. */
 export function fit(canvas) {

@@ -1,7 +1,7 @@
 // Connection to the program: a WebSocket with JSON messages, and pictures as binary messages.
 
 /** Version of the messages. It differs from the program's if the program was updated since. */
-const VERSION = 3;
+const VERSION = 4;
 
 /** Time without an update after which the connection is lost, ms. One comes each second. */
 const SILENCE = 3000;
@@ -11,8 +11,9 @@ const RETRY = 2000;
 
 /**
  * Keeps a connection to a program whose page shows `subject`, and calls `events`:
- * `hello(message)`, `update(message)`, `picture(frame, bitmap)`, `problem(text)`, `lost(reason)`.
- * `lost` is called once for each lost connection.
+ * `hello(message)`, `update(message)`, `picture(frame, bitmap)`, `problem(text)`, `lost(reason)`,
+ * and `picked(message)` and `projected(message)` where the subject has them. `lost` is
+ * called once for each lost connection.
  */
 export class Connection {
   #subject;
@@ -71,6 +72,8 @@ export class Connection {
       this.send({ type: "seen", update: message.number });
     } else if (message.type === "problem") {
       this.#events.problem(message.text);
+    } else if (message.type === "picked" || message.type === "projected") {
+      this.#events[message.type]?.(message);
     }
   }
 

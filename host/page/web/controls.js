@@ -6,6 +6,9 @@ const inputs = ["x", "y", "z"].map(byId);
 /** Time between two places of a target that a person drags, ms. */
 const MOVE_INTERVAL = 33;
 
+/** Key of the typed target in the memory of the tab: it outlives a reload. */
+const STORED = "plumb.target";
+
 /** The controls. `send(command)` sends one and returns whether it went out. */
 export class Controls {
   #send;
@@ -25,15 +28,19 @@ export class Controls {
   setRig(rig) {
     this.#rig = rig;
     const [low, high] = rig.workspace;
+    const stored = storedTarget();
     inputs.forEach((input, axis) => {
       [input.min, input.max] = [low[axis], high[axis]];
-      if (input.value === "") input.value = ((low[axis] + high[axis]) / 2).toFixed(3);
+      const begin = stored?.[axis] ?? (low[axis] + high[axis]) / 2;
+      if (input.value === "") input.value = begin.toFixed(3);
     });
     for (const option of byId("steps").options) {
       option.disabled = Number(option.value) > rig.jog_distance;
     }
     const height = byId("height");
     [height.min, height.max, height.value] = [low[2], high[2], inputs[2].value];
+    byId("lowest").textContent = low[2].toFixed(2);
+    byId("highest").textContent = `${high[2].toFixed(2)} m`;
     this.#checkChoice();
   }
 
@@ -42,9 +49,10 @@ export class Controls {
     return inputs.map((input) => input.valueAsNumber);
   }
 
-  /** Sets x and y of the choice. */
-  choose(x, y) {
+  /** Sets x and y of the choice, and z if it is given. */
+  choose(x, y, z = undefined) {
     [inputs[0].value, inputs[1].value] = [x.toFixed(3), y.toFixed(3)];
+    if (z !== undefined) inputs[2].value = byId("height").value = z.toFixed(3);
     this.#checkChoice();
   }
 
@@ -174,9 +182,10 @@ export class Controls {
     if (this.#isEnabled) this.#send(command);
   }
 
-  /** Says what is wrong with the choice. Returns whether it can be a target. */
+  /** Says what is wrong with the choice, and keeps it. Returns whether it can be a target. */
   #checkChoice() {
     if (!this.#rig) return false;
+    storeTarget(this.choice());
     const [low, high] = this.#rig.workspace;
     const outside = ["x", "y", "z"].filter((_, axis) => {
       const value = inputs[axis].valueAsNumber;
@@ -194,5 +203,25 @@ export class Controls {
     document.querySelector("#target button").disabled =
       !this.#isEnabled || this.#stop !== null || outside.length > 0;
     return outside.length === 0;
+  }
+}
+
+/** Returns the target that was typed before a reload; null where there is none. */
+function storedTarget() {
+  try {
+    const target = JSON.parse(sessionStorage.getItem(STORED));
+    const isTarget = Array.isArray(target) && target.length === 3 && target.every(Number.isFinite);
+    return isTarget ? target : null;
+  } catch {
+    return null;
+  }
+}
+
+/** Keeps a target over a reload. A browser that keeps nothing of a page refuses it. */
+function storeTarget(target) {
+  try {
+    sessionStorage.setItem(STORED, JSON.stringify(target));
+  } catch {
+    // The target begins in the workspace's middle then.
   }
 }

@@ -33,10 +33,11 @@ export function drawCurves(canvas, history, radius, whole) {
       to: end,
       ...range(samples, index, radius),
     };
-    drawAxes(context, panel, name, index === NAMES.length - 1);
+    drawAxes(context, panel, index === NAMES.length - 1);
     const lines = samples.map((sample) => [sample.time, ...values(sample, index, radius)]);
     drawLine(context, panel, lines.map(([t, , wanted]) => [t, wanted]), COLOURS.target, [6, 4]);
     drawLine(context, panel, lines.map(([t, measured]) => [t, measured]), COLOURS.measured, []);
+    drawName(context, panel, name);
   });
 }
 
@@ -56,7 +57,7 @@ const column = (panel, time) =>
 const row = (panel, value) =>
   panel.bottom - ((value - panel.low) / (panel.high - panel.low)) * (panel.bottom - panel.top);
 
-function drawAxes(context, panel, name, isLast) {
+function drawAxes(context, panel, isLast) {
   context.strokeStyle = COLOURS.faint;
   context.fillStyle = COLOURS.ink;
   context.lineWidth = 1;
@@ -78,6 +79,15 @@ function drawAxes(context, panel, name, isLast) {
     segment(context, x, panel.top, x, panel.bottom);
     context.fillText(isLast && time + seconds > panel.to ? `${time} s` : time, x, panel.bottom + 2);
   }
+}
+
+/** Writes the name of a panel over its lines. */
+function drawName(context, panel, name) {
+  const { width } = context.measureText(name);
+  context.fillStyle = COLOURS.panel;
+  context.fillRect(panel.right - width - 8, panel.top + 1, width + 7, 15);
+  context.fillStyle = COLOURS.ink;
+  context.textBaseline = "top";
   context.textAlign = "right";
   context.fillText(name, panel.right - 4, panel.top + 2);
 }

@@ -1,10 +1,12 @@
 // The page: takes the program's messages and draws them.
 
-import { COLOURS } from "./canvas.js";
+import { Aim } from "./aim.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { drawCurves } from "./curves.js";
+import { Files } from "./files.js";
 import { History } from "./history.js";
+import { Picture } from "./picture.js";
 import { Space } from "./space.js";
 
 /** Age of the newest picture above which the page says so, ms. */
@@ -16,7 +18,14 @@ const EVENTS = 50;
 const byId = (id) => document.getElementById(id);
 const history = new History();
 const controls = new Controls((command) => connection.send(command));
-const space = new Space(byId("space"), {
+const files = new Files((command) => connection.send(command));
+const aim = new Aim(
+  (command) => connection.send(command),
+  (x, y, z) => controls.choose(x, y, z),
+);
+const picture = new Picture(byId("picture"), byId("frame"),
+  (pixel) => aim.pick(pixel, controls.choice()));
+const space = new Space(byId("space"), byId("rig"), {
   choose: (x, y) => controls.choose(x, y),
   move: (x, y) => controls.move(x, y),
   release: (x, y) => controls.release(x, y),
@@ -34,6 +43,7 @@ if (location.search) window.history.replaceState(null, "", location.pathname);
 
 const connection = new Connection("run", {
   hello(message) {
+    if (run.ended) files.clear();
     [run.rig, run.commands] = [message.rig, message.commands];
     link.isLost = false;
     link.framed = performance.now();
@@ -41,6 +51,10 @@ const connection = new Connection("run", {
     document.title = `Plumb: ${message.rig.law}`;
     space.setRig(message.rig);
     controls.setRig(message.rig);
+    // A page that only shows has no target to choose.
+    const plane = message.commands ? message.rig.sight : null;
+    aim.setPlane(plane);
+    picture.setAim(plane !== null);
     byId("lost").hidden = true;
     byId("main").inert = false;
   },
@@ -51,11 +65,16 @@ const connection = new Connection("run", {
     history.add(message.samples);
     for (const key of ["frame", "board", "goal", "stop", "ended"]) run[key] = message[key];
     message.events.forEach(addEvent);
+    files.take(message.files);
     showState();
     showValues();
   },
 
-  picture: drawPicture,
+  picture: (frame, bitmap) => picture.show(frame, bitmap),
+
+  picked: (message) => aim.takePicked(message),
+
+  projected: (message) => aim.takeProjected(message),
 
   problem(text) {
     addEvent({ at: Date.now(), kind: "bad", text });
@@ -94,17 +113,19 @@ function endText({ ending, at_rest: atRest }) {
 
 function showState() {
   const { board, goal, ended } = run;
-  const state = link.isLost ? "unknown" : ended ? "ended" : (board?.state ?? "unknown");
+  const state = ended ? "ended" : link.isLost ? "unknown" : (board?.state ?? "unknown");
   byId("state").textContent = state;
   byId("state").className = `badge ${state}`;
   byId("fault").hidden = link.isLost || !board?.fault;
   byId("fault-text").textContent = board?.fault?.text ?? "";
   byId("fault-next").textContent = board?.fault?.next ?? "";
+  // A fault is named below.
+  const ending = board?.fault ? "not reached" : goal?.ending;
   const place = goal?.target.map((value) => value.toFixed(3)).join(", ");
   byId("goal").classList.toggle("reached", goal?.reached ?? false);
   byId("goal").textContent = !goal
     ? "no target"
-    : `target (${place}) m${goal.reached ? " reached" : goal.ending ? `: ${goal.ending}` : ""}`;
+    : `target (${place}) m${goal.reached ? " reached" : ending ? `: ${ending}` : ""}`;
   const isLive = !link.isLost && !ended;
   showStop(isLive ? run.stop : null);
   controls.update(isLive && run.commands, board, run.stop);
@@ -174,43 +195,28 @@ function addEvent({ number, at, kind, text }) {
   while (list.children.length > EVENTS) list.lastChild.remove();
 }
 
-/** Draws a picture with the detected ball. */
-function drawPicture(frame, bitmap) {
-  const canvas = byId("picture");
-  [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
-  const context = canvas.getContext("2d");
-  context.drawImage(bitmap, 0, 0);
-  bitmap.close();
-  if (!frame?.circle) return;
-  const [u, v, radius] = frame.circle;
-  context.strokeStyle = "#3ce65a";
-  context.lineWidth = Math.max(2, canvas.width / 300);
-  context.beginPath();
-  context.arc(u + 0.5, v + 0.5, radius, 0, 2 * Math.PI);
-  context.moveTo(u - 4, v);
-  context.lineTo(u + 5, v);
-  context.moveTo(u, v - 4);
-  context.lineTo(u, v + 5);
-  context.stroke();
-}
-
-/** Says that the picture is old or shows no ball. */
+/** Says that the picture is old or shows no ball, or what became of a click into it. */
 function showPictureNote() {
   const note = byId("picture-note");
   const age = performance.now() - link.framed;
-  if (!run.frame) note.textContent = "no picture yet";
-  else if (run.ended) note.textContent = "last picture";
-  else if (age > STALE) note.textContent = `no new picture for ${(age / 1e3).toFixed(0)} s`;
-  else note.textContent = run.frame.circle ? "" : "the ball is not seen";
+  let text;
+  if (!run.frame) text = "no picture yet";
+  else if (run.ended) text = "last picture";
+  else if (age > STALE) text = `no new picture for ${(age / 1e3).toFixed(0)} s`;
+  else text = aim.told() || (run.frame.circle ? "" : "the ball is not seen");
+  // A text that is set again would be read aloud again.
+  if (note.textContent !== text) note.textContent = text;
 }
 
 function draw() {
   showPictureNote();
-  space.draw(history, run.goal, controls.choice());
+  const choice = controls.choice();
+  const isTarget = run.goal !== null || run.board?.state === "following";
+  picture.draw(isTarget, link.isLost ? { pixel: null, lines: null } : aim.look(choice));
+  space.draw(history, run.goal, choice);
   drawCurves(byId("curves"), history, run.rig?.radius ?? 0, byId("whole").checked);
   requestAnimationFrame(draw);
 }
 
-document.documentElement.style.setProperty("--measured", COLOURS.measured);
 controls.update(false, null, null);
 draw();

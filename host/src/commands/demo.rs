@@ -232,6 +232,7 @@ fn run<T: Transport>(
         timeout: args.options.timeout,
         interrupted,
     });
+    let (page, folder) = (steering.take_page(), outputs.folder().to_owned());
     drop(steering);
     let ball = ball().unwrap_or_default();
     outputs.conclude(result, |summary| {
@@ -240,6 +241,10 @@ fn run<T: Transport>(
         let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
         let time = if args.virtual_time { "virtual" } else { "real" };
         let line = Line { summary, true_error_mm, seed: args.seed, time };
-        print::result(serde_json::to_string(&line)?)
+        print::result(serde_json::to_string(&line)?)?;
+        if let Some(page) = page {
+            page.finish(&folder);
+        }
+        Ok(())
     })
 }

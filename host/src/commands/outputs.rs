@@ -2,7 +2,7 @@
 //! for people.
 
 use std::io::{IsTerminal, stderr, stdout};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use plumb_cameras::record::{Overflow, Recorder, Recording};
@@ -124,6 +124,11 @@ impl Outputs {
         let progress = Progress::start()?;
         let recorder = recorder.map(FrameRecorder::new);
         Ok(Self { progress, log, folder, recorder, viewers, told: None })
+    }
+
+    /// Returns the run folder.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// Writes what is left and closes the files. Returns the progress too: its terminal may be

@@ -6,6 +6,7 @@ use clap::Args;
 use plumb_page::{DEFAULT_ADDRESS, Limits, Page, PageSettings, RigView};
 use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::rig::Rig;
+use plumb_vision::camera::Camera;
 
 use super::Failure;
 use super::address::with_port;
@@ -28,15 +29,16 @@ pub(super) struct PageOptions {
 }
 
 impl PageOptions {
-    /// Starts the page of a run of `rig`, if there is to be one, and prints its address. The page
-    /// sends its commands to `operator`.
+    /// Starts the page of a run of `rig` that `camera` sees, if there is to be one, and prints its
+    /// address. The page sends its commands to `operator`.
     pub(super) fn start(
         &self,
         rig: &Rig,
+        camera: &Camera,
         operator: &OperatorSender,
     ) -> Result<Option<Page>, Failure> {
         let Some(address) = self.page else { return Ok(None) };
-        let (rig, limits) = (RigView::of(rig), Limits::DEFAULT);
+        let (rig, limits) = (RigView::of(rig).seen_by(camera), Limits::DEFAULT);
         let operator = Some(operator.clone());
         let page = Page::start(PageSettings { address, rig, operator, limits })?;
         tell!("page: {} (the run goes on until you end it there, or Ctrl-C)", page.address());

@@ -264,12 +264,16 @@ impl PreparedRun {
             timeout: options.timeout,
             interrupted,
         });
+        let (page, folder) = (steering.take_page(), outputs.folder().to_owned());
         drop((steering, stream));
         // A device ends its own recording.
         drop(source);
         outputs.conclude(result, |summary| {
             if options.json {
                 print::result(serde_json::to_string(summary)?)?;
+            }
+            if let Some(page) = page {
+                page.finish(&folder);
             }
             Ok(())
         })

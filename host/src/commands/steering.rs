@@ -30,7 +30,7 @@ impl Steering {
         camera: &Camera,
         (sender, receiver): (OperatorSender, OperatorReceiver),
     ) -> Result<Self, Failure> {
-        let page = options.page.start(rig, &sender)?;
+        let page = options.page.start(rig, camera, &sender)?;
         let mut ros2 = options.ros2.start(camera, &sender)?;
         let is_steered = page.is_some() || ros2.observer().is_some();
         Ok(Self { page, ros2, operator: is_steered.then_some(receiver) })
@@ -39,6 +39,11 @@ impl Steering {
     /// Removes and returns the receiver of the commands.
     pub(super) fn take_operator(&mut self) -> Option<OperatorReceiver> {
         self.operator.take()
+    }
+
+    /// Removes and returns the page, which may outlive the run to offer its files.
+    pub(super) fn take_page(&mut self) -> Option<Page> {
+        self.page.take()
     }
 
     /// Returns the observers of a run whose frames `clock` stamps; `None` where it stands.

@@ -53,3 +53,14 @@ function examine(least) {
 export function shortcomings(tab) {
   return tab.evaluate(`(${examine})(${CONTRAST})`);
 }
+
+/** Returns the contrast of two colours of the form "#rrggbb". */
+export function contrast(...colours) {
+  const luminances = colours.map((colour) => {
+    const [r, g, b] = colour.match(/[0-9a-f]{2}/gi)
+      .map((digits) => Number.parseInt(digits, 16) / 255)
+      .map((s) => (s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  });
+  return (Math.max(...luminances) + 0.05) / (Math.min(...luminances) + 0.05);
+}

@@ -73,7 +73,7 @@ export class Browser {
   async open(address, { width, height, isPhone = false }) {
     const { targetId } = await this.send("Target.createTarget", { url: "about:blank" });
     const { sessionId } = await this.send("Target.attachToTarget", { targetId, flatten: true });
-    const tab = new Tab(this, sessionId);
+    const tab = new Tab(this, sessionId, targetId);
     this.#tabs.set(sessionId, tab);
     await tab.send("Runtime.enable");
     await tab.send("Log.enable");
@@ -126,9 +126,15 @@ class Tab {
   /** Errors of the page's scripts, and what it may not load. */
   errors = [];
 
-  constructor(browser, sessionId) {
+  constructor(browser, sessionId, targetId) {
     this.browser = browser;
     this.sessionId = sessionId;
+    this.targetId = targetId;
+  }
+
+  /** Closes the tab. */
+  async close() {
+    await this.browser.send("Target.closeTarget", { targetId: this.targetId });
   }
 
   send(method, params) {
@@ -146,6 +152,19 @@ class Tab {
     const size = { width, height, deviceScaleFactor: 1, mobile: isPhone };
     await this.send("Emulation.setDeviceMetricsOverride", size);
     await this.send("Emulation.setTouchEmulationEnabled", { enabled: isPhone });
+  }
+
+  /** Has the system ask for a theme, "light" or "dark". */
+  async setTheme(value) {
+    const features = [{ name: "prefers-color-scheme", value }];
+    await this.send("Emulation.setEmulatedMedia", { features });
+  }
+
+  /** Loads the page anew, and waits until it is there. */
+  async reload() {
+    await this.evaluate("window.isOld = true");
+    await this.send("Page.reload");
+    await this.until(`!window.isOld && document.readyState === "complete"`);
   }
 
   /** Returns the value of an expression in the page. */

@@ -120,6 +120,11 @@ export class Demo {
     return this.#program.output;
   }
 
+  /** Returns the text of a file in the program's folder. */
+  read(name) {
+    return this.#folder.read(name);
+  }
+
   /** Returns the exit code once the program has ended by itself. */
   ended() {
     return this.#program.ended();

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! protocol <- core <- { firmware, emulator }
-//! config <- cameras;   frame <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb;   protocol <- runtime
-//! cameras <- calibrate <- plumb;   frame <- import <- plumb;   image <- plumb
+//! { config, frame } <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb
+//! protocol <- runtime;   cameras <- calibrate <- plumb;   frame <- import <- plumb;   image <- plumb
 //! frame <- vision <- { bench, plumb, tests }
 //! { emulator, frame, cameras, path, runtime } <- sim <- { bench, plumb, tests }
 //! ```

@@ -45,7 +45,7 @@ impl CalibrationFeed {
     pub(crate) fn show(&self, time: f64, picture: ColourImage, state: CalibrationState) {
         let mut news = self.shared.lock();
         let number = self.shared.version();
-        let frame = FrameView { number, time, circle: None, position: None };
+        let frame = FrameView { number, time, circle: None, position: None, target: None };
         let old = news.picture.replace((frame, Arc::new(picture)));
         news.state = state;
         self.shared.publish(news);

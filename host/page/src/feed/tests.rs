@@ -1,5 +1,7 @@
 use mio::{Poll, Token, Waker};
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
+use plumb_frame::camera::{Camera, Intrinsics};
+use plumb_frame::image::Image;
 use plumb_protocol::message::{Fault, State};
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::operator::operator;
@@ -194,4 +196,80 @@ fn a_page_that_vanishes_in_a_jog_ramps_down_without_a_stop_that_holds() {
     feed.release_absent(&|_| false);
     assert_eq!(sender.stop(), None);
     drop(receiver);
+}
+
+/// Returns a feed of a rig that a camera at `x` = 1.7 m sees, with one frame; `watched` where a
+/// page is open.
+fn seen(watched: bool) -> (Poll, Feed) {
+    let intrinsics = Intrinsics {
+        fx: 500.0,
+        fy: 500.0,
+        cx: 319.5,
+        cy: 239.5,
+        depth_scale: 1000.0,
+        distortion: None,
+    };
+    let turn = UnitQuaternion::from_quaternion(Quaternion::new(0.5, -0.5, -0.5, 0.5));
+    let pose = Isometry3::from_parts(Vector3::new(1.7, 0.3, 0.3).into(), turn);
+    let camera = Camera::new(intrinsics, pose, 0.08);
+    let poll = Poll::new().unwrap();
+    let signal = Signal::new(Waker::new(poll.registry(), Token(0)).unwrap());
+    signal.set_watchers(usize::from(watched));
+    let rig = RigView::of(&Rig::paper().unwrap()).seen_by(&camera);
+    let feed = Feed::new(signal, rig, None).unwrap();
+    let (colour, depth) = (Image::filled(640, 480, [0; 3]), Image::filled(640, 480, 0));
+    let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();
+    feed.frame(&FrameRecord { frame: Some(Arc::new(frame)), ..record(0) });
+    (poll, feed)
+}
+
+/// Returns the answer to a question of a page.
+fn asked(feed: &Feed, question: &str) -> serde_json::Value {
+    match feed.take(question, 1) {
+        Ok(Received::Answered(text)) => serde_json::from_str(&text).unwrap(),
+        other => panic!("{question}: {other:?}"),
+    }
+}
+
+#[test]
+fn questions_about_the_picture_are_answered_and_move_nothing() {
+    let (_poll, feed) = seen(true);
+    let hello: serde_json::Value = serde_json::from_str(feed.hello()).unwrap();
+    assert_eq!(hello["rig"]["sight"], "x");
+    // The target of the frame, (0.4, 0.4, 0.15).
+    let update = feed.next_update(0, &mut Cursor::default());
+    let target = [319.5 + 500.0 * 0.1 / 1.3, 239.5 + 500.0 * 0.15 / 1.3];
+    let found = update.frame.unwrap().target.unwrap();
+    assert!((found[0] - target[0]).hypot(found[1] - target[1]) < 0.1, "{found:?}");
+
+    let pick = r#"{"type":"pick","u":358,"v":297.2,"x":0.4,"y":0.2,"z":0.5,"depth":true}"#;
+    let picked = asked(&feed, pick);
+    assert_eq!((&picked["type"], &picked["by"]), (&"picked".into(), &"plane".into()));
+    let point: Vec<f64> = serde_json::from_value(picked["point"].clone()).unwrap();
+    assert!((point[1] - 0.4).hypot(point[2] - 0.15) < 1e-3 && point[0] == 0.4, "{point:?}");
+    let projected = asked(&feed, r#"{"type":"project","x":0.4,"y":0.3,"z":0.3}"#);
+    assert_eq!(projected["pixel"], serde_json::json!([319.5, 239.5]));
+    assert_eq!(projected["plane"]["axis"], "x");
+
+    for (u, reason) in [("-1", "outside the picture"), ("1e300", "outside the picture")] {
+        let question = pick.replace("358", u);
+        let refused = asked(&feed, &question);
+        assert!(refused["point"].is_null());
+        assert!(refused["text"].as_str().unwrap().contains(reason), "{refused}");
+    }
+    let far = asked(&feed, r#"{"type":"project","x":1e300,"y":-1e300,"z":0.3}"#);
+    assert!(far["pixel"].is_null(), "{far}");
+    assert_eq!(feed.next_update(0, &mut Cursor::default()).goal, None);
+}
+
+#[test]
+fn without_a_picture_or_a_pose_a_click_means_nothing() {
+    let pick = r#"{"type":"pick","u":1,"v":2,"x":0.4,"y":0.2,"z":0.5,"depth":false}"#;
+    let project = r#"{"type":"project","x":0.4,"y":0.3,"z":0.3}"#;
+    for ((_poll, feed), reason) in [(seen(false), "no picture"), (feed(), "where the camera is")] {
+        let picked = asked(&feed, pick);
+        assert!(picked["text"].as_str().unwrap().contains(reason), "{picked}");
+        let projected = asked(&feed, project);
+        assert!(projected["pixel"].is_null() && projected["plane"].is_null());
+    }
 }

@@ -6,9 +6,10 @@ use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::operator::Stop;
 
 use crate::message::{FrameView, Sample, StopView};
+use crate::sight::Sight;
 
 /// Rounds to the micrometre, or the microsecond.
-fn round(value: f64) -> f64 {
+pub(super) fn round(value: f64) -> f64 {
     // Zero is added to write -0 as 0.
     (value * 1e6).round() / 1e6 + 0.0
 }
@@ -21,8 +22,10 @@ pub(super) fn sample(record: &FrameRecord) -> Sample {
     Sample(record.number, round(record.time), position, record.error().map(round), target)
 }
 
-/// Returns a frame with the ball in it.
-pub(super) fn frame_view(record: &FrameRecord) -> FrameView {
+/// Returns a frame with the ball and the target in it.
+pub(super) fn frame_view(record: &FrameRecord, sight: Option<&Sight>) -> FrameView {
+    let lens = record.frame.as_ref().map(|frame| frame.intrinsics());
+    let target = sight.zip(lens).and_then(|(sight, lens)| sight.pixel(lens, &record.target));
     FrameView {
         number: record.number,
         time: round(record.time),
@@ -31,6 +34,7 @@ pub(super) fn frame_view(record: &FrameRecord) -> FrameView {
             [circle.u, circle.v, circle.radius].map(|pixels| (pixels * 100.0).round() / 100.0)
         }),
         position: record.position().map(|p| <[f64; 3]>::from(p).map(round)),
+        target,
     }
 }
 

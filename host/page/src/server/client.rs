@@ -196,6 +196,7 @@ impl Client {
                 Ok(())
             }
             Ok(Received::Command) => Ok(()),
+            Ok(Received::Answered(answer)) => self.write(Message::text(answer)),
             Err(problem) => self.complain(&problem),
         }
     }

@@ -140,6 +140,10 @@ impl Pending {
             let rest = self.received.split_off(length);
             return self.upgrade(key, rest, site, now);
         }
+        if let Some(file) = site.subject.file(&request.path) {
+            let reply = Reply::file(&file.body, file.content_type, file.name);
+            return self.reply(&reply, is_head, site, now);
+        }
         let Some(asset) = assets::find(site.subject.assets(), &request.path) else {
             let reply = Reply::text(Status::NotFound, "There is nothing at this address.\n");
             return self.reply(&reply, is_head, site, now);
@@ -150,6 +154,7 @@ impl Pending {
             body: asset.body,
             host: request.header("host"),
             cookie: site.access.cookie(request),
+            download: None,
         };
         self.reply(&reply, is_head, site, now)
     }
