@@ -25,8 +25,10 @@ macro_rules! registry {
         /// file = "camera.toml"
         /// source = "openni"          # or "realsense", "webcam", "ros2", "simulated", "recording",
         ///                            # "stream"
-        /// recording = "desk.oni"     # of "recording": an .oni, .bag, .db3 or video file, or a TUM folder
-        /// stream = "unix:cam.sock"   # of "stream": or "tcp:127.0.0.1:5600", or "-" (standard input)
+        /// recording = "desk.oni"     # of "recording": an .oni, .bag, .db3 or video file, or a
+        ///                            # TUM folder
+        /// stream = "unix:cam.sock"   # of "stream": or "tcp:127.0.0.1:5600", or "-", which is
+        ///                            # standard input
         /// [camera.openni]            # of "openni", each key with a default
         /// uri = "1d27/0609@2/4"
         /// width = 640
@@ -98,7 +100,7 @@ macro_rules! registry {
             /// Returns the table of the kind of camera `name`; `None` for other sources.
             fn table(&self, name: SourceName) -> Option<&dyn CameraDriver> {
                 match name {
-                    $($(SourceName::$name => { let table: &$settings = &self.$table; Some(table) })?)+
+                    $($(SourceName::$name => Some(&self.$table),)?)+
                     _ => None,
                 }
             }

@@ -3,7 +3,8 @@
 //! ```text
 //! protocol <- core <- { firmware, emulator }
 //! { config, frame } <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb
-//! protocol <- runtime;   cameras <- calibrate <- plumb;   frame <- import <- plumb;   image <- plumb
+//! protocol <- runtime;   cameras <- calibrate <- plumb
+//! frame <- import <- plumb;   image <- plumb
 //! frame <- vision <- { bench, plumb, tests }
 //! { emulator, frame, cameras, path, runtime } <- sim <- { bench, plumb, tests }
 //! ```
@@ -137,6 +138,7 @@ const CRATES: &[Rule] = &[
             "plumb-config",
             "plumb-core",
             "plumb-emulator",
+            "plumb-frame",
             "plumb-path",
             "plumb-pictures",
             "plumb-protocol",
@@ -154,6 +156,7 @@ const CRATES: &[Rule] = &[
             "plumb-cameras",
             "plumb-config",
             "plumb-foxglove",
+            "plumb-frame",
             "plumb-image",
             "plumb-import",
             "plumb-page",
@@ -166,7 +169,12 @@ const CRATES: &[Rule] = &[
             "plumb-verify",
             "plumb-vision",
         ],
-        tests_use: &["plumb-openni-driver", "plumb-realsense", "plumb-realsense-device"],
+        tests_use: &[
+            "plumb-openni",
+            "plumb-openni-driver",
+            "plumb-realsense",
+            "plumb-realsense-device",
+        ],
     },
     Rule { name: "plumb-openni-driver", uses: &["plumb-openni"], tests_use: &[] },
     Rule {
@@ -186,6 +194,7 @@ const CRATES: &[Rule] = &[
             "plumb-cameras",
             "plumb-core",
             "plumb-emulator",
+            "plumb-frame",
             "plumb-path",
             "plumb-protocol",
             "plumb-runtime",
@@ -201,6 +210,7 @@ const CRATES: &[Rule] = &[
             "plumb-cameras",
             "plumb-config",
             "plumb-core",
+            "plumb-frame",
             "plumb-import",
             "plumb-openni",
             "plumb-page",
@@ -219,6 +229,7 @@ const CRATES: &[Rule] = &[
             "plumb-config",
             "plumb-core",
             "plumb-emulator",
+            "plumb-frame",
             "plumb-page",
             "plumb-path",
             "plumb-protocol",
