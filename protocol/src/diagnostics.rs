@@ -18,7 +18,7 @@ pub enum StartCause {
     ResetPin,
     /// Watchdog: the program hung, or its stack overflowed.
     Watchdog,
-    /// Panic of the program, at the place with this number ([`panic_place`](crate::panic_place)).
+    /// Panic of the program, at the place with this number ([`panic_place`]).
     Panic(u32),
     /// Hard fault of the processor: an invalid instruction or address.
     HardFault,

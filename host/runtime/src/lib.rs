@@ -4,7 +4,7 @@
 //! - [`link`]: the link to the board.
 //! - [`run`]: a run: the control loop through a list of targets.
 //! - [`observer`]: the outputs of a run. [`queued`] gives an output a thread of its own; the
-//!   [`run_log`] and the [`recording`] of frames are such outputs.
+//!   [`run_log`] and the [recording](observer::FrameRecorder) of frames are such outputs.
 //! - [`commission`]: what is wrong with the wiring or the camera's pose, from small jogs.
 //! - [`selftest`]: the pulses, the flash and the clock of a board's chip, without a rig.
 //! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.

@@ -344,7 +344,7 @@ pub enum ControlLoopError {
 }
 
 /// Failure of a run. A message does not contain that of its source
-/// ([`ErrorChain`](plumb_config::error_chain::ErrorChain) joins them).
+/// ([`ErrorChain`] joins them).
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RunError {
