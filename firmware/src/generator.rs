@@ -13,12 +13,12 @@ mod program;
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use embassy_rp::Peri;
-use embassy_rp::pac::{self, dma::vals::TreqSel};
+use embassy_rp::pac::dma::vals::TreqSel;
 use embassy_rp::peripherals::{
     DMA_CH0, DMA_CH1, DMA_CH2, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_14, PIN_15, PIO0,
 };
 use embassy_rp::pio::{Common, Pio};
+use embassy_rp::{Peri, pac};
 use plumb_core::segment::{Segments, given};
 use plumb_core::timing::DriverTiming;
 use plumb_core::{Pulses, StepPlan};

@@ -6,8 +6,8 @@
 
 use core::ffi::{CStr, c_char};
 
-use embassy_rp::binary_info::{DataType, EntryAddr, consts};
-use embassy_rp::{binary_info, rom_data};
+use embassy_rp::binary_info::{self, DataType, EntryAddr, consts};
+use embassy_rp::rom_data;
 use plumb_protocol::provenance::{BoardKind, Commit, Provenance, RELEASE};
 
 /// Names of pins (the SDK's `binary_info_pins_with_name_t`).

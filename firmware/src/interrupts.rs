@@ -5,8 +5,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::SCB;
 use embassy_executor::{InterruptExecutor, SendSpawner, SpawnError, SpawnToken, Spawner};
-use embassy_rp::interrupt::{InterruptExt, Priority};
-use embassy_rp::{bind_interrupts, i2c, interrupt, peripherals, pio, uart, usb};
+use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use embassy_rp::{bind_interrupts, i2c, peripherals, pio, uart, usb};
 
 use crate::link::usb::errata::FrameHandler;
 

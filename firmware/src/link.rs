@@ -20,8 +20,9 @@ use embassy_time::{Duration, with_timeout};
 use static_cell::StaticCell;
 
 use crate::interrupts::spawn;
-pub(crate) use arbiter::{Inbox, Message, inbox};
 use arbiter::{InboxWriter, LinkArbiter, Port, SharedArbiter};
+
+pub(crate) use arbiter::{Inbox, Message, inbox};
 pub(crate) use usb::errata::set_moving;
 
 /// Time after which a write is given up.

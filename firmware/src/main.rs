@@ -32,10 +32,11 @@ mod stepping;
 mod watchdog;
 mod witness;
 
-use coils::Coils;
 use embassy_executor::Spawner;
 use embassy_rp::peripherals::PIN_25;
 use embassy_rp::{Peri, Peripherals};
+
+use coils::Coils;
 use generator::{Generator, GeneratorResources};
 use hats::HatResources;
 use interrupts::spawn;

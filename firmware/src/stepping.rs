@@ -19,12 +19,12 @@ use static_cell::StaticCell;
 
 use crate::coils::Coils;
 use crate::enable::Enable;
-use crate::flash::FlashWrite;
+use crate::flash::{self, FlashWrite};
 use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{diagnostics, flash, info, law_worker, witness};
+use crate::{diagnostics, info, law_worker, witness};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a

@@ -44,14 +44,14 @@ pub(crate) mod verify;
 mod viewers;
 
 use clap::ValueEnum;
+use plumb_runtime::rig::{LawName, LawSettings, Rig, Simulation, UnknownLaw};
 use plumb_sim::emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
+use plumb_sim::simulated::{geometry, wired};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 
-use plumb_runtime::rig::{LawName, LawSettings, Rig, Simulation, UnknownLaw};
-use plumb_sim::simulated::{geometry, wired};
-
 use exit::{FAILED, bad_input, failed, failed_because};
+
 pub(crate) use exit::{Failure, report_usage};
 pub(crate) use interrupt::outlive_file_size_limit;
 

@@ -1,6 +1,7 @@
 //! Messages in both directions.
 
-use postcard_schema::{Schema, key::Key};
+use postcard_schema::Schema;
+use postcard_schema::key::Key;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;

@@ -13,8 +13,9 @@ use plumb_sim::simulated::VirtualBoard;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-pub use disturbance::Disturbance;
 use session::{Session, SessionResult};
+
+pub use disturbance::Disturbance;
 
 /// Report of a soak.
 #[derive(Debug, Clone, Default, PartialEq)]

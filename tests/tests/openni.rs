@@ -4,8 +4,7 @@
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
 use nalgebra::Point3;
-use plumb_openni::{IntrinsicsSource, OpenniSource};
-use plumb_openni::{OpenNi, Settings, Target};
+use plumb_openni::{IntrinsicsSource, OpenNi, OpenniSource, Settings, Target};
 use plumb_openni_driver::{Control, ControlFile};
 use plumb_tests::live_camera::LiveRig;
 

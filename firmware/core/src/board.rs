@@ -57,11 +57,12 @@ use crate::params::BuildLimits;
 use crate::plan::{Planner, StepPlan};
 use crate::servo::Servo;
 use crate::timing::DriverTiming;
-pub use outbox::Outbox;
 use schedule::{EMERGENCY_TICKS, Schedule};
 use session::Session;
 use setup::Setup;
 use state::State;
+
+pub use outbox::Outbox;
 
 /// A board without its chip. The [module's front page](self) draws its states.
 #[derive(Debug)]

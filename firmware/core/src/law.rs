@@ -14,6 +14,7 @@ mod taut;
 
 pub use adaptive::Adaptive;
 pub use interval::{Interval, V_FRACTION_BITS};
+
 #[cfg(test)]
 pub(crate) use interval::{LIMB_BITS, MAX_ERROR as INTERVAL_ERROR};
 pub use io::{

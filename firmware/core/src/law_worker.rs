@@ -31,7 +31,7 @@ pub struct LawRequest {
     pub number: u32,
     /// The configured law.
     pub kind: DeferredLawKind,
-    /// MotorLimits of the motors.
+    /// Limits of the motors.
     pub limits: MotorLimits,
     /// Number of the board's configuration; wraps. The worker replaces a law that was made for
     /// another one.

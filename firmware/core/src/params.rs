@@ -8,10 +8,9 @@ use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{Micrometres, Point};
 
 use crate::law::{DeferredLawKind, Interval, LawSelection, MotorLimits};
-use crate::timing::DriverTiming;
-use crate::timing::TICK_US;
+use crate::timing::{DriverTiming, TICK_US};
 
-/// MotorLimits of the build, which no configuration can lift.
+/// Limits of the build, which no configuration can lift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuildLimits {
     /// Highest pulse rate of one motor, microsteps/s; at most 1.25 million, the limit of the

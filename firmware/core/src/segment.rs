@@ -13,8 +13,7 @@
 //! late, and the next segment starts late by as much.
 
 use crate::plan::Pulses;
-use crate::timing::TICK_CLOCKS;
-use crate::timing::{DriverTiming, MIN_LOW};
+use crate::timing::{DriverTiming, MIN_LOW, TICK_CLOCKS};
 
 /// Clocks from a segment's start to its first pulse, without waiting.
 const TO_FIRST: u32 = 11;

@@ -22,8 +22,9 @@ use crate::law::{Aim, DeferredLawKind, InlineLaw, Law, Measurement, Setpoint, va
 use crate::law_worker::{LawClient, LawRequest, LawResponse};
 use crate::params::Params;
 use crate::plan::{Planner, mean_lag_us};
-pub use guards::{DriveState, Guards, MotorsOfDrive};
 use reference::ReferenceTracker;
+
+pub use guards::{DriveState, Guards, MotorsOfDrive};
 pub use tracker::{ArrivalDetector, BallTracker, error, magnitude};
 
 /// A position of the ball, inside the workspace.

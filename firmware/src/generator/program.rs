@@ -10,8 +10,7 @@ use embassy_rp::pio::program::{
 use embassy_rp::pio::{
     Common, Config, Direction, LoadedProgram, Pin, ShiftConfig, ShiftDirection, StateMachine,
 };
-use plumb_core::timing::CLOCKS_PER_US;
-use plumb_core::timing::PulseWidth;
+use plumb_core::timing::{CLOCKS_PER_US, PulseWidth};
 
 use super::ESTOP_FILTER_US;
 

@@ -9,9 +9,9 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::spsc::{Consumer, Producer, Queue};
-use plumb_protocol::frame::{Accumulator, FrameError};
+use plumb_protocol::ToBoard;
+use plumb_protocol::frame::{self, Accumulator, FrameError};
 use plumb_protocol::message::PositionCommand;
-use plumb_protocol::{ToBoard, frame};
 use static_cell::StaticCell;
 
 /// Time without an intact frame after which the other link may become the master.

@@ -32,11 +32,11 @@ use nalgebra::Point3;
 use plumb_emulator::plant::RigError;
 use plumb_path::trajectory::PathError;
 use plumb_protocol::message::ConfigField;
+use plumb_runtime::rig::OutOfRange;
+use plumb_sim::limits::RigLimits;
 use thiserror::Error;
 
 use crate::calibration::TrialError;
-use plumb_runtime::rig::OutOfRange;
-use plumb_sim::limits::RigLimits;
 use simulate::Outcome;
 
 pub use crate::run_id::RunId;

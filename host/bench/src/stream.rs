@@ -4,13 +4,10 @@
 mod sender;
 
 use std::error::Error;
-use std::fmt;
-use std::io;
 use std::path::{Path, PathBuf};
-use std::thread;
+use std::{fmt, io, thread};
 
-use plumb_cameras::open::open_camera;
-use plumb_cameras::open::{OpenError, OpenedCamera};
+use plumb_cameras::open::{OpenError, OpenedCamera, open_camera};
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_cameras::stream::{StreamAddress, StreamError};
 use plumb_frame::source::{BoxedError, CameraSource, SourceError};

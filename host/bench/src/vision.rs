@@ -20,6 +20,7 @@ use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
 use plumb_frame::source::BoxedError;
+use plumb_sim::synthetic::SyntheticError;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
@@ -27,13 +28,13 @@ use thiserror::Error;
 
 use crate::UnknownName;
 use baselines::{Hough, HsvMoments};
-pub use labelled::{GroundTruth, LabelledFrame};
-use plumb_sim::synthetic::SyntheticError;
-pub use report::{DetectorReport, GroupReport, SceneReport, SceneTimes, VisionReport};
-pub use rooms::FrameGroup;
 use run::Comparison;
 use suites::each_kind;
 use timing::OneThread;
+
+pub use labelled::{GroundTruth, LabelledFrame};
+pub use report::{DetectorReport, GroupReport, SceneReport, SceneTimes, VisionReport};
+pub use rooms::FrameGroup;
 
 /// Set of frames to search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

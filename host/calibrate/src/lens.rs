@@ -15,8 +15,7 @@ use plumb_frame::camera::DistortionError;
 use plumb_frame::image::ImageSize;
 use thiserror::Error;
 
-use crate::board_pose::MIN_CORNERS;
-use crate::board_pose::SeenCorner;
+use crate::board_pose::{MIN_CORNERS, SeenCorner};
 use bundle::{ALL, FIRST, Fit, WITHOUT_K3, intrinsics, minimise, residuals};
 use coverage::Coverage;
 use result::{findings, list};

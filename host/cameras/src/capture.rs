@@ -14,9 +14,10 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_frame::clock::LiveClock;
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::source::{CameraSource, SourceError};
-use slot::{Item, Slot};
 use thiserror::Error;
 use tracing::debug;
+
+use slot::{Item, Slot};
 
 /// Longest single wait of [`Capture::next_frame`].
 const WAIT: Duration = Duration::from_millis(100);

@@ -5,13 +5,12 @@ mod usb;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use plumb_frame::driver::{DriverListing, FoundCamera, LibraryState, LibraryStatus};
 use serde::Serialize;
 
 use crate::settings::{CameraSettings, SourceName};
-use plumb_frame::driver::{DriverListing, FoundCamera, LibraryState, LibraryStatus};
 
-pub use usb::Support;
-pub use usb::{Access, UsbCamera};
+pub use usb::{Access, Support, UsbCamera};
 
 /// Cameras that are plugged in, and what is missing to use them.
 #[derive(Debug, Clone, PartialEq, Serialize)]

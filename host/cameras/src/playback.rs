@@ -3,12 +3,10 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use plumb_frame::frame::RgbdFrame;
-use thiserror::Error;
-
 use plumb_frame::clock::LiveClock;
-use plumb_frame::source::CameraSource;
-use plumb_frame::source::{InvalidFrame, SourceError};
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
+use thiserror::Error;
 
 /// Longest gap between two frames. It is the time after which a live camera without pictures counts
 /// as silent ([`plumb_openni::Timeouts`]), and the longest delay of an interruption.

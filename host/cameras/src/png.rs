@@ -3,12 +3,11 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use plumb_config::whole_writes::write_whole;
 use plumb_frame::image::ColourImage;
+use plumb_frame::source::BoxedError;
 use plumb_pictures::png::encode_colour;
 use thiserror::Error;
-
-use plumb_config::whole_writes::write_whole;
-use plumb_frame::source::BoxedError;
 
 /// Failure to write a PNG file.
 #[derive(Debug, Error)]

@@ -1,15 +1,14 @@
 //! Table `[camera.ros2]` of a rig file. The driver is in the crate `plumb-ros2`.
 
 use std::net::IpAddr;
-
-use serde::{Deserialize, Deserializer, de};
-use thiserror::Error;
+use std::path::Path;
 
 use plumb_config::quantity::{CameraTime, domain};
 use plumb_frame::camera::Camera;
 use plumb_frame::driver::{CameraDriver, IntrinsicsFrom, OpenedSource};
 use plumb_frame::source::BoxedError;
-use std::path::Path;
+use serde::{Deserialize, Deserializer, de};
+use thiserror::Error;
 
 /// Settings of a camera in ROS 2: table `[camera.ros2]` of a rig file. Every key may be left out.
 /// The topics are by default those of realsense-ros with the camera's default name.

@@ -3,16 +3,16 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use plumb_frame::driver::CameraDriver;
+use plumb_openni::OpenniSettings;
+use plumb_realsense::RealsenseSettings;
+use plumb_webcam::WebcamSettings;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::recording::RecordingDriver;
 use crate::ros2::Ros2CameraSettings;
 use crate::stream::StreamAddress;
-use plumb_frame::driver::CameraDriver;
-use plumb_openni::OpenniSettings;
-use plumb_realsense::RealsenseSettings;
-use plumb_webcam::WebcamSettings;
 
 /// Defines the settings and the names of all sources of frames. A kind of camera has a table of
 /// settings, which implements [`CameraDriver`].

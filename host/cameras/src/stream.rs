@@ -21,20 +21,18 @@ mod picture;
 mod receiver;
 
 use std::error::Error;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use plumb_frame::camera::{Camera, Intrinsics};
+use plumb_frame::clock::LiveClock;
 use plumb_frame::driver::{CameraDriver, OpenedSource};
+use plumb_frame::file_intrinsics::FileIntrinsics;
 use plumb_frame::frame::RgbdFrame;
-use std::path::Path;
+use plumb_frame::source::{BoxedError, CameraSource, SourceError};
 
 use crate::capture::slot::Item;
-use plumb_frame::clock::LiveClock;
-use plumb_frame::file_intrinsics::FileIntrinsics;
-use plumb_frame::source::CameraSource;
-use plumb_frame::source::{BoxedError, SourceError};
-use receiver::RawFrame;
-use receiver::Reception;
+use receiver::{RawFrame, Reception};
 
 pub use address::{AddressError, StreamAddress};
 pub use arrival::{Arrival, Stranger};

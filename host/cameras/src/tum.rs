@@ -9,17 +9,16 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use list::{Entry, Pair, nearest, read_list, read_pairs};
-use plumb_config::bounded_read;
-use plumb_config::bounded_read::ReadError;
+use plumb_config::bounded_read::{self, ReadError};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::file_intrinsics::{FileIntrinsics, UnfitIntrinsics};
 use plumb_frame::frame::{FrameError, RgbdFrame};
 use plumb_frame::image::{ColourImage, DepthImage, Image, ImageSize};
 use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
-use plumb_pictures::decode;
-use plumb_pictures::decode::DecodeError;
+use plumb_pictures::decode::{self, DecodeError};
 use thiserror::Error;
+
+use list::{Entry, Pair, nearest, read_list, read_pairs};
 
 pub use list::{MAX_LINES, MAX_LIST_BYTES, MAX_TIME_DIFFERENCE};
 

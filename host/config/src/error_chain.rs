@@ -1,8 +1,7 @@
 //! Message of an error with its causes.
 
 use std::error::Error;
-use std::fmt;
-use std::io;
+use std::{fmt, io};
 
 /// What the system means by "File too large".
 const FILE_SIZE_LIMIT: &str = "the limit of a file's size is reached: that of this process \

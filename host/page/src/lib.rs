@@ -35,17 +35,19 @@ mod sight;
 mod signal;
 mod subject;
 
-use std::io;
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
-use std::thread;
 use std::time::{Duration, Instant};
+use std::{io, thread};
 
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
 use thiserror::Error;
+
+use feed::Feed;
+use serving::Serving;
 
 pub use access::Token;
 pub use calibration::{
@@ -55,9 +57,6 @@ pub use calibration::{
 pub use limits::{Limits, Rate};
 pub use message::{RigView, VERSION};
 pub use sight::Sight;
-
-use feed::Feed;
-use serving::Serving;
 
 /// Address of the page if none is given. The port spells "PLUM" on a telephone.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:7586";

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::files::FileView;
 use crate::sight::{Click, PlaneView, Sight, Source};
+
 pub(crate) use board_view::BoardView;
 
 /// Version of the messages. A page of another version reloads itself.

@@ -43,8 +43,7 @@ mod targets;
 mod topic;
 
 pub use camera::{FIRST_PICTURE, Ros2Camera, Ros2CameraError, Ros2Driver};
-pub use error::MAX_DOMAIN;
-pub use error::Ros2Error;
+pub use error::{MAX_DOMAIN, Ros2Error};
 pub use namespace::Namespace;
 pub use network::Network;
 pub use output::{Ros2Output, Ros2Settings};

@@ -6,9 +6,8 @@
 //! which clients come, and a stop must work for each, so the length of a request tells the mapping,
 //! and the answer has the same one.
 
-use std::fmt;
-use std::io;
 use std::time::Instant;
+use std::{fmt, io};
 
 use plumb_frame::source::BoxedError;
 use ros2_client::{MessageInfo, RmwRequestId, Subscription};

@@ -21,8 +21,7 @@ use crate::network::Member;
 use crate::peers::UnusablePublisher;
 use crate::qos;
 use crate::topic::Topic;
-use admission::Sources;
-use admission::TargetGate;
+use admission::{Sources, TargetGate};
 
 /// Topics of targets.
 pub(crate) struct TargetTopics {

@@ -17,10 +17,6 @@ mod transport;
 
 use std::time::Duration;
 
-use commands::{CommandTable, GoalNumber, Purpose};
-use destination::Destination;
-use evidence::Evidence;
-use monitor::{BoardClock, LinkMonitor, Problem};
 use plumb_protocol::diagnostics::Diagnostics;
 use plumb_protocol::frame::{self, Accumulator};
 use plumb_protocol::message::{
@@ -29,10 +25,14 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::units::{Covariance, Micros, Point};
 use plumb_protocol::{Config, Provenance};
-use service::{JogUnderWay, RampDown};
 use tracing::{debug, info};
 
 use crate::board_fault::BoardFault;
+use commands::{CommandTable, GoalNumber, Purpose};
+use destination::Destination;
+use evidence::Evidence;
+use monitor::{BoardClock, LinkMonitor, Problem};
+use service::{JogUnderWay, RampDown};
 
 pub use commands::Reply;
 pub use error::{Damage, LinkError};

@@ -15,7 +15,6 @@ use crate::board_report::BoardReport;
 use crate::summary::Summary;
 
 pub use crate::deviation::PathPoint;
-
 pub use crate::event::{EventKind, EventRecord, RunEvent, TargetsEvent, Tone};
 
 /// Output of a run.

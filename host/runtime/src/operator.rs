@@ -41,5 +41,4 @@ pub use channel::{
     operator_with_clock,
 };
 pub use command::{CommandOutcome, CommandRefusal, OperatorCommand};
-pub use stop_latch::{BEGINS_ANEW_AFTER, Continuity};
-pub use stop_latch::{ResumeError, Stop, StopEvent, Stopped};
+pub use stop_latch::{BEGINS_ANEW_AFTER, Continuity, ResumeError, Stop, StopEvent, Stopped};

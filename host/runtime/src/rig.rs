@@ -20,22 +20,19 @@ use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::units::Point;
 use serde::Deserialize;
 
+use self::quantity::Corner;
+use quantity::Conversion;
+
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
 pub use self::motion::{MotionError, MotionRules};
 pub use self::motors::Motors;
-use self::quantity::Corner;
 pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};
-pub use motion::JogSettings;
-pub use motion::PathSettings;
+pub use motion::{JogSettings, PathSettings};
 pub use motors::Driver;
 pub use quantity::OutOfRange;
-pub use simulation::MotorPoints;
-pub use simulation::Size;
-pub use simulation::{SimulatedMotor, Wiring, WiringError};
-
-use quantity::Conversion;
+pub use simulation::{MotorPoints, SimulatedMotor, Size, Wiring, WiringError};
 
 /// Reference page of the rig file: every key with its unit, range, default and meaning.
 pub const REFERENCE: &str = include_str!("../../../docs/use/rig-file.md");

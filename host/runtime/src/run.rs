@@ -10,19 +10,14 @@ mod repetition;
 mod targets;
 mod waypoint;
 
-use control_loop::ControlLoop;
-use path::PathDrive;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::detect::DetectError;
 use plumb_frame::source::{BoxedError, SourceError};
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
-use repetition::RepetitionDetector;
-use targets::{TargetDrive, TargetRules};
 use thiserror::Error;
 use tracing::info;
-use waypoint::Route;
 
 use self::core::{RunCore, Settings};
 use crate::board_fault::BoardFault;
@@ -31,17 +26,21 @@ use crate::link::{Link, LinkError, Serial, Transport};
 use crate::rig::{MotionRules, OutOfRange, Rig};
 use crate::rounding::{millimetres, round};
 use crate::targets::TargetSource;
-
-pub use control_loop::{DEFAULT_TIMEOUT, RunParts};
-pub use path::{PathPlan, PathPlanError};
-pub use repetition::RepeatedPicture;
-pub use targets::TargetUse;
-pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
+use control_loop::ControlLoop;
+use path::PathDrive;
+use repetition::RepetitionDetector;
+use targets::{TargetDrive, TargetRules};
+use waypoint::Route;
 
 pub use crate::deviation::{PathPoint, PathSummary, Spread, Spreads};
 pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
 pub use crate::targets_summary::TargetsSummary;
+pub use control_loop::{DEFAULT_TIMEOUT, RunParts};
+pub use path::{PathPlan, PathPlanError};
+pub use repetition::RepeatedPicture;
+pub use targets::TargetUse;
+pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
 
 /// Source of targets that move.
 type BoxedTargets = Box<dyn TargetSource>;

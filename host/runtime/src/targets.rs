@@ -30,8 +30,7 @@ pub use channel::{MAX_WAITING, MotionId, TargetReceiver, TargetSender, target_ch
 pub use intake::{
     Beginning, LineIntake, MAX_AGE_S, Omission, OmissionKind, SenderFault, TargetClock,
 };
-pub use line::{LineMistake, MAX_LINE_BYTES, TargetLine};
-pub use line::{TargetAddress, TargetAddressError};
+pub use line::{LineMistake, MAX_LINE_BYTES, TargetAddress, TargetAddressError, TargetLine};
 pub use stream::{TargetStream, TargetStreamError};
 
 /// Place of a target at a time.

@@ -5,11 +5,6 @@ mod hil;
 mod virtual_board;
 mod wired;
 
-pub use clock::{RealTimeBall, RealTimeRig, ServedRig, SimClock, VirtualRig};
-pub use hil::{HilObserver, HilPlant, HilRig};
-pub use virtual_board::{DriveError, VirtualBoard};
-pub use wired::wired;
-
 use std::collections::VecDeque;
 
 use nalgebra::Point3;
@@ -23,6 +18,11 @@ use plumb_runtime::rig::{Rig, Simulation};
 use thiserror::Error;
 
 use super::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera, SyntheticError};
+
+pub use clock::{RealTimeBall, RealTimeRig, ServedRig, SimClock, VirtualRig};
+pub use hil::{HilObserver, HilPlant, HilRig};
+pub use virtual_board::{DriveError, VirtualBoard};
+pub use wired::wired;
 
 /// Reason that a simulated rig gave no frame.
 #[derive(Debug, Error)]

@@ -14,11 +14,6 @@ mod scene;
 mod sensor;
 mod strand;
 
-pub use light::{Light, Material};
-pub use room::{Object, Pattern, Room, Shape};
-pub use scene::{ExtraBall, Scene, Strand};
-pub use sensor::SensorOptions;
-
 use nalgebra::Isometry3;
 use plumb_frame::camera::{Camera, DistortionError};
 use plumb_frame::frame::{FrameError, RgbdFrame};
@@ -33,6 +28,11 @@ use check::{check, require};
 use draw_list::{Primitive, items};
 use light::{CameraLight, decode, encode};
 use sensor::{Disparity, Sensor};
+
+pub use light::{Light, Material};
+pub use room::{Object, Pattern, Room, Shape};
+pub use scene::{ExtraBall, Scene, Strand};
+pub use sensor::SensorOptions;
 
 /// Background of the scene.
 #[derive(Debug, Clone)]

@@ -7,8 +7,8 @@ use clap::Parser;
 use plumb_cameras::discovery::{Access, Discovery, discover};
 use plumb_frame::driver::LibraryState;
 
-use super::print::tell;
-use super::{FAILED, Failure, print};
+use super::print::{self, tell};
+use super::{FAILED, Failure};
 
 /// The cameras that are there, and what is missing to use them
 ///

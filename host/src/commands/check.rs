@@ -13,9 +13,9 @@ use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
 use super::exit::BAD_INPUT;
-use super::print::tell;
+use super::print::{self, tell};
 use super::rig_args::{PortArgs, RigArg};
-use super::{DetectorName, FAILED, Failure, print};
+use super::{DetectorName, FAILED, Failure};
 use commissioning::RigLine;
 
 /// Check a rig: its files, then its wiring, cables and camera with small jogs

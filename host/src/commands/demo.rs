@@ -31,10 +31,10 @@ use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
-use super::print::tell;
+use super::print::{self, tell};
 use super::run_camera::record_folder;
 use super::steering::Steering;
-use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, print};
+use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers};
 
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
 /// simulated rig

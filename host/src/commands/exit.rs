@@ -13,6 +13,7 @@ use serde_json::json;
 use thiserror::Error;
 
 use super::print::{result, tell};
+
 pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, exit_code_of};
 
 /// Error that ends a command, and its exit code.

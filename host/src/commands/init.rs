@@ -16,8 +16,8 @@ use thiserror::Error;
 
 use self::dialogue::Dialogue;
 use super::exit::exit_code_of;
-use super::print::tell;
-use super::{Failure, failed_because, numbers, print};
+use super::print::{self, tell};
+use super::{Failure, failed_because, numbers};
 
 /// Write a rig file and a camera file for a new rig
 ///

@@ -5,11 +5,10 @@ use std::process::ExitCode;
 
 use clap::{Command, Parser};
 use clap_complete::Shell;
-
 use plumb_config::error_chain::ErrorChain;
 
-use super::print::tell;
-use super::{Failure, failed, print};
+use super::print::{self, tell};
+use super::{Failure, failed};
 
 /// Print the completions of commands and options for a shell
 #[derive(Parser)]

@@ -8,8 +8,9 @@ use std::process::ExitCode;
 use plumb_cameras::record::{Overflow, Recorder, Recording};
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::board_fault::BoardFault;
-use plumb_runtime::observer::FrameRecorder;
-use plumb_runtime::observer::{EventKind, EventRecord, FrameRecord, Observer, RunEvent, Tone};
+use plumb_runtime::observer::{
+    EventKind, EventRecord, FrameRecord, FrameRecorder, Observer, RunEvent, Tone,
+};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::run::{ControlLoopError, RunError, Summary};
 use plumb_runtime::run_log::RunLog;

@@ -1,10 +1,9 @@
 //! Output: results to standard output, messages for people to standard error. Neither panics if the
 //! reader has closed the pipe.
 
-use std::fmt;
 use std::io::{self, ErrorKind, Write};
-use std::thread;
 use std::time::Duration;
+use std::{fmt, thread};
 
 use plumb_config::error_chain::ErrorChain;
 

@@ -25,11 +25,11 @@ use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
-use super::print::tell;
+use super::print::{self, tell};
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
 use super::steering::Steering;
-use super::{Failure, Physics, bad_input, law, numbers, print};
+use super::{Failure, Physics, bad_input, law, numbers};
 
 /// Drive the ball through the targets of a rig file
 ///

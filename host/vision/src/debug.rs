@@ -11,6 +11,8 @@
 
 mod canvas;
 
+use plumb_frame::detect::{DetectError, StageImage};
+
 use crate::detect::shape::{
     CandidateTrace, DetectionTrace, Disc, Features, RayEnd, SearchTrace, Surroundings, probability,
 };
@@ -18,7 +20,6 @@ use crate::frame::RgbdFrame;
 use crate::image::{Bgr, ColourImage, Image};
 use crate::observation::BallObservation;
 use canvas::Canvas;
-use plumb_frame::detect::{DetectError, StageImage};
 
 /// Columns that the image is enlarged to, at least half of it.
 const WIDTH: usize = 1280;

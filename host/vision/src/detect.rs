@@ -10,11 +10,11 @@ pub mod shape;
 #[cfg(test)]
 mod tests;
 
-pub use plumb_frame::detect::{BallDetector, DetectError, StageImage};
-
 use crate::camera::Camera;
 use ball::ShapeDetector;
 use red::RedDetector;
+
+pub use plumb_frame::detect::{BallDetector, DetectError, StageImage};
 
 /// The detectors of this crate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -19,15 +19,15 @@ use nalgebra::Point3;
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
 
-pub use camera::FaultyCamera;
-pub use course::Course;
-pub use port::Port;
-
 use crate::plan::Plan;
 use channel::Channel;
 use chip::ChipMachine;
 use emulated::Emulated;
 use machine::Machine;
+
+pub use camera::FaultyCamera;
+pub use course::Course;
+pub use port::Port;
 
 /// A world that host, link and camera share.
 pub type Shared = Rc<RefCell<World>>;

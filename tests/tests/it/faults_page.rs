@@ -7,8 +7,7 @@ use std::fmt::{Debug, Display};
 use std::time::Duration;
 
 use plumb_protocol::message::{Fault, Refusal, StartCause};
-use plumb_runtime::board_fault::FaultCause;
-use plumb_runtime::board_fault::after_fault;
+use plumb_runtime::board_fault::{FaultCause, after_fault};
 use plumb_tests::source_tree::{read, root};
 use serde::de::DeserializeOwned;
 

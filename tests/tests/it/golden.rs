@@ -3,6 +3,8 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+use std::fmt::Debug;
+
 use plumb_protocol::SCHEMA;
 use plumb_protocol::config::{
     Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, PathLimits,
@@ -18,8 +20,8 @@ use plumb_protocol::units::{
     Acceleration, Bound, Covariance, Gain, Micrometres, Micros, Milliseconds, PathAcceleration,
     PathJerk, Point, Rate, RelativeTension, Speed, Steps16,
 };
-use serde::{Serialize, de::DeserializeOwned};
-use std::fmt::Debug;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// Checks that the message encodes to these bytes, and that these bytes decode to the message.
 fn assert_bytes<T: Serialize + DeserializeOwned + Clone + PartialEq + Debug>(

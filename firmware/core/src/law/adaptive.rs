@@ -6,8 +6,7 @@ mod tests;
 
 use super::fixed_point::squared_length;
 use super::io::{Law, Measurement, MotorLimits, MotorRates, Setpoint};
-use super::sign;
-use super::sign::OvershootDetector;
+use super::sign::{self, OvershootDetector};
 use estimate::{Estimate, Steps};
 
 /// Rate over the steps to a target that rests, 1/s.

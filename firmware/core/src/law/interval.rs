@@ -2,8 +2,7 @@
 
 use plumb_protocol::config;
 
-use super::io::MotorRates;
-use super::io::{Law, Measurement, Setpoint};
+use super::io::{Law, Measurement, MotorRates, Setpoint};
 use crate::wide::signed_product;
 
 /// Fraction bits of v, which is in µm.

@@ -3,8 +3,7 @@
 
 use plumb_protocol::config;
 
-use super::io::MotorRates;
-use super::io::{Law, Measurement, Setpoint};
+use super::io::{Law, Measurement, MotorRates, Setpoint};
 use crate::wide::signed_product;
 
 /// Saturation of |e| for this law, µm: 4.19 m, 22 bits.

@@ -5,8 +5,7 @@
 //! tick follow from those of the last one by additions. The remainders are carried along, so both
 //! ways give the same times to the clock.
 
-use super::pulses::{self, Quotient};
-use super::pulses::{Pulses, UNIT};
+use super::pulses::{self, Pulses, Quotient, UNIT};
 use crate::timing::TICK_CLOCKS;
 
 /// Units of a microstep, unsigned.

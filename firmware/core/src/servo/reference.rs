@@ -14,8 +14,7 @@ mod path;
 #[cfg(test)]
 mod tests;
 
-use plumb_protocol::message;
-use plumb_protocol::message::ReferenceState;
+use plumb_protocol::message::{self, ReferenceState};
 use plumb_protocol::units::{Micrometres, Micros, Point};
 
 use crate::law::Aim;

@@ -1,13 +1,14 @@
 //! Commands and their effects.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{BUILD, config};
 use plumb_core::{Outbox, TICK_US};
 use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Rate, Steps16};
+
+use crate::common::bench::{BALL, Bench, TARGET, point};
+use crate::common::{BUILD, config};
 
 #[test]
 fn nothing_moves_before_the_greeting_matches() {

@@ -10,13 +10,14 @@ mod fields;
 
 use std::collections::BTreeSet;
 
+use plumb_core::BuildLimits;
+use plumb_protocol::message::{Command, Hello, Jog, Knot, Position, Reference, State};
+use plumb_protocol::units::*;
+
 use crate::common::BUILD;
 use crate::common::bench::Bench;
 use crate::common::covering::rows_of_four;
 use fields::{Case, fields};
-use plumb_core::BuildLimits;
-use plumb_protocol::message::{Command, Hello, Jog, Knot, Position, Reference, State};
-use plumb_protocol::units::*;
 
 /// Limits of a build as fast as the planner allows.
 const FASTEST: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, ..BUILD };

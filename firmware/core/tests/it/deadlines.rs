@@ -1,14 +1,15 @@
 //! Deadlines and guards hold under other traffic: lost and late positions, repeated commands.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{BUILD, config};
 use plumb_core::TICK_US;
 use plumb_core::params::Params;
 use plumb_protocol::Config;
 use plumb_protocol::config::Deadlines;
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Milliseconds, Point, Rate, Steps16};
+
+use crate::common::bench::{BALL, Bench, TARGET, point};
+use crate::common::{BUILD, config};
 
 fn deadlines(host: u16, position: u16, max_age: u16) -> Deadlines {
     Deadlines {

@@ -1,8 +1,6 @@
 //! The ends of the accepted ranges. An overflow panics in this build.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{self, BUILD, config, motor};
 use plumb_core::params::Params;
 use plumb_core::plan::{Planner, RunOut};
 use plumb_core::servo::{DriveState, Guards, MotorsOfDrive};
@@ -13,6 +11,9 @@ use plumb_protocol::message::*;
 use plumb_protocol::units::{
     Acceleration, Micrometres, Micros, Milliseconds, Point, Rate, Steps16,
 };
+
+use crate::common::bench::{BALL, Bench, TARGET, point};
+use crate::common::{self, BUILD, config, motor};
 
 /// Highest pulse rate of the firmware's step generator, 1/s.
 const PULSES: i32 = 1_250_000;

@@ -1,12 +1,13 @@
 //! A board that has the ball follow a path.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::config;
 use plumb_protocol::Config;
 use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micros, Milliseconds, Point, Speed};
+
+use crate::common::bench::{BALL, Bench, TARGET, point};
+use crate::common::config;
 
 /// Zero of the path's time, µs.
 const ZERO: u64 = 1_000_000;

@@ -1,12 +1,13 @@
 //! The guards that compare the ball's way with the motors and with time.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{config, motor};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Following, Progress};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micrometres, Milliseconds, Steps16};
+
+use crate::common::bench::{BALL, Bench, TARGET, point};
+use crate::common::{config, motor};
 
 /// Travel of the motors, full steps: no limit in these tests.
 const TRAVEL: i32 = 100_000;

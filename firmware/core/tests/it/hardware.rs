@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::bench::Bench;
-use crate::common::{BUILD, config};
 use plumb_core::BuildLimits;
 use plumb_protocol::config::{Coils, Drivers, Motor};
 use plumb_protocol::diagnostics::{
@@ -13,6 +11,9 @@ use plumb_protocol::frame::encode;
 use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 use plumb_protocol::{Command, Config, FromBoard, Hello, Provenance, ToBoard};
+
+use crate::common::bench::Bench;
+use crate::common::{BUILD, config};
 
 fn jog(bench: &mut Bench) -> Result<(), Refusal> {
     let rate = Rate::from_si(400.0).unwrap();

@@ -1,12 +1,13 @@
 //! Jogs within their own limits, and the zero of travel.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{config, motor};
 use plumb_protocol::Config;
 use plumb_protocol::config::JogLimits;
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Rate, Steps16};
+
+use crate::common::bench::{BALL, Bench, TARGET, point};
+use crate::common::{config, motor};
 
 /// Returns a jog of motor B by `steps` full steps at `rate` full steps/s.
 fn jog(steps: i32, rate: i32) -> Command {

@@ -1,9 +1,6 @@
 //! Deferred laws: requests and responses, and when responses take effect.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, TARGET, point};
-use crate::common::config;
-use crate::common::deferred_bench::DeferredBench;
 use plumb_core::TICK_US;
 use plumb_core::law::{DeferredLawKind, variances};
 use plumb_core::law_worker::LawRequest;
@@ -12,6 +9,10 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Deadlines, Estimated, Law};
 use plumb_protocol::message::{Command, Fault, State};
 use plumb_protocol::units::{Covariance, Milliseconds};
+
+use crate::common::bench::{BALL, TARGET, point};
+use crate::common::config;
+use crate::common::deferred_bench::DeferredBench;
 
 const DELAY: Estimated = Estimated { delay: Milliseconds(0) };
 

@@ -1,16 +1,16 @@
 //! The moving average over a step plan, and the history of motor positions.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::bench::Bench;
-use crate::common::{BUILD, config, motor, params};
-use plumb_core::MotorRates;
-use plumb_core::TICK_US;
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
+use plumb_core::{MotorRates, TICK_US};
 use plumb_protocol::Config;
 use plumb_protocol::message::{Command, ConfigField, Jog, State};
 use plumb_protocol::units::{Milliseconds, Rate, Steps16};
 use proptest::prelude::*;
+
+use crate::common::bench::Bench;
+use crate::common::{BUILD, config, motor, params};
 
 fn planner(mean: u16) -> Planner {
     let mut planner = Planner::default();

@@ -1,12 +1,13 @@
 //! Step plans: exact counts, ramps within the limits, no motor past its travel.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
-use crate::common::{config, motor, params};
 use plumb_core::plan::{Jogging, Planner};
 use plumb_core::timing::{CLOCK_HZ, TICK_CLOCKS, TICK_US};
 use plumb_core::{MotorRates, StepPlan};
 use plumb_protocol::Config;
 use proptest::prelude::*;
+
+use crate::common::{config, motor, params};
 
 const TICKS_PER_S: u32 = 1_000_000 / TICK_US;
 

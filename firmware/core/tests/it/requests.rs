@@ -1,12 +1,13 @@
 //! Repeated requests, requests to a busy board, and the ids in telemetry.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{BUILD, config, motor};
 use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micros, Rate, Steps16};
+
+use crate::common::bench::{BALL, Bench, TARGET, point};
+use crate::common::{BUILD, config, motor};
 
 fn jog(motor: u8, steps: i32, rate: i32) -> Command {
     Command::Jog(Jog { motor, distance: Steps16(16 * steps), rate: Rate(256 * rate) })

@@ -6,8 +6,7 @@
 use plumb_core::law::MotorRates;
 use plumb_core::plan::Planner;
 use plumb_core::segment::{Segments, given};
-use plumb_core::timing::TICK_CLOCKS;
-use plumb_core::timing::{DriverTiming, PulseWidth};
+use plumb_core::timing::{DriverTiming, PulseWidth, TICK_CLOCKS};
 use plumb_core::{Pulses, StepPlan};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Drivers, StepDir};

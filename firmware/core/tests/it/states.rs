@@ -2,13 +2,14 @@
 //! bootloader, a Hold.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{BUILD, config};
 use plumb_protocol::Config;
 use plumb_protocol::config::Drivers;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Point, Rate, Steps16};
+
+use crate::common::bench::{BALL, Bench, TARGET, point};
+use crate::common::{BUILD, config};
 
 /// Reports a motor driver that does not answer.
 fn fail_driver(bench: &mut Bench) {

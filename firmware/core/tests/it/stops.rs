@@ -1,10 +1,11 @@
 //! Each deadline and guard stops the board, one at a time.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{config, motor};
 use plumb_protocol::Config;
 use plumb_protocol::message::*;
+
+use crate::common::bench::{BALL, Bench, TARGET, point};
+use crate::common::{config, motor};
 
 #[test]
 fn a_silent_host_stops_the_board() {

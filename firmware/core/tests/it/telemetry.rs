@@ -1,9 +1,10 @@
 //! When telemetry comes.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
+use plumb_protocol::message::*;
+
 use crate::common::bench::Bench;
 use crate::common::{self, BUILD, config};
-use plumb_protocol::message::*;
 
 /// Returns the times of the telemetry received, on the board's clock, µs.
 fn times(bench: &Bench) -> Vec<u64> {

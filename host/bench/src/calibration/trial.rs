@@ -2,8 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
 use plumb_calibrate::board::{Board, Placement};
-use plumb_calibrate::board_pose::pose_from_board;
-use plumb_calibrate::board_pose::{BoardView, average};
+use plumb_calibrate::board_pose::{BoardView, average, pose_from_board};
 use plumb_calibrate::calibration::{Calibration, CalibrationError, Grade};
 use plumb_calibrate::corners::{BoardError, find_corners};
 use plumb_calibrate::motors::{MotorMeasures, SeenMotor, pose_from_motors};

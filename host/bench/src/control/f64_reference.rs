@@ -9,11 +9,11 @@ use nalgebra::Vector3;
 use plumb_core::MotorRates;
 use plumb_core::law::{DeferredLaw, Law, LawSelection, Measurement, Setpoint};
 use plumb_core::params::Params;
+use plumb_runtime::rig::{LawName, LawSettings};
+use plumb_sim::limits::RigLimits;
 
 use adaptive::Adaptive;
 use interval::Interval;
-use plumb_runtime::rig::{LawName, LawSettings};
-use plumb_sim::limits::RigLimits;
 use sign::Sign;
 
 /// Names of the laws with a reference. The law `taut` uses floating point on the board, too.

@@ -2,7 +2,6 @@
 //! limits allow.
 
 use plumb_emulator::plant::{RigError, Task, lowest_point};
-
 use plumb_sim::limits::RigLimits;
 
 /// Time resolution, seconds.

@@ -9,12 +9,11 @@ use plumb_config::toml_file::TomlFileError;
 use plumb_emulator::plant::{QuasiStatic, RigError, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::units::{Micros, Point};
-use serde::Serialize;
-use thiserror::Error;
-
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::{LawName, OutOfRange, Rig};
 use plumb_sim::memory::Memory;
+use serde::Serialize;
+use thiserror::Error;
 
 /// Gains of the suite `paper`, 1/s.
 pub const PAPER_GAMMAS: [f64; 4] = [10.0, 20.0, 40.0, 80.0];

@@ -2,8 +2,6 @@
 
 mod name;
 
-pub use name::SuiteName;
-
 use plumb_emulator::plant::{
     DepthDrift, Elastic, ElasticParameters, ObserverParameters, Plant, Population, QuasiStatic,
     RigError, Task, Variations,
@@ -16,6 +14,8 @@ use super::frame_error::FrameError;
 use super::kinematic::Kinematic;
 use crate::calibration::CalibrationWay;
 use crate::run_id::RunId;
+
+pub use name::SuiteName;
 
 /// Conditions of a benchmark.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,9 @@
 use plumb_emulator::plant::Task;
+use plumb_runtime::rig::quantity::JacobianBound;
+use plumb_runtime::rig::{LawName, LawSettings};
 use plumb_sim::limits::RigLimits;
 
 use super::*;
-use plumb_runtime::rig::quantity::JacobianBound;
-use plumb_runtime::rig::{LawName, LawSettings};
 
 fn settings(gamma: f64) -> LawSettings {
     let mut law = LawSettings::from(LawName::Interval);

@@ -5,8 +5,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use crate::document::ImportedPose;
-use crate::document::typed;
+use crate::document::{ImportedPose, typed};
 use crate::error::ImportError;
 use crate::{Content, Imported, Program};
 

@@ -5,8 +5,7 @@ use plumb_frame::image::ImageSize;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use crate::document::Matrix;
-use crate::document::typed;
+use crate::document::{Matrix, typed};
 use crate::error::ImportError;
 use crate::lens::{ImportedLens, check_model};
 use crate::{Content, Imported, Program};

@@ -4,8 +4,7 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use plumb_calibrate::board::{Board, Placement};
-use plumb_calibrate::board_pose::pose_from_board;
-use plumb_calibrate::board_pose::{BoardView, SeenCorner, average};
+use plumb_calibrate::board_pose::{BoardView, SeenCorner, average, pose_from_board};
 use plumb_calibrate::calibration::{CalibrationError, Grade};
 use plumb_calibrate::corners::{BoardError, find_corners};
 use plumb_calibrate::render::draw_board;

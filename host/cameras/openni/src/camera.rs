@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::mailbox::Event;
-use crate::mailbox::{Mailbox, Overflow};
+use crate::mailbox::{Event, Mailbox, Overflow};
 use crate::picture::Pair;
 use crate::settings::{Opened, Settings, Target, Timeouts};
 use crate::threads;

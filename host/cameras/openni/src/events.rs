@@ -4,8 +4,7 @@ use core::ffi::{c_int, c_void};
 use std::collections::HashSet;
 use std::sync::{Mutex, PoisonError};
 
-use crate::sys::text;
-use crate::sys::{DEVICE_STATE_EOF, OniDeviceCallbacks, OniDeviceInfo};
+use crate::sys::{DEVICE_STATE_EOF, OniDeviceCallbacks, OniDeviceInfo, text};
 
 /// URIs of unplugged cameras and of recordings at their end.
 #[derive(Debug, Default)]

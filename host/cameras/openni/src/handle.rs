@@ -7,11 +7,9 @@ use plumb_frame::pairing::Sensor;
 
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::settings::Settings;
-use crate::settings::{Mode, formats, sensor_number};
+use crate::settings::{Mode, Settings, formats, sensor_number};
 use crate::stream::{RawStream, Stream};
-use crate::sys;
-use crate::sys::text;
+use crate::sys::{self, text};
 
 /// Colour stream and depth stream.
 type Streams = (Stream, Stream);

@@ -48,7 +48,6 @@ pub use library::{DeviceInfo, OpenNi};
 pub use oni_file::is_recording;
 pub use picture::Pair;
 pub use plumb_frame::pairing::Sensor;
-pub use settings::{DepthUnit, Mode};
-pub use settings::{Opened, Settings, Target, Timeouts};
+pub use settings::{DepthUnit, Mode, Opened, Settings, Target, Timeouts};
 pub use source::{IntrinsicsSource, OpenniSource, OpenniSourceError};
 pub use sys::LIBRARY_VARIABLE;

@@ -20,8 +20,9 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use streams::Streams;
 use thiserror::Error;
+
+use streams::Streams;
 
 /// First bytes of a file.
 const FILE_MAGIC: &[u8; 4] = b"NI10";

@@ -7,8 +7,7 @@ use plumb_frame::pairing::{Paired, Pairing, Sensor, Taken, Timed};
 
 use crate::device::Device;
 use crate::error::OpenniError;
-use crate::mailbox::Event;
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Event, Mailbox};
 use crate::picture::{Pair, Picture};
 use crate::recorder::Recorder;
 

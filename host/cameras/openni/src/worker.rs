@@ -6,12 +6,10 @@ use std::time::Instant;
 use crate::device::Device;
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::mailbox::Event;
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Event, Mailbox};
 use crate::reader::{Reader, ReaderOptions};
 use crate::recorder::Recorder;
-use crate::settings::DepthUnit;
-use crate::settings::{Opened, Settings, Target};
+use crate::settings::{DepthUnit, Opened, Settings, Target};
 use crate::sys;
 
 /// Inputs and outputs of the thread.

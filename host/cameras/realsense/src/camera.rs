@@ -10,12 +10,10 @@ use plumb_frame::pairing::{Paired, Pairing, Taken, Timed};
 use crate::aligner::{Aligner, queue, wait};
 use crate::device::Device;
 use crate::error::RealsenseError;
-use crate::handle::Owned;
-use crate::handle::{Unfinished, within};
+use crate::handle::{Owned, Unfinished, within};
 use crate::library::{Inner, RealSense};
 use crate::options::Options;
-use crate::sensor::Frame;
-use crate::sensor::{Stream, Streams};
+use crate::sensor::{Frame, Stream, Streams};
 use crate::settings::{Intrinsics, Opened, Settings, Target};
 
 /// Frames of both sensors that may wait to be read. The library drops the oldest of a camera.

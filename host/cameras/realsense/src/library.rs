@@ -10,8 +10,7 @@ use libloading::Library;
 use crate::api::{Api, text};
 use crate::error::RealsenseError;
 use crate::handle::Owned;
-use crate::sys::LIBRARY_VARIABLE;
-use crate::sys::{self, Handle};
+use crate::sys::{self, Handle, LIBRARY_VARIABLE};
 
 /// File names of the library, the most usual first: the plain name, then those of the versions
 /// that the packages install, whose names contain the minor version.

@@ -6,7 +6,6 @@ use std::task::Wake;
 use std::time::{Duration, Instant};
 
 use plumb_frame::frame::RgbdFrame;
-
 use plumb_frame::source::SourceError;
 
 /// Number of errors that may wait. The source waits when there are as many: a source that fails at

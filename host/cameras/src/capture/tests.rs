@@ -1,11 +1,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
+use plumb_config::error_chain::ErrorChain;
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::image::Image;
 
 use super::*;
-use plumb_config::error_chain::ErrorChain;
 
 /// Longest wait for another thread: a test that reaches it fails.
 const LONG: Duration = Duration::from_secs(60);

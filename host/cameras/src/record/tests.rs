@@ -4,11 +4,11 @@ use std::os::unix::fs::symlink;
 
 use plumb_frame::camera::{Camera, Distortion, DistortionCoefficients};
 use plumb_frame::image::Image;
+use plumb_frame::source::CameraSource;
 
 use super::*;
 use crate::camera_file;
 use crate::tum::TumFolder;
-use plumb_frame::source::CameraSource;
 
 const CAMERA: &str = include_str!("../../../rigs/camera.toml");
 

@@ -7,9 +7,8 @@ use std::time::Duration;
 
 use nix::errno::Errno;
 use nix::sys::socket::{MsgFlags, recv};
-use thiserror::Error;
-
 use plumb_config::bounded_read::excerpt;
+use thiserror::Error;
 
 /// Time without a byte after which a sender is not alive: within a frame its connection ends, and
 /// elsewhere it gives way to another sender.

@@ -15,12 +15,12 @@ use nix::sys::socket::{
     AddressFamily, Backlog, SockFlag, SockType, UnixAddr, bind, listen, socket,
 };
 use nix::sys::stat::{Mode, fchmod};
+use plumb_config::error_chain::ErrorChain;
 use tracing::{debug, warn};
 
 use super::address::StreamAddress;
 use super::arrival::{Arrival, MAX_WAITING, WaitingRoom};
 use super::error::StreamError;
-use plumb_config::error_chain::ErrorChain;
 
 /// Longest wait of one call into the operating system, ms: the reaction time to a closed stream.
 const POLL_MS: u16 = 100;

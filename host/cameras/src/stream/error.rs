@@ -4,14 +4,14 @@ use std::io;
 use std::time::Duration;
 
 use plumb_frame::clock::SenderClockError;
+use plumb_frame::file_intrinsics::UnfitIntrinsics;
 use plumb_frame::image::ImageSize;
+use plumb_frame::source::BoxedError;
+use plumb_pictures::decode::DecodeError;
 use thiserror::Error;
 
 use super::arrival::{SILENCE, Stranger};
 use super::header::{HeaderError, Part};
-use plumb_frame::file_intrinsics::UnfitIntrinsics;
-use plumb_frame::source::BoxedError;
-use plumb_pictures::decode::DecodeError;
 
 /// Failure of a stream.
 #[derive(Debug, Error)]

@@ -2,11 +2,10 @@
 
 use std::fmt;
 
+use plumb_config::bounded_read::LineError;
 use plumb_frame::image::ImageSize;
 use serde::Deserialize;
 use thiserror::Error;
-
-use plumb_config::bounded_read::LineError;
 
 /// Longest header, bytes, including the end of its line.
 pub const MAX_HEADER_BYTES: u64 = 4096;

@@ -5,13 +5,13 @@ use std::fmt;
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::{ColourImage, DepthImage, Image, ImageSize};
+use plumb_frame::source::{InvalidFrame, SourceError};
 use plumb_pictures::decode::{self, DecodeError};
 use plumb_pictures::raw;
 
 use super::error::StreamError;
 use super::header::{ColourEncoding, DepthEncoding, Header, Part};
 use super::receiver::RawFrame;
-use plumb_frame::source::{InvalidFrame, SourceError};
 
 /// Format of all frames of a stream, as the first one has it.
 #[derive(Debug, Clone, Copy, PartialEq)]

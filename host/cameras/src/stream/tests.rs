@@ -1,18 +1,17 @@
-use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::Shutdown;
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
-use std::thread;
+use std::{fs, thread};
 
+use plumb_config::error_chain::ErrorChain;
 use plumb_frame::image::{ColourImage, DepthImage, Image};
 use plumb_pictures::{jpeg, png};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::*;
-use plumb_config::error_chain::ErrorChain;
 
 /// Longest wait for another thread: a test that reaches it fails.
 const LONG: Duration = Duration::from_secs(60);

@@ -1,5 +1,6 @@
 //! Tests of TUM RGB-D folders.
 
+use plumb_config::error_chain::ErrorChain;
 use plumb_frame::image::Image;
 use plumb_pictures::png::encode_depth;
 use tempfile::TempDir;
@@ -7,7 +8,6 @@ use tempfile::TempDir;
 use super::*;
 use crate::playback::Playback;
 use crate::png;
-use plumb_config::error_chain::ErrorChain;
 
 const INTRINSICS: Intrinsics =
     Intrinsics { fx: 500.0, fy: 500.0, cx: 15.5, cy: 11.5, depth_scale: 5000.0, distortion: None };

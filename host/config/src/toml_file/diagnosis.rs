@@ -7,8 +7,8 @@
 mod tests;
 
 use serde::de::DeserializeOwned;
-use toml::de::{DeTable, DeValue, Deserializer, Error};
-use toml::{Spanned, de};
+use toml::Spanned;
+use toml::de::{self, DeTable, DeValue, Deserializer, Error};
 
 use super::{KeyPath, key_at, line_at, nearest};
 

@@ -2,13 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::fs;
 use std::path::PathBuf;
-use std::thread;
 use std::time::{Duration, Instant};
+use std::{fs, thread};
+
+use plumb_page::Limits;
 
 use crate::common::{Client, get, page};
-use plumb_page::Limits;
 
 #[test]
 fn the_page_and_its_files_are_served_with_headers_that_keep_it_to_itself() {

@@ -9,8 +9,7 @@ use std::time::Instant;
 use thiserror::Error;
 
 use super::command::OperatorCommand;
-use super::stop_latch::{Continuity, Turn};
-use super::stop_latch::{ResumeError, Stop, StopEvent, StopLatch, Stopped};
+use super::stop_latch::{Continuity, ResumeError, Stop, StopEvent, StopLatch, Stopped, Turn};
 use crate::targets::{TargetReceiver, TargetSender, target_channel};
 
 /// Number of commands that may wait. A Stop or End always has room; a Resume never waits.

@@ -2,13 +2,13 @@
 
 use nalgebra::{Isometry3, Vector3};
 use plumb_cameras::png;
+use plumb_config::error_chain::ErrorChain;
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::image::Image;
 use plumb_frame::observation::Circle;
 use plumb_vision::localise::observe;
 
 use super::*;
-use plumb_config::error_chain::ErrorChain;
 
 /// Detector that finds a ball if the first pixel's blue is 1, and fails if it is 2.
 struct Scripted;

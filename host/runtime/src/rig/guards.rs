@@ -4,8 +4,7 @@ use plumb_protocol::config::{Deadlines, Following, Growth, Progress, Reached};
 use plumb_protocol::units::{Micrometres, Milliseconds, Steps16};
 use serde::Deserialize;
 
-use super::quantity::Conversion;
-use super::quantity::{Deadline, Distance, Movement, ProgressTime, Turn, frames};
+use super::quantity::{Conversion, Deadline, Distance, Movement, ProgressTime, Turn, frames};
 
 /// Rule by which a target counts as reached. See [`plumb_protocol::config::Reached`].
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]

@@ -9,8 +9,7 @@ use plumb_protocol::units::{Bound, Gain, Milliseconds, SignGain};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::quantity::{self, Delay, JacobianBound, Mean};
-use super::quantity::{Conversion, OutOfRange};
+use super::quantity::{self, Conversion, Delay, JacobianBound, Mean, OutOfRange};
 
 /// Nominal cable length of a step, metres: a pulley of 15 mm and 200 steps a turn. γ is given for
 /// it. The true length is unknown; it scales γ.

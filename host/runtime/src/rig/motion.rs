@@ -7,9 +7,9 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use super::check::size::RoughSize;
-use super::quantity::Conversion;
 use super::quantity::{
-    Distance, JogDistance, MotorRate, ReferenceAcceleration, ReferenceJerk, ReferenceSpeed,
+    Conversion, Distance, JogDistance, MotorRate, ReferenceAcceleration, ReferenceJerk,
+    ReferenceSpeed,
 };
 use super::{Box3, Rig};
 

@@ -4,9 +4,8 @@ use plumb_protocol::config::{Coils, Drivers, Motor, StepDir};
 use plumb_protocol::units::{Acceleration, Nanoseconds, Rate, Steps16};
 use serde::Deserialize;
 
-use super::quantity::Conversion;
 use super::quantity::{
-    Duty, HighTime, LowTime, MotorAcceleration, MotorRate, SetupTime, TravelLimit,
+    Conversion, Duty, HighTime, LowTime, MotorAcceleration, MotorRate, SetupTime, TravelLimit,
 };
 
 /// Limits of the motors, and their drivers.

@@ -20,6 +20,7 @@ pub(super) mod record;
 use std::time::Duration;
 
 use nalgebra::Point3;
+use plumb_config::error_chain::ErrorChain;
 use plumb_frame::observation::Gaussian3;
 use plumb_protocol::message::{Command, Fault};
 use plumb_protocol::units::Micros;
@@ -27,8 +28,7 @@ use tracing::debug;
 
 use super::ControlLoopError;
 use super::first_and_last::FirstAndLast;
-use super::goal::Legs;
-use super::goal::{Drive, Goal};
+use super::goal::{Drive, Goal, Legs};
 use super::path::{PathDrive, PathPlan};
 use super::reached::Arrival;
 use super::repetition::RepeatedPicture;
@@ -40,10 +40,10 @@ use crate::operator::Submitted;
 use crate::rig::MotionRules;
 use crate::stop_reason::StopReason;
 use crate::summary::RunStats;
-pub(super) use interface::{Action, Actions, BoardAction, Input, Picture};
-use plumb_config::error_chain::ErrorChain;
-pub(super) use record::SentPosition;
 use record::SentPositions;
+
+pub(super) use interface::{Action, Actions, BoardAction, Input, Picture};
+pub(super) use record::SentPosition;
 
 /// Number of lost frames in a row after which the camera counts as gone.
 const MAX_LOST_IN_A_ROW: u32 = 30;

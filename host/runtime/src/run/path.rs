@@ -9,10 +9,9 @@ use plumb_path::trajectory::{Limits, Trajectory};
 use plumb_protocol::message::{Reference, State, Telemetry};
 use plumb_protocol::units::Point;
 
+use crate::deviation::{Deviations, PathPoint, PathSummary};
 use crate::reference::{INTERVAL_S, reference};
 use crate::rig::{MotionError, Rig};
-
-use crate::deviation::{Deviations, PathPoint, PathSummary};
 
 /// First place of a path that the rig does not allow.
 pub type PathPlanError = Breach<MotionError>;

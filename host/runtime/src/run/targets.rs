@@ -15,7 +15,6 @@ use crate::event::TargetsEvent;
 use crate::reference::{keep_inside, reference};
 use crate::rig::{MotionError, MotionRules};
 use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, TimedTarget};
-
 use crate::targets_summary::TargetsSummary;
 
 /// Time without a target after which the run says so, seconds.

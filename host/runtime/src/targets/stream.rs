@@ -18,8 +18,7 @@ use super::channel::{MotionId, TargetSender};
 use super::intake::{
     Beginning, LineIntake, MAX_SKIPPED_BYTES, Omission, OmissionKind, SenderFault,
 };
-use super::line::TargetAddress;
-use super::line::{MAX_LINE_BYTES, TargetLine};
+use super::line::{MAX_LINE_BYTES, TargetAddress, TargetLine};
 
 /// Largest file, bytes: an hour at 200 Hz.
 const MAX_FILE_BYTES: u64 = 1 << 27;

@@ -1,8 +1,9 @@
-use super::*;
-use crate::limits::RigLimits;
 use nalgebra::Point3;
 use plumb_emulator::plant::{Elastic, ElasticParameters, Plant, Task};
 use plumb_runtime::rig::{LawName, LawSettings};
+
+use super::*;
+use crate::limits::RigLimits;
 
 fn cosim(law: LawName) -> Cosim {
     let law = LawSettings::from(law);

@@ -6,12 +6,12 @@ mod ray_caster;
 mod shape;
 mod view;
 
-pub use pattern::Pattern;
-pub use shape::Shape;
-
 use nalgebra::{Point3, Vector3};
 
 use super::light::Material;
+
+pub use pattern::Pattern;
+pub use shape::Shape;
 
 /// An object in a room.
 #[derive(Debug, Clone, Copy, PartialEq)]

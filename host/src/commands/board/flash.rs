@@ -20,10 +20,9 @@ use serde_json::json;
 use super::super::print::{result, tell};
 use super::super::rig_args::{PortArgs, RIG_VARIABLE};
 use super::super::{Failure, bad_input};
+use super::{compare_release, firmware_line};
 use computer::ThisComputer;
 use steps::Greeting;
-
-use super::{compare_release, firmware_line};
 
 /// Most bytes of a UF2 file: two for each byte of a Pico's flash.
 const MAX_BYTES: u64 = 4 << 20;

@@ -17,13 +17,12 @@ use plumb_runtime::rig::Rig;
 use plumb_vision::camera::{CalibratedFor, Camera, DistortionCoefficients};
 use serde::Serialize;
 
-use pictures::{Shown, from_camera, from_folder};
-
 use super::output::CameraFile;
 use super::view::View;
 use crate::commands::old_file::OldFile;
-use crate::commands::print::tell;
-use crate::commands::{FAILED, Failure, failed, numbers, print};
+use crate::commands::print::{self, tell};
+use crate::commands::{FAILED, Failure, failed, numbers};
+use pictures::{Shown, from_camera, from_folder};
 
 /// Ways that exclude the options.
 const NOT_LENS: [&str; 5] = ["board", "motors", "ball", "import", "print_board"];

@@ -18,6 +18,7 @@ use plumb_cameras::tum::TumError;
 use plumb_config::bounded_read::ReadError;
 use plumb_config::quantity::NumberError;
 use plumb_config::toml_file::TomlFileError;
+
 #[cfg(feature = "foxglove")]
 use plumb_foxglove::FoxgloveError;
 use plumb_frame::source::SourceError;

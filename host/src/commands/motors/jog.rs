@@ -13,11 +13,10 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::Rig;
 
-use super::super::board;
 use super::super::interrupt::interrupt_flag;
-use super::super::print::tell;
+use super::super::print::{self, tell};
 use super::super::rig_args::{PortArgs, split_rig};
-use super::super::{FAILED, Failure, bad_input, failed, numbers, print};
+use super::super::{FAILED, Failure, bad_input, board, failed, numbers};
 use super::keys::NAMES;
 use super::{connect, dialogue};
 

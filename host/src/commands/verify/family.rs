@@ -6,8 +6,8 @@ use plumb_config::toml_file::read_toml;
 use plumb_verify::{Nonsingularity, Polytope, PolytopeError, Robustness};
 use serde::{Deserialize, Serialize};
 
-use crate::commands::print::tell;
-use crate::commands::{Failure, print};
+use crate::commands::Failure;
+use crate::commands::print::{self, tell};
 
 /// File that describes a family. The vertices are checked while they are read, so that an error
 /// names the line.

@@ -1,8 +1,9 @@
 //! Intrinsics and the size of the pictures that they belong to.
 
+use thiserror::Error;
+
 use crate::camera::{CalibratedFor, Camera, DistortionError, Intrinsics};
 use crate::image::ImageSize;
-use thiserror::Error;
 
 /// Reason why intrinsics do not fit the pictures of a source.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -8,8 +8,7 @@ use std::time::Duration;
 use thiserror::Error;
 
 use crate::clock::LiveClock;
-use crate::frame::FrameError;
-use crate::frame::RgbdFrame;
+use crate::frame::{FrameError, RgbdFrame};
 
 /// Camera or recording that delivers RGB-D frames one after the other.
 ///

@@ -33,6 +33,9 @@ mod search;
 mod trace;
 mod view;
 
+use crate::camera::Camera;
+use crate::frame::RgbdFrame;
+
 pub(crate) use decide::probability;
 pub use decide::{ColourFeatures, Curvature, Decision, DepthFeatures, Features, FreeFitResidual};
 pub use parameters::*;
@@ -42,9 +45,6 @@ pub use ray_colours::RAYS;
 pub use refine::{RayEnd, RefinedCircle, Surroundings};
 pub use trace::{CandidateTrace, DetectionTrace, SearchTrace};
 pub use view::Disc;
-
-use crate::camera::Camera;
-use crate::frame::RgbdFrame;
 
 /// Searches a window of `frame` for the ball of `camera`. A window of less than four columns or
 /// rows is not searched.

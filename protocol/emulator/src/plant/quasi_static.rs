@@ -4,8 +4,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::forward::{Hang, lowest_point};
 use super::geometry::Geometry;
-use super::interface::Plant;
-use super::interface::{RigError, check_advance};
+use super::interface::{Plant, RigError, check_advance};
 
 /// Singular value of the cables' directions below which a combination of them bears no load.
 const RANK_TOLERANCE: f64 = 1e-9;

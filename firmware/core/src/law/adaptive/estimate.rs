@@ -1,9 +1,7 @@
 //! Estimates of the ball's position and of the Jacobian, and the steps that follow from them.
 
 use crate::law::axis_kalman::{AxisKalman, MAX_HELD, MAX_TURN};
-use crate::law::fixed_point::SIGNS;
-use crate::law::fixed_point::{J_BITS, solve};
-use crate::law::fixed_point::{excess_bits, movement, squared_length, times};
+use crate::law::fixed_point::{J_BITS, SIGNS, excess_bits, movement, solve, squared_length, times};
 use crate::law::io::Measurement;
 
 /// Prior of the Jacobian: a rig a metre wide with its ball half a metre below the motors and

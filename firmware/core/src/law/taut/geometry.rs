@@ -2,6 +2,7 @@
 //! cables at a state, and matrices of three rows and columns.
 
 use crate::law::fixed_point::SIGNS;
+
 pub(super) use crate::vector::{Vector, dot, length, scaled};
 
 /// A matrix by its rows.

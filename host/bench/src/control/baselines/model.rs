@@ -4,12 +4,12 @@
 use nalgebra::{Point3, Vector3};
 use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_emulator::plant::{Geometry, RigError, Task};
+use plumb_sim::limits::RigLimits;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::f64_reference::{FloatMeasurement, along, ramp_down, setpoint};
 use crate::run_id::RunId;
-use plumb_sim::limits::RigLimits;
 
 /// Gain of the filter for the remaining steps: fraction of the innovation.
 const GAIN: f64 = 0.35;

@@ -4,10 +4,10 @@
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::config::SIGNS;
+use plumb_sim::limits::RigLimits;
 
 use super::sign::direction;
 use super::{FloatMeasurement, setpoint};
-use plumb_sim::limits::RigLimits;
 
 /// Initial |J|, mm/step.
 const INITIAL_J: [[f64; 3]; 3] = [[0.27, 0.27, 0.54], [0.51, 0.51, 0.0], [0.33, 0.33, 0.33]];

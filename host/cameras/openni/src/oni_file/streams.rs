@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::Fields;
 use super::node::Node;
 use super::{
-    DATA_BEGINS, END, GENERAL, INDEX, NEW_DATA, NODE_ADDED, NODE_REMOVED, NUMBER, READY, REAL,
-    Record, TEXT,
+    DATA_BEGINS, END, Fields, GENERAL, INDEX, NEW_DATA, NODE_ADDED, NODE_REMOVED, NUMBER, READY,
+    REAL, Record, TEXT,
 };
 
 /// Most streams of a file: colour, depth, infrared, and some of other kinds.

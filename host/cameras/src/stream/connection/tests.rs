@@ -2,12 +2,12 @@ use std::io::Write;
 use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use tempfile::TempDir;
 
 use super::*;
 use crate::stream::StreamAddress;
-use std::time::Duration;
 
 /// Longest wait for another thread: a test that reaches it fails.
 const LONG: Duration = Duration::from_secs(60);

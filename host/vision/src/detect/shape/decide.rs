@@ -8,17 +8,17 @@ mod classifier;
 mod curvature;
 mod features;
 
-pub use curvature::Curvature;
-pub use features::{ColourFeatures, DepthFeatures, FreeFitResidual};
-
-pub(super) use super::disc_depth::screen;
 use super::parameters::DecideParameters;
 use super::ray_colours::RAYS;
 use super::refine::{Boundary, Candidate, Outline, Surroundings};
 use super::view::{Disc, FrameView};
 use classifier::Classifier;
-pub(crate) use classifier::probability;
 use features::part_in_image;
+
+pub(super) use super::disc_depth::screen;
+pub(crate) use classifier::probability;
+pub use curvature::Curvature;
+pub use features::{ColourFeatures, DepthFeatures, FreeFitResidual};
 
 /// Features of a candidate, for the classifier.
 #[derive(Debug, Clone, Copy, PartialEq)]

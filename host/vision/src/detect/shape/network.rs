@@ -16,10 +16,10 @@ mod weights;
 
 use std::sync::LazyLock;
 
-pub(super) use judge::{CELL, Proposer, RADIUS_UNIT};
-pub(super) use judge::{Judge, Judgement, PATCH, PATCH_RADIUS};
-pub(super) use map::Map;
 use weights::Weights;
+
+pub(super) use judge::{CELL, Judge, Judgement, PATCH, PATCH_RADIUS, Proposer, RADIUS_UNIT};
+pub(super) use map::Map;
 
 /// Number of channels that the networks read: red, green, blue, a depth, and whether it is known.
 const CHANNELS: usize = 5;

@@ -14,16 +14,16 @@ use std::array;
 
 use nalgebra::Matrix3;
 
+use super::radial_scan::RadialScan;
+use super::ray_colours::RAYS;
+use super::view::{Disc, FrameView};
+
 pub(super) use boundary::Boundary;
 pub use boundary::Surroundings;
 pub(super) use radial_profile::Outline;
 pub use radial_profile::RayEnd;
 pub use sub_pixel_edge::RefinedCircle;
 pub(super) use sub_pixel_edge::fit_edges;
-
-use super::radial_scan::RadialScan;
-use super::ray_colours::RAYS;
-use super::view::{Disc, FrameView};
 
 /// Distances, in the radius, at which a ray must be in the image to end in it: the centre of the
 /// disc may be outside.

@@ -5,8 +5,7 @@ use multiversion::multiversion;
 use super::super::ball_colour::{BallColour, larger};
 use super::super::parameters::ProfileParameters;
 use super::super::radial_scan::RadialScan;
-use super::super::ray_colours::RAYS;
-use super::super::ray_colours::RayColours;
+use super::super::ray_colours::{RAYS, RayColours};
 use super::super::view::{Disc, FrameView};
 
 /// Samples of a ray in the disc's radius.

@@ -14,8 +14,7 @@ use std::f64::consts::PI;
 use multiversion::multiversion;
 
 use super::super::radial_scan::RadialScan;
-use super::super::ray_colours::RAYS;
-use super::super::ray_colours::RayColours;
+use super::super::ray_colours::{RAYS, RayColours};
 use super::super::view::{Disc, FrameView};
 
 /// Samples on a ray to either side of the expected edge.
