@@ -25,6 +25,7 @@ pub(crate) mod manual;
 pub(crate) mod motors;
 mod numbers;
 mod old_file;
+mod operator_args;
 mod options;
 mod outputs;
 mod page;
@@ -36,7 +37,6 @@ mod rig_args;
 mod ros2;
 pub(crate) mod run;
 mod run_camera;
-mod steering;
 pub(crate) mod verbose;
 #[cfg_attr(feature = "verify", path = "commands/verify/present.rs")]
 #[cfg_attr(not(feature = "verify"), path = "commands/verify/absent.rs")]

@@ -2,7 +2,7 @@
 //! far ball and motors go until then.
 
 use nalgebra::{Point3, Vector3};
-use plumb_emulator::plant::{Observer, Plant, Population, QuasiStatic, RigError, Task};
+use plumb_emulator::plant::{CameraMonitor, Plant, Population, QuasiStatic, RigError, Task};
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Point;
 use plumb_runtime::rig::{LawName, Rig};
@@ -178,7 +178,7 @@ impl DefectRun {
             bench(&self.rig(), Box::new(plant), (link("1 ms").wire)(self.seed)).expect("a board");
         let mut targets = [self.defect.target(&task), task.start].into_iter().cycle();
         seek(&mut bench, targets.next());
-        let mut observer = Observer::new(Default::default(), self.seed).expect("an observer");
+        let mut observer = CameraMonitor::new(Default::default(), self.seed).expect("an observer");
         let mut stop = Stop { end: End::Unnoticed, after_s: 0.0, ball_m: 0.0, turn: 0.0 };
         let mut onset = None;
         for frame in 0u32.. {

@@ -7,7 +7,7 @@ mod plain_rule;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb_emulator::plant::{Elastic, ElasticParameters, Observer, Plant, QuasiStatic};
+use plumb_emulator::plant::{CameraMonitor, Elastic, ElasticParameters, Plant, QuasiStatic};
 use plumb_protocol::config::Config;
 use plumb_protocol::message::{Command, Fault, Knot, Reference, State};
 use plumb_protocol::units::{Micros, Point, Speed};
@@ -209,7 +209,7 @@ struct Execution {
     run: ReversalRun,
     bench: Bench,
     places: Places,
-    observer: Observer,
+    observer: CameraMonitor,
     plain: PlainRule,
     /// Frames of the reversals.
     moments: Vec<u32>,
@@ -218,7 +218,7 @@ struct Execution {
 
 impl Execution {
     fn new(run: ReversalRun, bench: Bench, places: Places, config: Config) -> Self {
-        let observer = Observer::new(Default::default(), run.seed).expect("an observer");
+        let observer = CameraMonitor::new(Default::default(), run.seed).expect("an observer");
         let moments = run.moments();
         let reversed_s = moments.first().map(|frame| time_s(*frame));
         let outcome =

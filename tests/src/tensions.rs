@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use plumb_emulator::plant::{Elastic, ElasticParameters, Observer, Population};
+use plumb_emulator::plant::{CameraMonitor, Elastic, ElasticParameters, Population};
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Point, RelativeTension};
 use plumb_runtime::board_report::NEAR_SLACK;
@@ -51,7 +51,7 @@ impl TensionRun {
         let mut bench = bench(&wide_rig(LawName::Taut), Box::new(plant), wire).expect("a board");
         let target = Point::from_metres(task.target.into()).expect("a target");
         bench.link.request_target(target).expect("an intact link");
-        let mut camera = Observer::new(Default::default(), self.seed).expect("an observer");
+        let mut camera = CameraMonitor::new(Default::default(), self.seed).expect("an observer");
         let mut samples = Vec::new();
         for frame in 0..FRAMES {
             let time_s = frame as f64 / RATE_HZ as f64;

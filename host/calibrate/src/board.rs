@@ -19,11 +19,11 @@ const MARKER_SIDE: f64 = 28.0 / 36.0;
 
 /// A board, described by the side of its squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Board {
+pub struct CharucoSheet {
     square: f64,
 }
 
-impl Board {
+impl CharucoSheet {
     /// The board of a sheet that was printed at its true scale.
     pub const SHEET: Self = Self { square: SHEET_SQUARE_M };
 
@@ -145,13 +145,13 @@ mod tests {
     fn markers_are_where_opencv_draws_them() {
         // OpenCV's CharucoBoard((7, 5), 0.036, 0.028): y down from the top left corner.
         let opencv = |x: f64, y: f64| Point2::new(x, 0.180 - y);
-        let first = Board::SHEET.marker(0).unwrap();
+        let first = CharucoSheet::SHEET.marker(0).unwrap();
         assert!((first[0] - opencv(0.040, 0.004)).norm() < 1e-12, "{first:?}");
         assert!((first[2] - opencv(0.068, 0.032)).norm() < 1e-12, "{first:?}");
-        let last = Board::SHEET.marker(16).unwrap();
+        let last = CharucoSheet::SHEET.marker(16).unwrap();
         assert!((last[0] - opencv(0.184, 0.148)).norm() < 1e-12, "{last:?}");
-        assert_eq!(Board::SHEET.marker(17), None);
-        let corners = Board::SHEET.corners();
+        assert_eq!(CharucoSheet::SHEET.marker(17), None);
+        let corners = CharucoSheet::SHEET.corners();
         assert_eq!(corners.len(), 24);
         assert!((corners[6] - opencv(0.036, 0.072)).norm() < 1e-12);
     }
@@ -159,17 +159,17 @@ mod tests {
     #[test]
     fn each_marker_has_its_code() {
         for (id, &code) in CODES.iter().enumerate() {
-            let [top_left, _, bottom_right, _] = Board::SHEET.marker(id).unwrap();
+            let [top_left, _, bottom_right, _] = CharucoSheet::SHEET.marker(id).unwrap();
             for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
                 let at = |k: usize, from: f64, to: f64| from + (k as f64 + 0.5) / 6.0 * (to - from);
                 let x = at(column, top_left.x, bottom_right.x);
                 let y = at(row, top_left.y, bottom_right.y);
                 let white = is_white_cell(code, column, row);
-                assert_eq!(Board::SHEET.is_black(x, y), Some(!white), "{id} {row} {column}");
+                assert_eq!(CharucoSheet::SHEET.is_black(x, y), Some(!white), "{id} {row} {column}");
             }
         }
-        assert_eq!(Board::SHEET.is_black(-0.001, 0.1), None);
-        assert_eq!(Board::SHEET.is_black(0.001, 0.001), Some(true));
+        assert_eq!(CharucoSheet::SHEET.is_black(-0.001, 0.1), None);
+        assert_eq!(CharucoSheet::SHEET.is_black(0.001, 0.001), Some(true));
     }
 
     #[test]

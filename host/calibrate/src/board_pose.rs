@@ -12,7 +12,7 @@ use nalgebra::{
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 
-use crate::board::{Board, Placement};
+use crate::board::{CharucoSheet, Placement};
 use crate::calibration::{Calibration, CalibrationError, Sample};
 use crate::corners::BoardCorner;
 use crate::depth::{depth_near, depth_sd};
@@ -268,7 +268,10 @@ impl BoardView {
 ///
 /// # Errors
 /// If the board moved, or too few corners are seen in most of the frames.
-pub fn average(views: &[BoardView], board: &Board) -> Result<Vec<SeenCorner>, CalibrationError> {
+pub fn average(
+    views: &[BoardView],
+    board: &CharucoSheet,
+) -> Result<Vec<SeenCorner>, CalibrationError> {
     let mut seen = Vec::new();
     let mut variance = 0.0;
     for (id, place) in board.corners().into_iter().enumerate() {

@@ -13,7 +13,7 @@ use opencv::imgproc::{COLOR_BGR2GRAY, INTER_CUBIC, corner_sub_pix, cvt_color_def
 use plumb_frame::image::ColourImage;
 use thiserror::Error;
 
-use crate::board::Board;
+use crate::board::CharucoSheet;
 use crate::homography;
 use crate::marker::{self, Marker, MarkerSearch};
 
@@ -43,7 +43,7 @@ const LAST_STEP: f64 = 0.005;
 /// An inner corner of the board in one image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardCorner {
-    /// Number of the corner: row by row from the top left, as [`Board::corners`].
+    /// Number of the corner: row by row from the top left, as [`CharucoSheet::corners`].
     pub id: usize,
     /// The corner in the image, pixels.
     pub image: Point2<f64>,
@@ -52,7 +52,7 @@ pub struct BoardCorner {
 /// Reasons why no board is found in an image.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum BoardError {
+pub enum SheetError {
     /// Too few of the board's markers can be read.
     #[error(
         "the board is not seen ({markers} of its 17 markers can be read, 3 are needed): put all of \
@@ -107,16 +107,19 @@ impl From<opencv::Error> for ProcessingError {
 ///
 /// # Errors
 /// If the board is not seen or mirrored or another one, or an image operation fails.
-pub fn find_corners(image: &ColourImage, board: &Board) -> Result<Vec<BoardCorner>, BoardError> {
+pub fn find_corners(
+    image: &ColourImage,
+    board: &CharucoSheet,
+) -> Result<Vec<BoardCorner>, SheetError> {
     let grey = grey(image).map_err(ProcessingError::from)?;
     let search = markers(&grey).map_err(ProcessingError::from)?;
     if search.mirrored > search.markers.len() {
-        return Err(BoardError::Mirrored);
+        return Err(SheetError::Mirrored);
     }
     let map = agreed_map(&search.markers, board);
     check_kind(&search, board, map.as_ref())?;
     let Some(map) = map else {
-        return Err(BoardError::NotSeen { markers: search.markers.len().min(MIN_MARKERS - 1) });
+        return Err(SheetError::NotSeen { markers: search.markers.len().min(MIN_MARKERS - 1) });
     };
     let map = BoardMap::new(&search.markers, board, map);
     Ok(refined(&grey, board, &map).map_err(ProcessingError::from)?)
@@ -125,20 +128,20 @@ pub fn find_corners(image: &ColourImage, board: &Board) -> Result<Vec<BoardCorne
 /// Checks that the markers are not those of another board, of which `map` may fit a few.
 ///
 /// # Errors
-/// [`BoardError::Other`] where more markers have codes that the board does not have, or are at
+/// [`SheetError::Other`] where more markers have codes that the board does not have, or are at
 /// other places, than are at theirs.
 fn check_kind(
     search: &MarkerSearch,
-    board: &Board,
+    board: &CharucoSheet,
     map: Option<&Matrix3<f64>>,
-) -> Result<(), BoardError> {
+) -> Result<(), SheetError> {
     let is_near =
         |marker: &&Marker| map.is_some_and(|map| distance(marker, board, map) < NEAR_MARKER);
     let near = search.markers.iter().filter(is_near).count();
     let (unknown, misplaced) = (search.unknown, search.markers.len() - near);
     let foreign = unknown + misplaced;
     if foreign >= MIN_FOREIGN && foreign > near {
-        return Err(BoardError::Other { unknown, misplaced });
+        return Err(SheetError::Other { unknown, misplaced });
     }
     Ok(())
 }
@@ -174,7 +177,7 @@ fn markers(grey: &Mat) -> opencv::Result<MarkerSearch> {
 }
 
 /// Returns the homography from the board to the image on which most markers agree.
-fn agreed_map(markers: &[Marker], board: &Board) -> Option<Matrix3<f64>> {
+fn agreed_map(markers: &[Marker], board: &CharucoSheet) -> Option<Matrix3<f64>> {
     let pairs = |markers: &[&Marker]| -> Vec<(Point2<f64>, Point2<f64>)> {
         let corners = markers.iter().filter_map(|it| Some((board.marker(it.id)?, it.corners)));
         corners.flat_map(|(from, to)| from.into_iter().zip(to)).collect()
@@ -199,7 +202,11 @@ fn agreed_map(markers: &[Marker], board: &Board) -> Option<Matrix3<f64>> {
 
 /// Returns the homography of the markers that agree loosely with `map`, which comes from one marker
 /// and is extrapolated.
-fn neighbours_refit(markers: &[Marker], board: &Board, map: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+fn neighbours_refit(
+    markers: &[Marker],
+    board: &CharucoSheet,
+    map: &Matrix3<f64>,
+) -> Option<Matrix3<f64>> {
     let near = markers.iter().filter(|marker| distance(marker, board, map) < NEAR_MARKER);
     let pairs: Vec<_> = near
         .filter_map(|it| Some((board.marker(it.id)?, it.corners)))
@@ -209,7 +216,7 @@ fn neighbours_refit(markers: &[Marker], board: &Board, map: &Matrix3<f64>) -> Op
 }
 
 /// Returns whether the corners of a marker are where `map` puts them.
-fn agrees(marker: &Marker, board: &Board, map: &Matrix3<f64>) -> bool {
+fn agrees(marker: &Marker, board: &CharucoSheet, map: &Matrix3<f64>) -> bool {
     let side = (marker.corners[2] - marker.corners[0]).norm() / std::f64::consts::SQRT_2;
     // An outline's corners are whole pixels.
     distance(marker, board, map) < MARKER_TOLERANCE.max(1.5 / side)
@@ -217,7 +224,7 @@ fn agrees(marker: &Marker, board: &Board, map: &Matrix3<f64>) -> bool {
 
 /// Returns the largest distance of a marker's corners from where `map` puts them, in sides of the
 /// marker.
-fn distance(marker: &Marker, board: &Board, map: &Matrix3<f64>) -> f64 {
+fn distance(marker: &Marker, board: &CharucoSheet, map: &Matrix3<f64>) -> f64 {
     let side = (marker.corners[2] - marker.corners[0]).norm() / std::f64::consts::SQRT_2;
     let Some(corners) = board.marker(marker.id) else { return f64::INFINITY };
     corners
@@ -230,7 +237,7 @@ fn distance(marker: &Marker, board: &Board, map: &Matrix3<f64>) -> f64 {
 
 /// Map of the board onto the image.
 struct BoardMap<'a> {
-    board: &'a Board,
+    board: &'a CharucoSheet,
     /// Homography on which most markers agree.
     whole: Matrix3<f64>,
     /// The markers near their places by that homography, if the lens bends the board so that some
@@ -239,7 +246,7 @@ struct BoardMap<'a> {
 }
 
 impl<'a> BoardMap<'a> {
-    fn new(markers: &'a [Marker], board: &'a Board, whole: Matrix3<f64>) -> Self {
+    fn new(markers: &'a [Marker], board: &'a CharucoSheet, whole: Matrix3<f64>) -> Self {
         let near = |marker: &&Marker| distance(marker, board, &whole) < NEAR_MARKER;
         let mut bent: Vec<_> = markers.iter().filter(near).collect();
         if bent.iter().all(|marker| agrees(marker, board, &whole)) {
@@ -269,7 +276,11 @@ impl<'a> BoardMap<'a> {
 }
 
 /// Returns the corners near their places by `map`, refined.
-fn refined(grey: &Mat, board: &Board, map: &BoardMap<'_>) -> opencv::Result<Vec<BoardCorner>> {
+fn refined(
+    grey: &Mat,
+    board: &CharucoSheet,
+    map: &BoardMap<'_>,
+) -> opencv::Result<Vec<BoardCorner>> {
     let mut found = Vec::new();
     let size = [f64::from(grey.cols()), f64::from(grey.rows())];
     for (id, corner) in board.corners().into_iter().enumerate() {
@@ -291,7 +302,7 @@ fn refined(grey: &Mat, board: &Board, map: &BoardMap<'_>) -> opencv::Result<Vec<
 }
 
 /// Returns the least distance in the image, pixels, between a corner and the markers beside it.
-fn gap(board: &Board, map: &Matrix3<f64>, corner: &Point2<f64>, image: &Point2<f64>) -> f64 {
+fn gap(board: &CharucoSheet, map: &Matrix3<f64>, corner: &Point2<f64>, image: &Point2<f64>) -> f64 {
     let gap = board.gap();
     [[gap, 0.0], [-gap, 0.0], [0.0, gap], [0.0, -gap]]
         .into_iter()

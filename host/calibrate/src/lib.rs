@@ -21,7 +21,7 @@
 //!
 //! ```
 //! use nalgebra::{Isometry3, Vector3};
-//! use plumb_calibrate::board::{Board, Placement};
+//! use plumb_calibrate::board::{CharucoSheet, Placement};
 //! use plumb_calibrate::board_pose::pose_from_board;
 //! use plumb_calibrate::board_pose::{BoardView, average};
 //! use plumb_calibrate::corners::find_corners;
@@ -35,11 +35,11 @@
 //! let board_to_camera = Isometry3::new(Vector3::new(-0.1, 0.1, 0.7), Vector3::new(2.7, 0.3, 0.1));
 //! let mut scene = Scene::wall(640, 480, intrinsics, 2.0);
 //! let images = (&mut scene.colour, &mut scene.depth);
-//! draw_board(images, &intrinsics, &Board::SHEET, &board_to_camera);
+//! draw_board(images, &intrinsics, &CharucoSheet::SHEET, &board_to_camera);
 //! let frame = scene.frame(0.0)?;
 //!
-//! let corners = find_corners(frame.colour(), &Board::SHEET)?;
-//! let seen = average(&[BoardView::new(&corners, &frame)], &Board::SHEET)?;
+//! let corners = find_corners(frame.colour(), &CharucoSheet::SHEET)?;
+//! let seen = average(&[BoardView::new(&corners, &frame)], &CharucoSheet::SHEET)?;
 //! let found = pose_from_board(&seen, &intrinsics, &Placement::AT_ORIGIN)?;
 //! let error = found.pose * board_to_camera;
 //! assert!(error.translation.vector.norm() < 0.002 && error.rotation.angle() < 0.005);

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::image::{ColourImage, DepthImage, ImageSize};
 
-use crate::board::Board;
+use crate::board::CharucoSheet;
 
 /// White margin of the sheet around the chessboard, metres.
 const MARGIN_M: f64 = 0.012;
@@ -19,7 +19,7 @@ const RAYS: usize = 4;
 pub fn draw_board(
     (colour, depth): (&mut ColourImage, &mut DepthImage),
     intrinsics: &Intrinsics,
-    board: &Board,
+    board: &CharucoSheet,
     pose: &Isometry3<f64>,
 ) {
     let width = colour.width();
@@ -39,7 +39,13 @@ pub fn draw_board(
 }
 
 /// Returns the mean grey level of the sheet over a pixel.
-fn shade(intrinsics: &Intrinsics, board: &Board, pose: &Isometry3<f64>, u: f64, v: f64) -> f64 {
+fn shade(
+    intrinsics: &Intrinsics,
+    board: &CharucoSheet,
+    pose: &Isometry3<f64>,
+    u: f64,
+    v: f64,
+) -> f64 {
     let offset = |k: usize| (k as f64 + 0.5) / RAYS as f64 - 0.5;
     let rays = (0..RAYS * RAYS).map(|k| (u + offset(k % RAYS), v + offset(k / RAYS)));
     let greys = rays.map(|(u, v)| match sheet_point(intrinsics, board, pose, u, v) {
@@ -53,7 +59,7 @@ fn shade(intrinsics: &Intrinsics, board: &Board, pose: &Isometry3<f64>, u: f64, 
 /// sheet is not seen from its printed side.
 fn sheet_point(
     intrinsics: &Intrinsics,
-    board: &Board,
+    board: &CharucoSheet,
     pose: &Isometry3<f64>,
     u: f64,
     v: f64,
@@ -75,7 +81,7 @@ fn sheet_point(
 pub fn shown_pose(
     intrinsics: &Intrinsics,
     size: ImageSize,
-    board: &Board,
+    board: &CharucoSheet,
     number: u32,
 ) -> Isometry3<f64> {
     let spread = |base: u32, low: f64, high: f64| low + (high - low) * halton(number + 1, base);

@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-use crate::board::{Board, COLUMNS, ROWS, SHEET_SQUARE_M};
+use crate::board::{COLUMNS, CharucoSheet, ROWS, SHEET_SQUARE_M};
 use crate::corners::ProcessingError;
 
 /// Size of a sheet, landscape.
@@ -116,7 +116,7 @@ fn marks(paper: Paper) -> Vec<Mark> {
 /// Returns the black areas of the chessboard and its markers, row by row of their cells.
 fn chessboard(origin: [f64; 2]) -> Vec<Mark> {
     // All edges are at multiples of this: squares of 36 mm, margins of 4 mm, cells of 28/6 mm.
-    let board = Board::SHEET;
+    let board = CharucoSheet::SHEET;
     let mut edges: Vec<f64> = (0..COLUMNS).flat_map(edges_of_square).collect();
     edges.push(COLUMNS as f64 * SHEET_SQUARE_M * 1e3);
     let rows = edges.iter().take_while(|&&y| y < ROWS as f64 * SHEET_SQUARE_M * 1e3 - 1e-9).count();
@@ -142,7 +142,7 @@ fn chessboard(origin: [f64; 2]) -> Vec<Mark> {
 /// Returns the edges of a square, its marker and the marker's cells, millimetres.
 fn edges_of_square(number: usize) -> Vec<f64> {
     let square = SHEET_SQUARE_M * 1e3;
-    let gap = Board::SHEET.gap() * 1e3;
+    let gap = CharucoSheet::SHEET.gap() * 1e3;
     let cell = (square - 2.0 * gap) / 6.0;
     let start = number as f64 * square;
     [0.0].into_iter().chain((0..=6).map(|k| gap + f64::from(k) * cell)).map(|x| start + x).collect()

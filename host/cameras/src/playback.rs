@@ -27,7 +27,7 @@ pub const LONGEST_GAP: Duration = Duration::from_secs(2);
 pub struct Playback<S> {
     source: S,
     clock: LiveClock,
-    progress: Option<Progress>,
+    progress: Option<ReplayProgress>,
 }
 
 /// Time stamp that a recording cannot be played at.
@@ -69,7 +69,7 @@ impl From<PlaybackError> for SourceError {
 
 /// Time stamps of the frames so far, seconds on the recording's clock.
 #[derive(Debug, Clone, Copy)]
-struct Progress {
+struct ReplayProgress {
     first: f64,
     last: f64,
 }
@@ -84,7 +84,7 @@ impl<S: CameraSource> Playback<S> {
     /// Returns its time stamp on this clock.
     fn wait_for(&mut self, stamp: f64) -> Result<f64, PlaybackError> {
         let start = self.clock.start();
-        let progress = self.progress.get_or_insert(Progress { first: stamp, last: stamp });
+        let progress = self.progress.get_or_insert(ReplayProgress { first: stamp, last: stamp });
         let gap = stamp - progress.last;
         if gap < 0.0 {
             return Err(PlaybackError::Backwards { time: stamp, before: progress.last });

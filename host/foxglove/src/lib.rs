@@ -1,8 +1,8 @@
 //! A run in the viewers Foxglove and Lichtblick: an MCAP file and a live server.
 //!
 //! [`FoxgloveOutput::start`] opens either or both and returns an observer for the run. The program
-//! puts it behind a [`Queued`](plumb_runtime::queued::Queued), so that neither a slow disk nor a
-//! slow viewer delays a position:
+//! puts it behind a [`BoundedObserver`](plumb_runtime::bounded_observer::BoundedObserver), so that
+//! neither a slow disk nor a slow viewer delays a position:
 //!
 //! ```text
 //! run -> bounded queue -> FoxgloveOutput -> channels -> MCAP file

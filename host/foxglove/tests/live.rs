@@ -14,8 +14,8 @@ use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
 use plumb_foxglove::{FoxgloveError, FoxgloveOutput, FoxgloveSettings};
 use plumb_runtime::board_report::BoardReport;
+use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
 use plumb_runtime::observer::{FrameRecord, Observer};
-use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::Summary;
 use plumb_sim::simulated::VirtualBoard;
@@ -198,7 +198,7 @@ fn viewers_that_never_read_change_no_bit_of_a_run() {
     let dead: Vec<Viewer> = (0..3).map(|_| Viewer::subscribe(address)).collect();
     let (name, overflow) = ("output for viewers", Overflow::Block);
     let queue = QueueSettings { name, capacity: 30, overflow, with_frames: true };
-    let mut output = Queued::new(output, queue).unwrap();
+    let mut output = BoundedObserver::new(output, queue).unwrap();
     let mut trace = Trace::default();
     let summary = drive(vec![&mut output, &mut trace]);
     // The end of the server does not wait for them.

@@ -20,8 +20,8 @@ use plumb_frame::image::ColourImage;
 pub use message::{CalibrationCommand, CalibrationState, MarkView, ResultView};
 
 use crate::PageError;
+use crate::address::Serving;
 use crate::limits::Limits;
-use crate::serving::Serving;
 pub(crate) use feed::CalibrationFeed;
 
 /// Number of commands that may wait.

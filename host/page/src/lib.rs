@@ -18,6 +18,7 @@
 #![deny(missing_docs)]
 
 mod access;
+mod address;
 mod assets;
 mod calibration;
 mod feed;
@@ -29,7 +30,6 @@ mod limits;
 mod message;
 mod picture;
 mod server;
-mod serving;
 mod shared;
 mod sight;
 mod signal;
@@ -46,8 +46,8 @@ use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
 use thiserror::Error;
 
+use address::Serving;
 use feed::Feed;
-use serving::Serving;
 
 pub use access::Token;
 pub use calibration::{

@@ -5,7 +5,7 @@ use std::error::Error;
 use nalgebra::Point3;
 use thiserror::Error;
 
-use crate::trajectory::{Limits, Moment, Trajectory};
+use crate::trajectory::{Moment, MotionLimits, Trajectory};
 
 /// Time between two checked moments, seconds.
 const STEP_S: f64 = 0.005;
@@ -73,7 +73,7 @@ pub enum Rule<E: Error + 'static> {
 /// The first breach of a rule.
 pub fn check<E: Error + 'static>(
     trajectory: &Trajectory,
-    limits: &Limits,
+    limits: &MotionLimits,
     rule: impl Fn(&Moment) -> Result<(), E>,
 ) -> Result<(), Breach<E>> {
     let mut distance_m = 0.0;
@@ -105,7 +105,7 @@ fn times(breaks: &[f64]) -> impl Iterator<Item = f64> {
 
 fn check_moment<E: Error + 'static>(
     moment: &Moment,
-    limits: &Limits,
+    limits: &MotionLimits,
     rule: impl Fn(&Moment) -> Result<(), E>,
 ) -> Result<(), Rule<E>> {
     rule(moment).map_err(Rule::Other)?;

@@ -10,8 +10,8 @@
 //! A path of waypoints is a chain of straight lines. Where waypoints are dense, some are left out
 //! within the tolerance. Quintic Bézier curves round the corners, so that the curvature is
 //! continuous. The speed along it follows from
-//! [`Limits`](trajectory::Limits) by a backward and a forward pass over the arc length; a moving
-//! average over time then bounds the jerk. The position is twice continuously differentiable in
+//! [`MotionLimits`](trajectory::MotionLimits) by a backward and a forward pass over the arc length;
+//! a moving average over time then bounds the jerk. The position is twice continuously differentiable in
 //! time.
 //!
 //! Units are SI: metres in the rig frame, seconds. The crate reads no files, has no clock, and
@@ -19,12 +19,12 @@
 //!
 //! ```
 //! use nalgebra::Point3;
-//! use plumb_path::trajectory::{Limits, Run, Trajectory, Waypoints};
+//! use plumb_path::trajectory::{MotionLimits, Run, Trajectory, Waypoints};
 //!
 //! let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 0.4, 0.3]];
 //! let places = corners.map(Point3::from).to_vec();
 //! let waypoints = Waypoints { places, speeds: Vec::new(), tolerance: 0.005 };
-//! let limits = Limits::with_speed(0.05);
+//! let limits = MotionLimits::with_speed(0.05);
 //! let trajectory = Trajectory::through(&waypoints, &limits, Run::Once)?;
 //! let end = trajectory.at(trajectory.duration());
 //! assert!((end.position - Point3::new(0.6, 0.4, 0.3)).norm() < 1e-9);

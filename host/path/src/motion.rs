@@ -24,7 +24,7 @@ impl Moment {
 
 /// Limits of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
+pub struct MotionLimits {
     /// Largest speed, m/s.
     pub speed: f64,
     /// Largest acceleration, m/s².
@@ -33,13 +33,13 @@ pub struct Limits {
     pub jerk: f64,
 }
 
-/// Acceleration of [`Limits::with_speed`], m/s²: a quarter of what the paper's motors can do.
+/// Acceleration of [`MotionLimits::with_speed`], m/s²: a quarter of what the paper's motors can do.
 pub const DEFAULT_ACCELERATION: f64 = 0.25;
-/// Jerk of [`Limits::with_speed`], m/s³. The cubic Hermite polynomial between two moments 0.1 s
-/// apart is then within 0.1 mm of the trajectory.
+/// Jerk of [`MotionLimits::with_speed`], m/s³. The cubic Hermite polynomial between two moments
+/// 0.1 s apart is then within 0.1 mm of the trajectory.
 pub const DEFAULT_JERK: f64 = 5.0;
 
-impl Limits {
+impl MotionLimits {
     /// Returns limits with this speed, m/s, and the default acceleration and jerk.
     pub fn with_speed(speed: f64) -> Self {
         Self { speed, acceleration: DEFAULT_ACCELERATION, jerk: DEFAULT_JERK }

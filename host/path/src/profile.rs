@@ -13,7 +13,7 @@
 //! get a quarter of it each.
 
 use crate::curve::{Curve, CurvePoint, Interval};
-use crate::motion::Limits;
+use crate::motion::MotionLimits;
 
 /// Largest cell of the grid, metres.
 const CELL_M: f64 = 0.001;
@@ -57,7 +57,7 @@ struct Shares {
 impl Profile {
     /// Returns the profile along a curve within `limits`. It begins at rest and ends at rest; that
     /// of a closed curve goes round for ever.
-    pub(crate) fn new(curve: &Curve, limits: &Limits) -> Self {
+    pub(crate) fn new(curve: &Curve, limits: &MotionLimits) -> Self {
         let shares = Shares {
             speed: limits.speed,
             acceleration: limits.acceleration * std::f64::consts::FRAC_1_SQRT_2,

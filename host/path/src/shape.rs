@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use crate::curve::{Curve, Section};
-use crate::motion::{Limits, PathError, Run, Waypoints, check_near};
+use crate::motion::{MotionLimits, PathError, Run, Waypoints, check_near};
 use crate::spline::{Ends, interpolate};
 use crate::trajectory::Trajectory;
 
@@ -95,7 +95,7 @@ impl Shape {
     ///
     /// # Errors
     /// Where the size, the centre or a limit is out of its range.
-    pub fn trajectory(&self, limits: &Limits, run: Run) -> Result<Trajectory, PathError> {
+    pub fn trajectory(&self, limits: &MotionLimits, run: Run) -> Result<Trajectory, PathError> {
         if !(LEAST_SIZE_M..=MAX_SIZE_M).contains(&self.size) {
             return Err(PathError::Size(self.size));
         }
@@ -133,7 +133,7 @@ impl Shape {
     fn smooth(
         &self,
         places: &[Vector3<f64>],
-        limits: &Limits,
+        limits: &MotionLimits,
         run: Run,
     ) -> Result<Trajectory, PathError> {
         // Chord lengths as steps keep the speed over the parameter nearly constant.

@@ -10,8 +10,8 @@ use crate::time_law::TimeLaw;
 use crate::timed::Timed;
 
 pub use crate::motion::{
-    DEFAULT_ACCELERATION, DEFAULT_JERK, Limits, MAX_COORDINATE_M, Moment, PathError, Run, Sample,
-    Waypoints,
+    DEFAULT_ACCELERATION, DEFAULT_JERK, MAX_COORDINATE_M, Moment, MotionLimits, PathError, Run,
+    Sample, Waypoints,
 };
 
 /// Longest trajectory, seconds; of a loop its first lap.
@@ -43,7 +43,11 @@ impl Trajectory {
     /// # Errors
     /// Where there are fewer than two waypoints in different places, or a number is out of its
     /// range; where the ball is under way for more than a day.
-    pub fn through(waypoints: &Waypoints, limits: &Limits, run: Run) -> Result<Self, PathError> {
+    pub fn through(
+        waypoints: &Waypoints,
+        limits: &MotionLimits,
+        run: Run,
+    ) -> Result<Self, PathError> {
         let Waypoints { places, speeds, tolerance } = waypoints;
         check_near(places)?;
         if let Some(&value) =
@@ -58,7 +62,7 @@ impl Trajectory {
     }
 
     /// Returns the trajectory along a curve; a loop where the curve is closed.
-    pub(crate) fn along(curve: Curve, limits: &Limits) -> Result<Self, PathError> {
+    pub(crate) fn along(curve: Curve, limits: &MotionLimits) -> Result<Self, PathError> {
         limits.check()?;
         let profile = Profile::new(&curve, limits);
         let law = match curve.is_closed {

@@ -5,7 +5,7 @@
 use nalgebra::{Point3, Vector3};
 use plumb_path::check::{Rule, check};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
-use plumb_path::trajectory::{Limits, Moment, PathError, Run, Sample, Trajectory, Waypoints};
+use plumb_path::trajectory::{Moment, MotionLimits, PathError, Run, Sample, Trajectory, Waypoints};
 use proptest::prelude::*;
 
 /// Time between the knots of a path on its way to a board, seconds.
@@ -24,7 +24,7 @@ fn moments(trajectory: &Trajectory, step: f64) -> Vec<Moment> {
 
 /// Checks the limits, with the jerk from differences of the acceleration, and that each derivative
 /// is that of the one before.
-fn assert_within(trajectory: &Trajectory, limits: &Limits) {
+fn assert_within(trajectory: &Trajectory, limits: &MotionLimits) {
     check(trajectory, limits, anywhere).unwrap();
     let step = 0.002;
     for pair in moments(trajectory, step).windows(2) {
@@ -79,8 +79,8 @@ fn places(count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Point3<f64
     })
 }
 
-fn limits() -> impl Strategy<Value = Limits> {
-    (0.01..0.3, 0.05..1.0, 1.0..20.0).prop_map(|(speed, acceleration, jerk)| Limits {
+fn limits() -> impl Strategy<Value = MotionLimits> {
+    (0.01..0.3, 0.05..1.0, 1.0..20.0).prop_map(|(speed, acceleration, jerk)| MotionLimits {
         speed,
         acceleration,
         jerk,
@@ -207,7 +207,7 @@ fn knots_every_150_ms_are_enough_for_a_tenth_of_a_millimetre() {
             for run in [Run::Once, Run::Loop] {
                 let plane = Plane::Level;
                 let shape = Shape { kind, centre, size: 0.2, plane, tolerance: 0.005, seed: 3 };
-                let trajectory = shape.trajectory(&Limits::with_speed(speed), run).unwrap();
+                let trajectory = shape.trajectory(&MotionLimits::with_speed(speed), run).unwrap();
                 let error = hermite_error(&trajectory);
                 assert!(error < 1e-4, "{kind:?} {speed}: {error}");
             }
@@ -219,7 +219,7 @@ fn knots_every_150_ms_are_enough_for_a_tenth_of_a_millimetre() {
 fn a_corner_is_passed_in_motion_and_a_straight_line_at_full_speed() {
     let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 0.5, 0.3]].map(Point3::from);
     let waypoints = Waypoints { places: corners.to_vec(), speeds: Vec::new(), tolerance: 0.005 };
-    let limits = Limits::with_speed(0.05);
+    let limits = MotionLimits::with_speed(0.05);
     let trajectory = Trajectory::through(&waypoints, &limits, Run::Once).unwrap();
     let moments = moments(&trajectory, 0.01);
     let speeds = || moments.iter().map(|moment| moment.velocity.norm());
@@ -236,7 +236,7 @@ fn a_corner_is_passed_in_motion_and_a_straight_line_at_full_speed() {
 fn each_leg_keeps_a_speed_of_its_own() {
     let bent = [[0.2, 0.2], [0.4, 0.2], [0.4, 0.4], [0.6, 0.4]];
     let straight = [[0.2, 0.2], [0.4, 0.2], [0.6, 0.2], [0.8, 0.2]];
-    let limits = Limits::with_speed(0.08);
+    let limits = MotionLimits::with_speed(0.08);
     for path in [bent, straight] {
         let places: Vec<_> = path.iter().map(|[x, y]| Point3::new(*x, *y, 0.3)).collect();
         let speeds = vec![0.05, 0.02, f64::INFINITY];
@@ -275,7 +275,7 @@ fn each_leg_keeps_a_speed_of_its_own() {
 /// Waypoints on a circle of 10 cm: the ball passes them at full speed, however dense they are.
 #[test]
 fn dense_waypoints_do_not_slow_the_ball_down() {
-    let limits = Limits::with_speed(0.05);
+    let limits = MotionLimits::with_speed(0.05);
     for (spacing, count) in [(0.01e-3, 40_000), (1e-3, 400), (5e-3, 80), (10e-3, 40)] {
         let place = |k: u32| {
             let angle = f64::from(k) * spacing / 0.1;
@@ -298,7 +298,7 @@ fn dense_waypoints_do_not_slow_the_ball_down() {
 fn the_first_breach_is_named_with_its_place() {
     let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3]].map(Point3::from);
     let waypoints = Waypoints { places: corners.to_vec(), speeds: Vec::new(), tolerance: 0.0 };
-    let limits = Limits::with_speed(0.05);
+    let limits = MotionLimits::with_speed(0.05);
     let trajectory = Trajectory::through(&waypoints, &limits, Run::Once).unwrap();
     let left = |moment: &Moment| match moment.position.x < 0.4 {
         true => Ok(()),
@@ -307,17 +307,17 @@ fn the_first_breach_is_named_with_its_place() {
     let breach = check(&trajectory, &limits, left).unwrap_err();
     assert!((breach.distance_m - 0.1).abs() < 0.001, "{breach}");
     assert!(matches!(breach.rule, Rule::Other(_)), "{breach}");
-    let slow = Limits { speed: 0.04, ..limits };
+    let slow = MotionLimits { speed: 0.04, ..limits };
     let breach = check(&trajectory, &slow, anywhere).unwrap_err();
     assert!(matches!(breach.rule, Rule::Speed { .. }), "{breach}");
-    let weak = Limits { acceleration: 0.01, ..limits };
+    let weak = MotionLimits { acceleration: 0.01, ..limits };
     let breach = check(&trajectory, &weak, anywhere).unwrap_err();
     assert!(matches!(breach.rule, Rule::Acceleration { .. }), "{breach}");
 }
 
 /// Limits of a usual speed.
-fn slow() -> Limits {
-    Limits::with_speed(0.05)
+fn slow() -> MotionLimits {
+    MotionLimits::with_speed(0.05)
 }
 
 /// Returns a shape of a size, metres.
@@ -357,7 +357,7 @@ proptest! {
         let all = [0, 1, 2, 3, 4, 5, 6, 7].map(pick);
         let [size, tolerance, x, y, z, speed, acceleration, jerk] = all;
         let run = if is_loop { Run::Loop } else { Run::Once };
-        let limits = Limits { speed, acceleration, jerk };
+        let limits = MotionLimits { speed, acceleration, jerk };
         let shape = Shape { centre: Point3::new(x, y, z), tolerance, ..shape(kind, size) };
         if let Ok(trajectory) = shape.trajectory(&limits, run) {
             let _breach = check(&trajectory, &limits, anywhere);
@@ -374,7 +374,7 @@ proptest! {
 fn wrong_input_is_refused() {
     let places = vec![Point3::new(0.3, 0.2, 0.3), Point3::new(0.6, 0.2, 0.3)];
     let waypoints = Waypoints { places, speeds: Vec::new(), tolerance: 0.005 };
-    let limits = Limits::with_speed(0.0);
+    let limits = MotionLimits::with_speed(0.0);
     let error = Trajectory::through(&waypoints, &limits, Run::Once).unwrap_err();
     assert_eq!(error, PathError::Limit { name: "speed", value: 0.0 });
     let error = shape(ShapeKind::Circle, 1e308).trajectory(&slow(), Run::Once).unwrap_err();
@@ -407,7 +407,7 @@ fn a_path_of_more_than_a_day_is_refused() {
     let error = Trajectory::through_samples(&nanoseconds, Run::Once).unwrap_err();
     assert!((hours(error) - 4e14 / 3600.0).abs() < 1.0);
     let places = vec![Point3::new(0.3, 0.2, 0.3), Point3::new(0.6, 0.2, 0.3)];
-    let slow = Limits::with_speed(1e-9);
+    let slow = MotionLimits::with_speed(1e-9);
     let waypoints = Waypoints { places, speeds: Vec::new(), tolerance: 0.005 };
     for run in [Run::Once, Run::Loop] {
         let error = Trajectory::through(&waypoints, &slow, run).unwrap_err();

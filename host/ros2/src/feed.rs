@@ -116,7 +116,7 @@ impl Feed {
     /// Writes the end of the run.
     pub(crate) fn end(&self, summary: &Summary) {
         let mut state = self.state();
-        state.status.note_end(summary);
+        state.status.record_end(summary);
         state.has_news = true;
         drop(state);
         self.wake();

@@ -153,7 +153,7 @@ impl RunStatus {
     }
 
     /// Notes the end of the run.
-    pub(crate) fn note_end(&mut self, summary: &Summary) {
+    pub(crate) fn record_end(&mut self, summary: &Summary) {
         let is_well = summary.reached || summary.ending.is_chosen();
         let level = if is_well { Level::Ok } else { Level::Error };
         self.ending = Some((level, format!("the run has ended: {}", summary.ending)));

@@ -3,8 +3,8 @@
 //! - [`rig`]: the rig file, and the board's configuration that follows from it.
 //! - [`link`]: the link to the board.
 //! - [`run`]: a run: the control loop through a list of targets.
-//! - [`observer`]: the outputs of a run. [`queued`] gives an output a thread of its own; the
-//!   [`run_log`] and the [recording](observer::FrameRecorder) of frames are such outputs.
+//! - [`observer`]: the outputs of a run. [`bounded_observer`] gives an output a thread of its
+//!   own; the [`run_log`] and the [recording](observer::FrameRecorder) of frames are such outputs.
 //! - [`commission`]: what is wrong with the wiring or the camera's pose, from small jogs.
 //! - [`selftest`]: the pulses, the flash and the clock of a board's chip, without a rig.
 //! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.
@@ -40,6 +40,7 @@
 
 pub mod board_fault;
 pub mod board_report;
+pub mod bounded_observer;
 pub mod commission;
 mod deviation;
 mod event;
@@ -49,7 +50,6 @@ pub mod link;
 pub mod observer;
 pub mod operator;
 pub mod plot_colours;
-pub mod queued;
 pub mod reference;
 pub mod replay;
 pub mod rig;

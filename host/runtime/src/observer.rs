@@ -20,7 +20,8 @@ pub use crate::event::{EventKind, EventRecord, RunEvent, TargetsEvent, Tone};
 /// Output of a run.
 ///
 /// The control loop calls an observer between two frames, so an observer must return at once. One
-/// that writes to a disk, a terminal or a network runs behind a [`Queued`](crate::queued::Queued).
+/// that writes to a disk, a terminal or a network runs behind a
+/// [`BoundedObserver`](crate::bounded_observer::BoundedObserver).
 pub trait Observer {
     /// Receives the record of a frame.
     fn frame(&mut self, record: &FrameRecord);

@@ -18,7 +18,7 @@ use nalgebra::{Isometry3, Point3};
 use plumb_calibrate::board::Placement;
 use plumb_calibrate::board_pose::{BoardView, average, pose_from_board};
 use plumb_calibrate::calibration::{Calibration, Grade};
-use plumb_calibrate::corners::{BoardError, find_corners};
+use plumb_calibrate::corners::{SheetError, find_corners};
 use plumb_calibrate::motors::{pose_from_motors, see_motors};
 use plumb_calibrate::places::pose_from_places;
 use plumb_calibrate::sheet::{self, Paper};
@@ -214,7 +214,7 @@ fn from_board(options: &BoardOptions, view: &mut View) -> Result<Found, Failure>
         match find_corners(frame.colour(), &board) {
             Ok(corners) => views.push(BoardView::new(&corners, frame)),
             // A single picture may be blurred.
-            Err(error @ (BoardError::NotSeen { .. } | BoardError::Other { .. })) => {
+            Err(error @ (SheetError::NotSeen { .. } | SheetError::Other { .. })) => {
                 last = Some(error);
             }
             Err(error) => return Err(error.into()),

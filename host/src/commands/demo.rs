@@ -28,12 +28,12 @@ use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
 
 use super::interrupt::interrupt_flag;
+use super::operator_args::Steering;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
 use super::print::{self, tell};
 use super::run_camera::record_folder;
-use super::steering::Steering;
 use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers};
 
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a

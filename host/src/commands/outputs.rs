@@ -8,10 +8,10 @@ use std::process::ExitCode;
 use plumb_cameras::record::{Overflow, Recorder, Recording};
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::board_fault::BoardFault;
+use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
 use plumb_runtime::observer::{
     EventKind, EventRecord, FrameRecord, FrameRecorder, Observer, RunEvent, Tone,
 };
-use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::run::{ControlLoopError, RunError, Summary};
 use plumb_runtime::run_log::RunLog;
 
@@ -50,7 +50,7 @@ impl Observer for TerminalLine {
 
 /// Progress on standard error, where that is a terminal. Lines that the terminal has no time for
 /// are left out.
-struct Progress(Option<Queued<TerminalLine>>);
+struct Progress(Option<BoundedObserver<TerminalLine>>);
 
 impl Progress {
     fn start() -> std::io::Result<Self> {
@@ -61,7 +61,7 @@ impl Progress {
             with_frames: false,
         };
         let on = stderr().is_terminal();
-        on.then(|| Queued::new(TerminalLine, settings)).transpose().map(Self)
+        on.then(|| BoundedObserver::new(TerminalLine, settings)).transpose().map(Self)
     }
 
     /// Returns whether there is a terminal to write to.
@@ -89,7 +89,7 @@ impl Observer for Progress {
 /// Outputs of a run.
 pub(super) struct Outputs {
     progress: Progress,
-    log: Queued<RunLog>,
+    log: BoundedObserver<RunLog>,
     folder: PathBuf,
     recorder: Option<FrameRecorder>,
     viewers: Viewers,
@@ -121,7 +121,7 @@ impl Outputs {
         let folder = log.path().to_owned();
         let settings =
             QueueSettings { name: "run log", capacity: LOG_CAPACITY, overflow, with_frames: false };
-        let log = Queued::new(log, settings)?;
+        let log = BoundedObserver::new(log, settings)?;
         let progress = Progress::start()?;
         let recorder = recorder.map(FrameRecorder::new);
         Ok(Self { progress, log, folder, recorder, viewers, told: None })

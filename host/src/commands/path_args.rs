@@ -9,7 +9,7 @@ use plumb_config::toml_file::MAX_BYTES;
 use plumb_path::file::{PathFile, parse};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{
-    DEFAULT_ACCELERATION, DEFAULT_JERK, Limits, PathError, Run, Trajectory, Waypoints,
+    DEFAULT_ACCELERATION, DEFAULT_JERK, MotionLimits, PathError, Run, Trajectory, Waypoints,
 };
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::PathPlan;
@@ -94,7 +94,7 @@ impl PathArgs {
     }
 
     /// Returns the limits of the path: those of the options, within those of the rig file.
-    fn limits(&self, rig: &Rig) -> Result<Limits, Failure> {
+    fn limits(&self, rig: &Rig) -> Result<MotionLimits, Failure> {
         let highest = rig.path.max_speed.get();
         if self.speed > highest {
             let message = format!(
@@ -103,7 +103,7 @@ impl PathArgs {
             );
             return Err(bad_input(message));
         }
-        Ok(Limits {
+        Ok(MotionLimits {
             speed: self.speed,
             acceleration: DEFAULT_ACCELERATION.min(rig.path.max_acceleration.get()),
             jerk: DEFAULT_JERK.min(rig.path.max_jerk.get()),
@@ -127,7 +127,7 @@ impl PathArgs {
         }
     }
 
-    fn read(&self, file: &Path, limits: &Limits, run: Run) -> Result<Trajectory, Failure> {
+    fn read(&self, file: &Path, limits: &MotionLimits, run: Run) -> Result<Trajectory, Failure> {
         let text = read_text(file, MAX_BYTES)?;
         let in_file = |message: String| bad_input(format!("{}: {message}", file.display()));
         let trajectory = match parse(&text).map_err(|error| in_file(error.to_string()))? {

@@ -22,13 +22,13 @@ use plumb_vision::detect::BallDetector;
 
 use super::find_ball::find_ball;
 use super::interrupt::interrupt_flag;
+use super::operator_args::Steering;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
 use super::print::{self, tell};
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
-use super::steering::Steering;
 use super::{Failure, Physics, bad_input, law, numbers};
 
 /// Drive the ball through the targets of a rig file

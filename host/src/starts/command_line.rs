@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, CommandFactory};
 use nalgebra::{Point2, Point3};
-use plumb_calibrate::board::Board;
+use plumb_calibrate::board::CharucoSheet;
 use plumb_verify::Interval;
 use plumb_vision::image::ImageSize;
 use tempfile::TempDir;
@@ -45,7 +45,7 @@ fn is_number(command: &str, arg: &Arg) -> bool {
         TypeId::of::<u64>(),
         TypeId::of::<usize>(),
         TypeId::of::<Interval>(),
-        TypeId::of::<Board>(),
+        TypeId::of::<CharucoSheet>(),
         TypeId::of::<Point2<f64>>(),
         TypeId::of::<Point3<f64>>(),
         TypeId::of::<ImageSize>(),

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{folder, json, plumb, rig_file, stderr};
-use plumb_calibrate::board::Board;
+use plumb_calibrate::board::CharucoSheet;
 use plumb_calibrate::render::{draw_board, shown_pose};
 use plumb_cameras::{camera_file, png};
 use plumb_vision::camera::{CalibratedFor, Distortion, DistortionCoefficients, Intrinsics};
@@ -32,8 +32,8 @@ fn take_pictures(folder: &Path) {
     let (lens, size) = (lens(), ImageSize { width: 640, height: 480 });
     for number in 0..PICTURES {
         let mut scene = Scene::wall(size.width, size.height, lens, 3.0);
-        let pose = shown_pose(&lens, size, &Board::SHEET, number);
-        draw_board((&mut scene.colour, &mut scene.depth), &lens, &Board::SHEET, &pose);
+        let pose = shown_pose(&lens, size, &CharucoSheet::SHEET, number);
+        draw_board((&mut scene.colour, &mut scene.depth), &lens, &CharucoSheet::SHEET, &pose);
         png::save(&photos.join(format!("{number:02}.png")), &scene.colour).unwrap();
     }
 }
@@ -99,8 +99,8 @@ fn record_board(folder: &Path) -> Intrinsics {
     let (mut list, mut time) = (String::new(), 0.0);
     for number in 0..12 {
         let mut scene = Scene::wall(size.width, size.height, lens, 3.0);
-        let pose = shown_pose(&lens, size, &Board::SHEET, number);
-        draw_board((&mut scene.colour, &mut scene.depth), &lens, &Board::SHEET, &pose);
+        let pose = shown_pose(&lens, size, &CharucoSheet::SHEET, number);
+        draw_board((&mut scene.colour, &mut scene.depth), &lens, &CharucoSheet::SHEET, &pose);
         png::save(&board.join(format!("{number:02}.png")), &scene.colour).unwrap();
         for _ in 0..2 {
             list += &format!("{time:.3} {number:02}.png\n");

@@ -6,22 +6,22 @@
 //! - [`Geometry`]: positions of the motors, and cable per step.
 //! - [`Plant`]: response of a rig to its motors. In [`QuasiStatic`] the ball is always at rest; in
 //!   [`Elastic`] it has mass and hangs on springs that cannot push.
-//! - [`Observer`]: positions with a camera's errors, for control loops without images.
+//! - [`CameraMonitor`]: positions with a camera's errors, for control loops without images.
 //! - [`Task`], [`Population`]: the paper's task and random tasks.
 
+mod camera_monitor;
 mod elastic;
 mod forward;
 mod geometry;
 mod interface;
-mod observer;
 mod population;
 mod quasi_static;
 
+pub use camera_monitor::{CameraMonitor, CameraMonitorParameters, DepthDrift, Observation};
 pub use elastic::{Elastic, ElasticParameters, GRAVITY_M_S2};
 pub use forward::{Hang, lowest_point};
 pub use geometry::{FULL_STEPS_PER_REVOLUTION, Geometry};
 pub use interface::{Plant, RigError};
-pub use observer::{DepthDrift, Observation, Observer, ObserverParameters};
 pub use population::{Population, Task, Variations};
 pub use quasi_static::QuasiStatic;
 

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use plumb_core::TICK_US;
 use plumb_emulator::plant::Task;
-use plumb_path::trajectory::{Limits, Run, Trajectory, Waypoints};
+use plumb_path::trajectory::{MotionLimits, Run, Trajectory, Waypoints};
 use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::PathPlan;
@@ -224,7 +224,8 @@ impl Plan {
         let places = [start - half, start + half].into_iter().chain(self.targets.iter().copied());
         let waypoints =
             Waypoints { places: places.collect(), speeds: Vec::new(), tolerance: CORNER_M };
-        let trajectory = Trajectory::through(&waypoints, &Limits::with_speed(speed), Run::Loop);
+        let trajectory =
+            Trajectory::through(&waypoints, &MotionLimits::with_speed(speed), Run::Loop);
         let trajectory = trajectory.expect("places apart from each other");
         Some(PathPlan::new(trajectory, waits, &self.rig()).expect("a path that the rig allows"))
     }

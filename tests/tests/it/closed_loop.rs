@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use plumb_emulator::Wire;
 use plumb_emulator::plant::{
-    Elastic, ElasticParameters, Observer, Plant, Population, QuasiStatic, RigError, Task,
+    CameraMonitor, Elastic, ElasticParameters, Plant, Population, QuasiStatic, RigError, Task,
 };
 use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
@@ -108,7 +108,7 @@ fn random_rigs_reach_their_targets_with_a_noisy_camera() {
         rig.set_targets(&[task.target.into()]).expect("a target");
         let plant = QuasiStatic::new(task.geometry, task.start).expect("a plant");
         let mut bench = seeking(&rig, Box::new(plant), usable(index as usize));
-        let mut observer = Observer::new(Default::default(), index).expect("an observer");
+        let mut observer = CameraMonitor::new(Default::default(), index).expect("an observer");
         for frame in 0u32.. {
             let time = f64::from(frame) / RATE_HZ as f64;
             let measure = |ball| {

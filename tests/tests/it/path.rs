@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use nalgebra::{Point3, Vector3};
 use plumb_cameras::camera_file;
 use plumb_path::shape::{Plane, Shape, ShapeKind};
-use plumb_path::trajectory::{Limits, Run as Repetition};
+use plumb_path::trajectory::{MotionLimits, Run as Repetition};
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{PathPlan, PathSummary, Run, RunError, RunParts, Summary};
@@ -59,7 +59,7 @@ impl PathRun {
             tolerance: 0.005,
             seed: 1,
         };
-        let trajectory = shape.trajectory(&Limits::with_speed(self.speed), self.repetition);
+        let trajectory = shape.trajectory(&MotionLimits::with_speed(self.speed), self.repetition);
         PathPlan::new(trajectory.unwrap(), self.waits, rig).unwrap()
     }
 

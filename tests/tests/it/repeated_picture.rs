@@ -12,7 +12,7 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
-use plumb_path::trajectory::{Limits, Run as Repetition};
+use plumb_path::trajectory::{MotionLimits, Run as Repetition};
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Micros;
 use plumb_runtime::observer::{FrameRecord, Observer};
@@ -106,7 +106,7 @@ fn path(rig: &Rig) -> PathPlan {
         tolerance: 0.005,
         seed: 1,
     };
-    let trajectory = shape.trajectory(&Limits::with_speed(0.05), Repetition::Once).unwrap();
+    let trajectory = shape.trajectory(&MotionLimits::with_speed(0.05), Repetition::Once).unwrap();
     PathPlan::new(trajectory, true, rig).unwrap()
 }
 

@@ -1,10 +1,10 @@
 //! One calibration of a simulated camera.
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
-use plumb_calibrate::board::{Board, Placement};
+use plumb_calibrate::board::{CharucoSheet, Placement};
 use plumb_calibrate::board_pose::{BoardView, average, pose_from_board};
 use plumb_calibrate::calibration::{Calibration, CalibrationError, Grade};
-use plumb_calibrate::corners::{BoardError, find_corners};
+use plumb_calibrate::corners::{SheetError, find_corners};
 use plumb_calibrate::motors::{MotorMeasures, SeenMotor, pose_from_motors};
 use plumb_calibrate::places::{BallPlace, PLACE_SD_M, pose_from_places};
 use plumb_calibrate::render::draw_board;
@@ -96,7 +96,7 @@ pub struct Trial {
 pub enum TrialError {
     /// The board is not found.
     #[error(transparent)]
-    Board(#[from] BoardError),
+    Board(#[from] SheetError),
     /// The samples determine no pose.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
@@ -237,7 +237,7 @@ impl View<'_> {
         let side = if self.random.random() { 1.0 } else { -1.0 };
         let slant = side * self.random.random_range(0.35..0.8);
         let turn = (-way.y).atan2(-way.x) + std::f64::consts::FRAC_PI_2 + slant;
-        let [width, height] = Board::SHEET.size();
+        let [width, height] = CharucoSheet::SHEET.size();
         let corner = Placement { origin: Point3::origin(), turn, is_upright: true }.pose()
             * Vector3::new(width / 2.0, height / 2.0, 0.0);
         let placement = Placement { origin: place - corner, turn, is_upright: true };
@@ -250,10 +250,10 @@ impl View<'_> {
         let mut views = Vec::new();
         for _ in 0..BOARD_FRAMES {
             let frame = self.board_frame(&board_to_camera)?;
-            let corners = find_corners(frame.colour(), &Board::SHEET)?;
+            let corners = find_corners(frame.colour(), &CharucoSheet::SHEET)?;
             views.push(BoardView::new(&corners, &frame));
         }
-        let seen = average(&views, &Board::SHEET)?;
+        let seen = average(&views, &CharucoSheet::SHEET)?;
         Ok(pose_from_board(&seen, &INTRINSICS, &placement)?)
     }
 
@@ -261,7 +261,7 @@ impl View<'_> {
     fn board_frame(&mut self, board_to_camera: &Isometry3<f64>) -> Result<RgbdFrame, FrameError> {
         let mut scene = Scene::wall(SIZE[0] as usize, SIZE[1] as usize, INTRINSICS, 3.0);
         let images = (&mut scene.colour, &mut scene.depth);
-        draw_board(images, &INTRINSICS, &Board::SHEET, board_to_camera);
+        draw_board(images, &INTRINSICS, &CharucoSheet::SHEET, board_to_camera);
         for grey in scene.colour.channels_mut() {
             let noisy = f64::from(*grey) + ERRORS.grey * normal(self.random);
             *grey = noisy.round().clamp(0.0, 255.0) as u8;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::Point3;
 use plumb_core::TICK_US;
-use plumb_emulator::plant::{Observer, Plant, Task};
+use plumb_emulator::plant::{CameraMonitor, Plant, Task};
 use plumb_protocol::units::Micros;
 
 use super::BenchError;
@@ -161,7 +161,7 @@ struct Simulation<'a> {
     controller: &'a mut dyn Controller,
     suite: &'a Suite,
     plant: Box<dyn Plant>,
-    camera: Observer,
+    camera: CameraMonitor,
     /// Map from true to measured positions.
     frame: Frame,
     /// Age of each frame where the board does not get the true one, µs.
@@ -232,7 +232,7 @@ pub(crate) fn run(
 ) -> Result<Outcome, BenchError> {
     let on_error = |error| BenchError::Rig { id, error };
     let camera_seed = id.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ id.rig;
-    let camera = Observer::new(suite.camera, camera_seed).map_err(on_error)?;
+    let camera = CameraMonitor::new(suite.camera, camera_seed).map_err(on_error)?;
     let frame = suite.frame_error.frame(task, id)?;
     let mut simulation = Simulation {
         plant: suite.plant(task, id).map_err(on_error)?,

@@ -3,8 +3,8 @@
 mod name;
 
 use plumb_emulator::plant::{
-    DepthDrift, Elastic, ElasticParameters, ObserverParameters, Plant, Population, QuasiStatic,
-    RigError, Task, Variations,
+    CameraMonitorParameters, DepthDrift, Elastic, ElasticParameters, Plant, Population,
+    QuasiStatic, RigError, Task, Variations,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +25,7 @@ pub struct Suite {
     /// Distribution of rigs and tasks. [`SuiteName::PaperTask`] does not use it.
     pub population: Population,
     /// Camera model: noise, outliers, latency.
-    pub camera: ObserverParameters,
+    pub camera: CameraMonitorParameters,
     /// Error of the camera's pose.
     pub frame_error: FrameError,
     /// Model of the ball's motion.
@@ -166,13 +166,13 @@ fn population(name: SuiteName) -> Population {
 }
 
 /// Returns the camera model of a suite.
-fn camera(name: SuiteName) -> ObserverParameters {
-    let default = ObserverParameters::default();
+fn camera(name: SuiteName) -> CameraMonitorParameters {
+    let default = CameraMonitorParameters::default();
     match name {
-        SuiteName::Noise => ObserverParameters { noise_sd_m: [6e-3, 3e-3, 3e-3], ..default },
-        SuiteName::Outliers => ObserverParameters { outlier_probability: 0.05, ..default },
-        SuiteName::Latency => ObserverParameters { latency_frames: (4.0, 4.0), ..default },
-        SuiteName::Drift => ObserverParameters {
+        SuiteName::Noise => CameraMonitorParameters { noise_sd_m: [6e-3, 3e-3, 3e-3], ..default },
+        SuiteName::Outliers => CameraMonitorParameters { outlier_probability: 0.05, ..default },
+        SuiteName::Latency => CameraMonitorParameters { latency_frames: (4.0, 4.0), ..default },
+        SuiteName::Drift => CameraMonitorParameters {
             depth_drift: Some(DepthDrift { sd_m: 2e-3, correlation: 0.9 }),
             noise_sd_m: [0.5e-3, 1e-3, 1e-3],
             ..default

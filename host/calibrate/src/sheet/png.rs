@@ -69,7 +69,7 @@ fn draw([width, height]: [f64; 2], marks: &[Mark]) -> opencv::Result<ColourImage
 #[cfg(test)]
 mod tests {
     use super::super::{Paper, png};
-    use crate::board::Board;
+    use crate::board::CharucoSheet;
     use crate::corners::find_corners;
     use plumb_frame::image::Image;
 
@@ -84,7 +84,7 @@ mod tests {
             let block = (0..36).map(|k| sheet.get(6 * u + k % 6, 6 * v + k / 6).unwrap()[0]);
             [(block.map(u32::from).sum::<u32>() / 36) as u8; 3]
         });
-        let corners = find_corners(&small, &Board::SHEET).unwrap();
+        let corners = find_corners(&small, &CharucoSheet::SHEET).unwrap();
         assert_eq!(corners.len(), 24);
         let side = (corners[5].image - corners[0].image).norm() / 5.0;
         let expected = 36.0 / 25.4 * 300.0 / 6.0;

@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use plumb_calibrate::board::{Board, Placement};
+use plumb_calibrate::board::{CharucoSheet, Placement};
 use plumb_calibrate::board_pose::{BoardView, SeenCorner, average, pose_from_board};
 use plumb_calibrate::calibration::{CalibrationError, Grade};
-use plumb_calibrate::corners::{BoardError, find_corners};
+use plumb_calibrate::corners::{SheetError, find_corners};
 use plumb_calibrate::render::draw_board;
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
@@ -39,7 +39,7 @@ fn placed([u, v]: [f64; 2], distance: f64, [tilt, about, turn]: [f64; 3]) -> Iso
     let rotation = UnitQuaternion::from_axis_angle(&axis, tilt)
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn)
         * face_on;
-    let [w, h] = Board::SHEET.size();
+    let [w, h] = CharucoSheet::SHEET.size();
     let middle = Vector3::new(w / 2.0, h / 2.0, 0.0);
     let centre = INTRINSICS.deproject(u, v, distance).coords;
     Isometry3::from_parts(Translation3::from(centre - rotation * middle), rotation)
@@ -48,7 +48,7 @@ fn placed([u, v]: [f64; 2], distance: f64, [tilt, about, turn]: [f64; 3]) -> Iso
 /// Renders a board before a wall, with noise of 2 grey levels and of 1.4 mm z² in depth.
 fn frame(pose: &Isometry3<f64>, random: &mut ChaCha8Rng) -> RgbdFrame {
     let mut scene = Scene::wall(640, 480, INTRINSICS, 3.0);
-    draw_board((&mut scene.colour, &mut scene.depth), &INTRINSICS, &Board::SHEET, pose);
+    draw_board((&mut scene.colour, &mut scene.depth), &INTRINSICS, &CharucoSheet::SHEET, pose);
     for grey in scene.colour.channels_mut() {
         *grey = (f64::from(*grey) + 2.0 * normal(random)).round().clamp(0.0, 255.0) as u8;
     }
@@ -67,10 +67,10 @@ fn without_depth(frame: &RgbdFrame) -> RgbdFrame {
 
 fn seen(frames: &[RgbdFrame]) -> Vec<SeenCorner> {
     let view = |frame: &RgbdFrame| {
-        BoardView::new(&find_corners(frame.colour(), &Board::SHEET).unwrap(), frame)
+        BoardView::new(&find_corners(frame.colour(), &CharucoSheet::SHEET).unwrap(), frame)
     };
     let views: Vec<_> = frames.iter().map(view).collect();
-    average(&views, &Board::SHEET).unwrap()
+    average(&views, &CharucoSheet::SHEET).unwrap()
 }
 
 #[test]
@@ -147,9 +147,9 @@ fn a_covered_part_and_other_black_squares_do_no_harm() {
 fn a_board_that_was_printed_too_small_is_reported() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let pose = placed([320.0, 240.0], 0.7, [0.5, 1.0, 0.3]);
-    let corners = find_corners(frame(&pose, &mut random).colour(), &Board::SHEET).unwrap();
+    let corners = find_corners(frame(&pose, &mut random).colour(), &CharucoSheet::SHEET).unwrap();
     // The user says 34 mm, the squares are 36 mm.
-    let board = Board::with_square(0.034).unwrap();
+    let board = CharucoSheet::with_square(0.034).unwrap();
     let view = BoardView::new(&corners, &frame(&pose, &mut random));
     let seen = average(&[view], &board).unwrap();
     let found = pose_from_board(&seen, &INTRINSICS, &Placement::AT_ORIGIN).unwrap();
@@ -160,14 +160,14 @@ fn a_board_that_was_printed_too_small_is_reported() {
 fn images_without_a_board_or_with_a_mirrored_one_are_refused() {
     let mut random = ChaCha8Rng::seed_from_u64(6);
     let empty = Image::filled(640, 480, [120; 3]);
-    let error = find_corners(&empty, &Board::SHEET).unwrap_err();
-    assert!(matches!(error, BoardError::NotSeen { markers: 0 }), "{error}");
+    let error = find_corners(&empty, &CharucoSheet::SHEET).unwrap_err();
+    assert!(matches!(error, SheetError::NotSeen { markers: 0 }), "{error}");
 
     let pose = placed([320.0, 240.0], 0.7, [0.5, 1.0, 0.3]);
     let colour = frame(&pose, &mut random).colour().clone();
     let mirrored = Image::from_fn(640, 480, |u, v| colour.get(639 - u, v).unwrap());
-    let error = find_corners(&mirrored, &Board::SHEET).unwrap_err();
-    assert!(matches!(error, BoardError::Mirrored), "{error}");
+    let error = find_corners(&mirrored, &CharucoSheet::SHEET).unwrap_err();
+    assert!(matches!(error, SheetError::Mirrored), "{error}");
 }
 
 /// Returns a picture of a board, face on, whose squares have this side, pixels. Its markers have 5
@@ -198,17 +198,17 @@ fn board_of_another_dictionary(side: usize) -> ColourImage {
 
 #[test]
 fn another_board_is_named() {
-    let error = find_corners(&board_of_another_dictionary(80), &Board::SHEET).unwrap_err();
+    let error = find_corners(&board_of_another_dictionary(80), &CharucoSheet::SHEET).unwrap_err();
     // A code of 5 by 5 cells may be read as one of 4 by 4.
-    assert!(matches!(error, BoardError::Other { unknown: 20.., misplaced: ..4 }), "{error}");
+    assert!(matches!(error, SheetError::Other { unknown: 20.., misplaced: ..4 }), "{error}");
 
     // The same markers at other places: columns of squares are exchanged.
     let mut random = ChaCha8Rng::seed_from_u64(6);
     let distance = 0.4;
     let pose = placed([319.5, 239.5], distance, [0.0; 3]);
     let colour = frame(&pose, &mut random).colour().clone();
-    find_corners(&colour, &Board::SHEET).unwrap();
-    let square = Board::SHEET.square() * INTRINSICS.fx / distance;
+    find_corners(&colour, &CharucoSheet::SHEET).unwrap();
+    let square = CharucoSheet::SHEET.square() * INTRINSICS.fx / distance;
     let left = 319.5 - 3.5 * square;
     let exchanged = Image::from_fn(640, 480, |u, v| {
         let column = ((u as f64 - left) / square).floor();
@@ -219,8 +219,8 @@ fn another_board_is_named() {
         };
         colour.get((u as f64 + moved).round() as usize, v).unwrap()
     });
-    let error = find_corners(&exchanged, &Board::SHEET).unwrap_err();
-    assert!(matches!(error, BoardError::Other { unknown: 0, misplaced: 8.. }), "{error}");
+    let error = find_corners(&exchanged, &CharucoSheet::SHEET).unwrap_err();
+    assert!(matches!(error, SheetError::Other { unknown: 0, misplaced: 8.. }), "{error}");
 
     // A few markers of another board beside the whole one do not matter.
     let far = placed([220.0, 240.0], 0.7, [0.1, 1.0, 0.0]);
@@ -229,7 +229,7 @@ fn another_board_is_named() {
     let both = Image::from_fn(640, 480, |u, v| {
         if u < 480 { colour.get(u, v).unwrap() } else { other.get(u, v).unwrap() }
     });
-    assert!(find_corners(&both, &Board::SHEET).unwrap().len() > 20);
+    assert!(find_corners(&both, &CharucoSheet::SHEET).unwrap().len() > 20);
 }
 
 #[test]
@@ -237,9 +237,9 @@ fn a_board_that_moves_is_refused() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let views = [300.0, 306.0].map(|u| {
         let frame = frame(&placed([u, 240.0], 0.7, [0.5, 1.0, 0.3]), &mut random);
-        BoardView::new(&find_corners(frame.colour(), &Board::SHEET).unwrap(), &frame)
+        BoardView::new(&find_corners(frame.colour(), &CharucoSheet::SHEET).unwrap(), &frame)
     });
-    let error = average(&views, &Board::SHEET).unwrap_err();
+    let error = average(&views, &CharucoSheet::SHEET).unwrap_err();
     assert!(matches!(error, CalibrationError::Moved { .. }), "{error}");
 }
 
@@ -250,7 +250,8 @@ fn a_far_board_without_depth_is_ambiguous() {
         let (u, v) = INTRINSICS.project(&(pose * Point3::new(board.x, board.y, 0.0))).unwrap();
         SeenCorner { id, board, image: nalgebra::Point2::new(u, v), depth: None }
     };
-    let corners: Vec<_> = Board::SHEET.corners().into_iter().enumerate().map(corner).collect();
+    let corners: Vec<_> =
+        CharucoSheet::SHEET.corners().into_iter().enumerate().map(corner).collect();
     let error = pose_from_board(&corners, &INTRINSICS, &Placement::AT_ORIGIN).unwrap_err();
     assert_eq!(error, CalibrationError::Ambiguous);
 }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use nalgebra::{Isometry3, Point2, Point3};
-use plumb_calibrate::board::Board;
+use plumb_calibrate::board::CharucoSheet;
 use plumb_calibrate::board_pose::SeenCorner;
 use plumb_calibrate::calibration::Grade;
 use plumb_calibrate::corners::find_corners;
@@ -50,20 +50,21 @@ fn view(
     number: u32,
     random: &mut ChaCha8Rng,
 ) -> LensView {
-    let corners = Board::SHEET.corners().into_iter().enumerate().filter_map(|(id, board)| {
-        let (u, v) = lens.project(&(pose * Point3::new(board.x, board.y, 0.0)))?;
-        let mut noise = || NOISE * random.sample::<f64, _>(StandardNormal);
-        let image = Point2::new(u + noise(), v + noise());
-        let is_inside = (4.0..636.0).contains(&image.x) && (4.0..476.0).contains(&image.y);
-        is_inside.then_some(SeenCorner { id, board, image, depth: None })
-    });
+    let corners =
+        CharucoSheet::SHEET.corners().into_iter().enumerate().filter_map(|(id, board)| {
+            let (u, v) = lens.project(&(pose * Point3::new(board.x, board.y, 0.0)))?;
+            let mut noise = || NOISE * random.sample::<f64, _>(StandardNormal);
+            let image = Point2::new(u + noise(), v + noise());
+            let is_inside = (4.0..636.0).contains(&image.x) && (4.0..476.0).contains(&image.y);
+            is_inside.then_some(SeenCorner { id, board, image, depth: None })
+        });
     LensView { name: format!("{number}"), corners: corners.collect() }
 }
 
 fn views(lens: &Intrinsics, seed: u64) -> Vec<LensView> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let first = random.random_range(0..1000);
-    let pose = |number: u32| shown_pose(lens, SIZE, &Board::SHEET, number);
+    let pose = |number: u32| shown_pose(lens, SIZE, &CharucoSheet::SHEET, number);
     (first..first + VIEWS).map(|number| view(lens, &pose(number), number, &mut random)).collect()
 }
 
@@ -142,7 +143,7 @@ fn views_that_do_not_suffice_are_refused_or_graded_poor() {
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let flat: Vec<_> = (0..12)
         .map(|n| {
-            let mut pose = shown_pose(&lens, SIZE, &Board::SHEET, n);
+            let mut pose = shown_pose(&lens, SIZE, &CharucoSheet::SHEET, n);
             let face_on =
                 nalgebra::UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
             pose.rotation = face_on;
@@ -163,11 +164,11 @@ fn a_lens_is_estimated_from_rendered_pictures() {
     let lens = Intrinsics { fx, fy, cx, cy, depth_scale: 1000.0, distortion };
     let mut views = Vec::new();
     for number in 0..VIEWS {
-        let pose = shown_pose(&lens, SIZE, &Board::SHEET, number);
+        let pose = shown_pose(&lens, SIZE, &CharucoSheet::SHEET, number);
         let mut scene = Scene::wall(SIZE.width, SIZE.height, lens, 3.0);
-        draw_board((&mut scene.colour, &mut scene.depth), &lens, &Board::SHEET, &pose);
-        let Ok(corners) = find_corners(&scene.colour, &Board::SHEET) else { continue };
-        let places = Board::SHEET.corners();
+        draw_board((&mut scene.colour, &mut scene.depth), &lens, &CharucoSheet::SHEET, &pose);
+        let Ok(corners) = find_corners(&scene.colour, &CharucoSheet::SHEET) else { continue };
+        let places = CharucoSheet::SHEET.corners();
         let seen = corners.iter().map(|corner| {
             let (id, image) = (corner.id, corner.image);
             SeenCorner { id, board: places[id], image, depth: None }

@@ -70,7 +70,7 @@ impl MovingGate {
         let time = line.and_then(|line| stream.clock.time(line.t, arrival));
         let time = time.inspect_err(|Omission { problem, kind }| {
             let problem = format!("{}: {problem}", self.topic);
-            self.targets.leave_out(problem, |left_out| kind.count(left_out));
+            self.targets.reject(problem, |left_out| kind.count(left_out));
         })?;
         let motion = *stream.motion.get_or_insert_with(|| self.targets.begin());
         let at = self.zero + Duration::try_from_secs_f64(time).unwrap_or_default();

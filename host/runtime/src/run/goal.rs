@@ -128,7 +128,7 @@ impl Drive {
     }
 
     /// Has the drive end once its target is reached: a target that moved stays there.
-    pub(super) fn come_to_an_end(&mut self) {
+    pub(super) fn finish(&mut self) {
         (self.waypoint.dwell_s, self.reached) = (0.0, None);
     }
 }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use nalgebra::Point3;
 use plumb_path::check::{Breach, check};
-use plumb_path::trajectory::{Limits, Trajectory};
+use plumb_path::trajectory::{MotionLimits, Trajectory};
 use plumb_protocol::message::{Reference, State, Telemetry};
 use plumb_protocol::units::Point;
 
@@ -48,8 +48,8 @@ impl PathPlan {
 }
 
 /// Returns the limits of the table `[path]` of the rig file.
-fn path_limits(rig: &Rig) -> Limits {
-    Limits {
+fn path_limits(rig: &Rig) -> MotionLimits {
+    MotionLimits {
         speed: rig.path.max_speed.get(),
         acceleration: rig.path.max_acceleration.get(),
         jerk: rig.path.max_jerk.get(),

@@ -94,7 +94,7 @@ impl TargetSender {
     }
 
     /// Counts something that was left out, and tells why; the first few times only.
-    pub fn leave_out(&self, problem: String, count: impl FnOnce(&mut LeftOut)) {
+    pub fn reject(&self, problem: String, count: impl FnOnce(&mut LeftOut)) {
         let mut queue = lock(&self.0);
         count(&mut queue.left_out);
         queue.tell(problem);
@@ -200,7 +200,7 @@ mod tests {
     fn few_problems_are_told_and_all_are_counted() {
         let (sender, mut receiver) = target_channel();
         for k in 0..1000 {
-            sender.leave_out(format!("line {k}"), |left_out| left_out.unreadable += 1);
+            sender.reject(format!("line {k}"), |left_out| left_out.unreadable += 1);
         }
         let Arrivals { problems, left_out, .. } = receiver.take(0.0);
         assert_eq!((problems.len(), left_out.unreadable), (10, 1000));

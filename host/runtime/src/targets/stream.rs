@@ -175,7 +175,7 @@ impl Reader {
                 Ok(None) => {}
                 Err(error) => {
                     let problem = format!("targets cannot be received: {error}");
-                    self.sender.leave_out(problem, |_| {});
+                    self.sender.reject(problem, |_| {});
                     break;
                 }
             }
@@ -229,7 +229,7 @@ impl Reader {
         if let Some(fault) = fault {
             return Err(End(Some(self.end(fault, omission))));
         }
-        self.leave_out(omission);
+        self.reject(omission);
         Ok(())
     }
 
@@ -238,14 +238,14 @@ impl Reader {
         self.sender.send(self.motion, at, line.position(), line.velocity());
     }
 
-    fn leave_out(&self, Omission { problem, kind }: Omission) {
-        self.sender.leave_out(problem, |left_out| kind.count(left_out));
+    fn reject(&self, Omission { problem, kind }: Omission) {
+        self.sender.reject(problem, |left_out| kind.count(left_out));
     }
 
     /// Leaves a line out that ends its sender because of `fault`. Returns the reason, for people.
     fn end(&self, fault: SenderFault, Omission { problem, kind }: Omission) -> String {
         let reason = format!("{fault}: {problem}");
-        self.leave_out(Omission { problem: format!("a sender is ended: {reason}"), kind });
+        self.reject(Omission { problem: format!("a sender is ended: {reason}"), kind });
         reason
     }
 
@@ -258,7 +258,7 @@ impl Reader {
             None if error.kind() == ErrorKind::ConnectionReset => return End(None),
             None => format!("targets cannot be received: {error}"),
         };
-        self.sender.leave_out(reason.clone(), |_| {});
+        self.sender.reject(reason.clone(), |_| {});
         End(Some(reason))
     }
 }

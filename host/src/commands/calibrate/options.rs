@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 
 use clap::Args;
 use nalgebra::{Point2, Point3};
-use plumb_calibrate::board::{Board, Placement};
+use plumb_calibrate::board::{CharucoSheet, Placement};
 use plumb_calibrate::motors::MotorMeasures;
 use plumb_calibrate::places::PLACE_SD_M;
 use plumb_config::quantity::Range;
@@ -37,9 +37,9 @@ fn pixel(text: &str) -> Result<Point2<f64>, String> {
 }
 
 /// Parses the side of a square, millimetres.
-fn square(text: &str) -> Result<Board, String> {
+fn square(text: &str) -> Result<CharucoSheet, String> {
     let side = numbers::parse(text, &numbers::SQUARE)?;
-    Board::with_square(side * 1e-3).ok_or_else(|| format!("must be {}", numbers::SQUARE))
+    CharucoSheet::with_square(side * 1e-3).ok_or_else(|| format!("must be {}", numbers::SQUARE))
 }
 
 /// Where the board is.
@@ -48,7 +48,7 @@ fn square(text: &str) -> Result<Board, String> {
 pub(super) struct BoardOptions {
     /// Side of the board's squares as measured on the print, 1 to 1000 mm [default: 36]
     #[arg(long, value_name = "MM", value_parser = square, conflicts_with_all = NOT_BOARD)]
-    square: Option<Board>,
+    square: Option<CharucoSheet>,
     /// Place of the board's origin (its lower left corner) in the rig frame, each -100 to 100 m
     #[arg(long, value_name = "X,Y,Z", value_parser = point, conflicts_with_all = NOT_BOARD)]
     origin: Option<Point3<f64>>,
@@ -62,8 +62,8 @@ pub(super) struct BoardOptions {
 }
 
 impl BoardOptions {
-    pub(super) fn board(&self) -> Board {
-        self.square.unwrap_or(Board::SHEET)
+    pub(super) fn board(&self) -> CharucoSheet {
+        self.square.unwrap_or(CharucoSheet::SHEET)
     }
 
     pub(super) fn placement(&self) -> Placement {

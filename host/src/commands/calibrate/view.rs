@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use nalgebra::Point3;
-use plumb_calibrate::board::{Board, Placement};
+use plumb_calibrate::board::{CharucoSheet, Placement};
 use plumb_calibrate::render::{draw_board, shown_pose};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
@@ -43,7 +43,7 @@ fn source_name(file: &Path, rig: &Rig) -> Result<SourceName, Failure> {
 /// What a picture shows.
 pub(super) enum Stage {
     /// The board at its place.
-    Board { board: Board, placement: Placement },
+    Board { board: CharucoSheet, placement: Placement },
     /// The motors.
     Motors,
     /// The board as it is shown for the calibration of the lens.
@@ -210,7 +210,7 @@ impl SimulatedView {
             }
             Stage::Lens { number } => {
                 let (lens, size) = (frame.intrinsics(), frame.colour().size());
-                (Board::SHEET, shown_pose(lens, size, &Board::SHEET, *number))
+                (CharucoSheet::SHEET, shown_pose(lens, size, &CharucoSheet::SHEET, *number))
             }
             Stage::Motors | Stage::Ball(_) => return Ok(frame),
         };

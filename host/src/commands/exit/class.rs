@@ -6,7 +6,7 @@ use std::io::{self, ErrorKind};
 
 use plumb_calibrate::calibration::CalibrationError;
 use plumb_calibrate::camera_text::{NoIntrinsics, NoPose};
-use plumb_calibrate::corners::{BoardError, ProcessingError};
+use plumb_calibrate::corners::{ProcessingError, SheetError};
 use plumb_calibrate::lens::LensError;
 use plumb_cameras::capture::StartCaptureError;
 use plumb_cameras::open::OpenError;
@@ -84,7 +84,7 @@ exit_code_of! { BAD_INPUT: RigFamilyError }
 exit_code_of! { BAD_INPUT: McapError }
 
 exit_code_of! { FAILED:
-    BoardError, CalibrationError, LensError, ServeError, io::Error, serde_json::Error,
+    SheetError, CalibrationError, LensError, ServeError, io::Error, serde_json::Error,
 }
 
 impl ExitClass for LinkError {

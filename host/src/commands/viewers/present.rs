@@ -7,8 +7,8 @@ use plumb_cameras::record::Overflow;
 use plumb_config::error_chain::ErrorChain;
 use plumb_foxglove::{FoxgloveOutput, FoxgloveSettings};
 use plumb_frame::source::BoxedError;
+use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
-use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::Summary;
 use plumb_vision::camera::Camera;
@@ -32,7 +32,7 @@ pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
 }
 
 /// Observer for viewers; without effect where no option asks for one.
-pub(in super::super) struct Viewers(Option<Queued<FoxgloveOutput>>);
+pub(in super::super) struct Viewers(Option<BoundedObserver<FoxgloveOutput>>);
 
 impl ViewerOptions {
     /// Starts the outputs of a run that the options ask for. In virtual time nothing is late, and
@@ -60,7 +60,7 @@ impl ViewerOptions {
             overflow,
             with_frames: true,
         };
-        Ok(Viewers(Some(Queued::new(output, queue)?)))
+        Ok(Viewers(Some(BoundedObserver::new(output, queue)?)))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use plumb_path::check::check;
 use plumb_path::file::{PathFile, parse};
-use plumb_path::trajectory::{Limits, Moment, PathError, Run, Trajectory, Waypoints};
+use plumb_path::trajectory::{Moment, MotionLimits, PathError, Run, Trajectory, Waypoints};
 
 use super::Target;
 
@@ -30,7 +30,7 @@ pub const TARGET: Target = Target {
 };
 
 /// Limits of the trajectories.
-const LIMITS: Limits = Limits { speed: 0.05, acceleration: 0.25, jerk: 5.0 };
+const LIMITS: MotionLimits = MotionLimits { speed: 0.05, acceleration: 0.25, jerk: 5.0 };
 
 /// Distance of a path from its corners, metres.
 const TOLERANCE: f64 = 0.005;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_path::shape::{Plane, Shape, ShapeKind};
-use plumb_path::trajectory::{Limits, Run as Repetition};
+use plumb_path::trajectory::{MotionLimits, Run as Repetition};
 use plumb_protocol::message::State;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{
@@ -210,7 +210,7 @@ pub(crate) fn circle(rig: &Rig) -> PathPlan {
         tolerance: 0.005,
         seed: 1,
     };
-    let trajectory = shape.trajectory(&Limits::with_speed(0.05), Repetition::Once);
+    let trajectory = shape.trajectory(&MotionLimits::with_speed(0.05), Repetition::Once);
     PathPlan::new(trajectory.expect("a circle"), true, rig).expect("a path within the workspace")
 }
 

@@ -4,7 +4,7 @@ use nalgebra::{Point3, center};
 use plumb_emulator::plant::Task;
 use plumb_path::Trajectory;
 use plumb_path::shape::{Plane, Shape, ShapeKind};
-use plumb_path::trajectory::{Limits, Moment, PathError, Run};
+use plumb_path::trajectory::{Moment, MotionLimits, PathError, Run};
 use plumb_protocol::message::{KNOTS, Knot, Reference};
 use plumb_protocol::units::{Micros, Point, Speed};
 
@@ -54,7 +54,8 @@ impl Course {
     /// # Errors
     /// If a number of the shape or the speed is not above 0.
     pub(super) fn new(shape: &Shape, speed_m_s: f64) -> Result<Self, PathError> {
-        let limits = Limits { speed: speed_m_s, acceleration: ACCELERATION_M_S2, jerk: JERK_M_S3 };
+        let limits =
+            MotionLimits { speed: speed_m_s, acceleration: ACCELERATION_M_S2, jerk: JERK_M_S3 };
         Ok(Self { trajectory: shape.trajectory(&limits, Run::Loop)? })
     }
 

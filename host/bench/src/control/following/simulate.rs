@@ -3,7 +3,7 @@
 use std::fmt;
 
 use plumb_core::TICK_US;
-use plumb_emulator::plant::{Observer, Plant, Task};
+use plumb_emulator::plant::{CameraMonitor, Plant, Task};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Micros;
 
@@ -57,7 +57,7 @@ pub(super) struct Outcome {
 struct Simulation<'a> {
     follower: &'a mut dyn CourseFollower,
     plant: Box<dyn Plant>,
-    camera: Observer,
+    camera: CameraMonitor,
     gauge: Gauge<'a>,
     /// Frames captured so far.
     frames: u32,
@@ -124,7 +124,7 @@ pub(super) fn run(
     let mut simulation = Simulation {
         follower,
         plant: conditions.plant(task, id).map_err(on_error)?,
-        camera: Observer::new(conditions.camera, camera_seed).map_err(on_error)?,
+        camera: CameraMonitor::new(conditions.camera, camera_seed).map_err(on_error)?,
         gauge: Gauge::new(course),
         frames: 0,
         ticks: 0,

@@ -76,7 +76,7 @@ impl RunCore {
         self.send_targets(now);
         if has_ended && let Goal::Moving(drive) = &mut self.goal {
             // The drive ends where the board holds the ball at the last place.
-            drive.come_to_an_end();
+            drive.finish();
         }
     }
 

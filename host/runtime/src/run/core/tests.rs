@@ -9,7 +9,7 @@ use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::Image;
 use plumb_frame::observation::{BallObservation, Circle};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
-use plumb_path::trajectory::{Limits, Run as Repetition};
+use plumb_path::trajectory::{MotionLimits, Run as Repetition};
 use plumb_protocol::message::{State, Telemetry};
 use plumb_protocol::units::Micrometres;
 use proptest::prelude::*;
@@ -260,7 +260,7 @@ fn circle(rig: &Rig) -> PathPlan {
         tolerance: 0.005,
         seed: 1,
     };
-    let trajectory = shape.trajectory(&Limits::with_speed(0.05), Repetition::Once).unwrap();
+    let trajectory = shape.trajectory(&MotionLimits::with_speed(0.05), Repetition::Once).unwrap();
     PathPlan::new(trajectory, true, rig).unwrap()
 }
 

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use plumb_calibrate::board::Board;
+use plumb_calibrate::board::CharucoSheet;
 use plumb_calibrate::board_pose::SeenCorner;
-use plumb_calibrate::corners::{BoardError, find_corners};
+use plumb_calibrate::corners::{SheetError, find_corners};
 use plumb_calibrate::lens::LensView;
 use plumb_cameras::png;
 use plumb_cameras::tum::MAX_BYTES;
@@ -37,13 +37,13 @@ pub(super) struct Shown {
 
 /// Searches the board in a picture. Where it is not seen, or another one is, the reason.
 fn shown(picture: ColourImage, name: String) -> Result<Result<Shown, String>, Failure> {
-    let corners = match find_corners(&picture, &Board::SHEET) {
+    let corners = match find_corners(&picture, &CharucoSheet::SHEET) {
         Ok(corners) => corners,
-        Err(BoardError::NotSeen { .. }) => return Ok(Err("the board is not seen".to_owned())),
-        Err(error @ BoardError::Other { .. }) => return Ok(Err(error.to_string())),
+        Err(SheetError::NotSeen { .. }) => return Ok(Err("the board is not seen".to_owned())),
+        Err(error @ SheetError::Other { .. }) => return Ok(Err(error.to_string())),
         Err(error) => return Err(error.into()),
     };
-    let places = Board::SHEET.corners();
+    let places = CharucoSheet::SHEET.corners();
     let seen = |id: usize, image| SeenCorner { id, board: places[id], image, depth: None };
     let corners = corners.iter().map(|corner| seen(corner.id, corner.image)).collect();
     Ok(Ok(Shown { picture, view: LensView { name, corners } }))

@@ -44,12 +44,12 @@ fn record(number: u64) -> FrameRecord {
     }
 }
 
-fn slow(overflow: Overflow, fails_at: u64) -> (Queued<Slow>, Sender<()>) {
+fn slow(overflow: Overflow, fails_at: u64) -> (BoundedObserver<Slow>, Sender<()>) {
     let (allow, permission) = channel();
     let observer = Slow { permission, numbers: Vec::new(), fails_at };
     let settings =
         QueueSettings { name: "slow observer", capacity: 2, overflow, with_frames: false };
-    (Queued::new(observer, settings).unwrap(), allow)
+    (BoundedObserver::new(observer, settings).unwrap(), allow)
 }
 
 #[test]
@@ -95,7 +95,7 @@ fn an_event_waits_for_room_and_comes_before_the_next_record() {
         overflow: Overflow::Drop,
         with_frames: false,
     };
-    let mut queued = Queued::new(words, settings).unwrap();
+    let mut queued = BoundedObserver::new(words, settings).unwrap();
     (0..10).for_each(|number| queued.frame(&record(number)));
     let events: Vec<EventRecord> = (0..50).map(|number| lost(&format!("event {number}"))).collect();
     events.iter().for_each(|event| queued.event(event));
@@ -146,7 +146,7 @@ fn a_panic_of_the_observer_is_one_failure_and_an_error_of_close() {
     for overflow in [Overflow::Drop, Overflow::Block] {
         let settings =
             QueueSettings { name: "observer", capacity: 9, overflow, with_frames: false };
-        let mut queued = Queued::new(Panics, settings).unwrap();
+        let mut queued = BoundedObserver::new(Panics, settings).unwrap();
         (0..=3).for_each(|number| queued.frame(&record(number)));
         let failure = loop {
             match queued.failure() {
@@ -187,7 +187,7 @@ fn a_run_that_panics_loses_no_record() {
         overflow: Overflow::Drop,
         with_frames: false,
     };
-    let mut queued = Queued::new(Listed(Arc::clone(&list)), settings).unwrap();
+    let mut queued = BoundedObserver::new(Listed(Arc::clone(&list)), settings).unwrap();
     let run = thread::spawn(move || {
         (0..40).for_each(|number| queued.frame(&record(number)));
         panic!("a defect");

@@ -3,8 +3,8 @@ use super::*;
 const BALL: Point3<f64> = Point3::new(0.4, 0.3, 0.2);
 
 /// Returns all observations of `frames` frames of a ball at rest.
-fn watch(parameters: ObserverParameters, seed: u64, frames: u32) -> Vec<Observation> {
-    let mut observer = Observer::new(parameters, seed).unwrap();
+fn watch(parameters: CameraMonitorParameters, seed: u64, frames: u32) -> Vec<Observation> {
+    let mut observer = CameraMonitor::new(parameters, seed).unwrap();
     for k in 0..frames {
         observer.observe(f64::from(k) * observer.period_s(), BALL);
     }
@@ -23,7 +23,7 @@ fn sd(values: impl Iterator<Item = f64> + Clone) -> f64 {
 
 #[test]
 fn a_perfect_observer_reports_the_position_at_once() {
-    let mut observer = Observer::perfect(30.0).unwrap();
+    let mut observer = CameraMonitor::perfect(30.0).unwrap();
     assert_eq!(observer.delivered(10.0), None);
     observer.observe(0.1, BALL);
     assert_eq!(observer.delivered(0.099), None, "not before it was taken");
@@ -36,7 +36,7 @@ fn a_perfect_observer_reports_the_position_at_once() {
 
 #[test]
 fn latency_is_uniform_between_its_bounds_and_in_order() {
-    let mut observer = Observer::new(ObserverParameters::default(), 7).unwrap();
+    let mut observer = CameraMonitor::new(CameraMonitorParameters::default(), 7).unwrap();
     let (period, ticks) = (observer.period_s(), 100);
     let mut latencies = Vec::new();
     let mut last = -1.0;
@@ -60,7 +60,7 @@ fn latency_is_uniform_between_its_bounds_and_in_order() {
     let mean = latencies.iter().sum::<f64>() / latencies.len() as f64;
     assert!((mean - 1.5).abs() < 0.03, "{mean}");
     // With latencies of several frames, an observation arrives after those of earlier frames.
-    let irregular = ObserverParameters { latency_frames: (0.0, 5.0), ..Default::default() };
+    let irregular = CameraMonitorParameters { latency_frames: (0.0, 5.0), ..Default::default() };
     let seen = watch(irregular, 7, 1000);
     assert!(seen.is_sorted_by(|a, b| a.captured_at_s < b.captured_at_s));
     assert_eq!(seen.len(), 1000);
@@ -68,7 +68,7 @@ fn latency_is_uniform_between_its_bounds_and_in_order() {
 
 #[test]
 fn noise_has_its_standard_deviations() {
-    let e = errors(&watch(ObserverParameters::default(), 1, 20_000));
+    let e = errors(&watch(CameraMonitorParameters::default(), 1, 20_000));
     for (axis, expected) in [2e-3, 1e-3, 1e-3].into_iter().enumerate() {
         let measured = sd(e.iter().map(|e| e[axis]));
         assert!((measured / expected - 1.0).abs() < 0.03, "axis {axis}: {measured}");
@@ -79,7 +79,10 @@ fn noise_has_its_standard_deviations() {
 fn drift_is_correlated_from_frame_to_frame_and_on_the_depth_axis_only() {
     let drift = DepthDrift { sd_m: 3e-3, correlation: 0.9 };
     let e = errors(&watch(
-        ObserverParameters { depth_drift: Some(drift), ..ObserverParameters::perfect(30.0) },
+        CameraMonitorParameters {
+            depth_drift: Some(drift),
+            ..CameraMonitorParameters::perfect(30.0)
+        },
         1,
         50_000,
     ));
@@ -96,13 +99,15 @@ fn frames_are_lost_singly_and_in_bursts() {
         let seen = watch(parameters, 3, 50_000);
         seen.iter().filter(|o| o.position.is_none()).count() as f64 / 50_000.0
     };
-    let single =
-        ObserverParameters { dropout_probability: 0.02, ..ObserverParameters::perfect(30.0) };
+    let single = CameraMonitorParameters {
+        dropout_probability: 0.02,
+        ..CameraMonitorParameters::perfect(30.0)
+    };
     assert!((losses(single) - 0.02).abs() < 0.003);
-    let bursts = ObserverParameters {
+    let bursts = CameraMonitorParameters {
         burst_probability: 0.01,
         burst_frames: (4, 6),
-        ..ObserverParameters::perfect(30.0)
+        ..CameraMonitorParameters::perfect(30.0)
     };
     // One burst per 100 frames with a ball, with a mean length of 5.
     assert!((losses(bursts) - 5.0 / 104.0).abs() < 0.005, "{}", losses(bursts));
@@ -113,10 +118,10 @@ fn frames_are_lost_singly_and_in_bursts() {
 
 #[test]
 fn outliers_have_their_probability_and_size() {
-    let parameters = ObserverParameters {
+    let parameters = CameraMonitorParameters {
         outlier_probability: 0.05,
         outlier_size_m: 0.05,
-        ..ObserverParameters::perfect(30.0)
+        ..CameraMonitorParameters::perfect(30.0)
     };
     let e = errors(&watch(parameters, 5, 20_000));
     let far = e
@@ -129,10 +134,10 @@ fn outliers_have_their_probability_and_size() {
 
 #[test]
 fn the_same_seed_gives_the_same_errors_and_streams_are_independent() {
-    let base = watch(ObserverParameters::default(), 11, 500);
-    assert_eq!(base, watch(ObserverParameters::default(), 11, 500));
-    assert_ne!(base, watch(ObserverParameters::default(), 12, 500));
-    let later = ObserverParameters {
+    let base = watch(CameraMonitorParameters::default(), 11, 500);
+    assert_eq!(base, watch(CameraMonitorParameters::default(), 11, 500));
+    assert_ne!(base, watch(CameraMonitorParameters::default(), 12, 500));
+    let later = CameraMonitorParameters {
         latency_frames: (3.0, 4.0),
         outlier_size_m: 1.0,
         ..Default::default()
@@ -142,22 +147,22 @@ fn the_same_seed_gives_the_same_errors_and_streams_are_independent() {
 
 #[test]
 fn invalid_parameters_are_refused_by_name() {
-    let good = ObserverParameters::default();
+    let good = CameraMonitorParameters::default();
     for (wrong, word) in [
-        (ObserverParameters { rate_hz: 0.0, ..good }, "rate"),
-        (ObserverParameters { latency_frames: (2.0, 1.0), ..good }, "latency"),
-        (ObserverParameters { noise_sd_m: [0.0, f64::NAN, 0.0], ..good }, "noise"),
-        (ObserverParameters { dropout_probability: 1.1, ..good }, "drop-out"),
-        (ObserverParameters { burst_frames: (5, 4), ..good }, "burst"),
+        (CameraMonitorParameters { rate_hz: 0.0, ..good }, "rate"),
+        (CameraMonitorParameters { latency_frames: (2.0, 1.0), ..good }, "latency"),
+        (CameraMonitorParameters { noise_sd_m: [0.0, f64::NAN, 0.0], ..good }, "noise"),
+        (CameraMonitorParameters { dropout_probability: 1.1, ..good }, "drop-out"),
+        (CameraMonitorParameters { burst_frames: (5, 4), ..good }, "burst"),
         (
-            ObserverParameters {
+            CameraMonitorParameters {
                 depth_drift: Some(DepthDrift { sd_m: 1e-3, correlation: 1.0 }),
                 ..good
             },
             "correlation",
         ),
     ] {
-        let message = Observer::new(wrong, 0).unwrap_err().to_string();
+        let message = CameraMonitor::new(wrong, 0).unwrap_err().to_string();
         assert!(message.contains(word), "{message}");
     }
 }

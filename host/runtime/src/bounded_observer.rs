@@ -68,7 +68,7 @@ type Failure = Arc<Mutex<Option<BoxedError>>>;
 /// failure ends the run at the same frame every time.
 ///
 /// Dropping it waits until the observer has received everything, also while the run panics.
-pub struct Queued<O> {
+pub struct BoundedObserver<O> {
     /// Beginning of the queue; `None` once it is closed or the observer panicked.
     items: Option<SyncSender<Item>>,
     /// Receives a message for each handled item with [`Overflow::Block`].
@@ -84,7 +84,7 @@ pub struct Queued<O> {
     dropped: u64,
 }
 
-impl<O: Observer + Send + 'static> Queued<O> {
+impl<O: Observer + Send + 'static> BoundedObserver<O> {
     /// Starts the thread of `observer`.
     ///
     /// # Errors
@@ -195,7 +195,7 @@ fn serve<O: Observer>(
     observer
 }
 
-impl<O: Observer + Send + 'static> Observer for Queued<O> {
+impl<O: Observer + Send + 'static> Observer for BoundedObserver<O> {
     fn frame(&mut self, record: &FrameRecord) {
         self.add_waiting();
         let frame = record.frame.clone().filter(|_| self.settings.with_frames);
@@ -244,7 +244,7 @@ impl<O: Observer + Send + 'static> Observer for Queued<O> {
     }
 }
 
-impl<O> Queued<O> {
+impl<O> BoundedObserver<O> {
     /// Adds all waiting events. Waits for room.
     fn add_all_waiting(&mut self) {
         for event in self.waiting.drain(..) {
@@ -254,7 +254,7 @@ impl<O> Queued<O> {
     }
 }
 
-impl<O> Drop for Queued<O> {
+impl<O> Drop for BoundedObserver<O> {
     fn drop(&mut self) {
         self.add_all_waiting();
         self.items = None;

@@ -12,7 +12,7 @@ use super::interface::{RigError, check};
 /// Errors of a camera and its detector. The camera's axes are parallel to the rig's; x is the depth
 /// axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ObserverParameters {
+pub struct CameraMonitorParameters {
     /// Frame rate, Hz; > 0.
     pub rate_hz: f64,
     /// Smallest and largest latency from capture to delivery, frames, >= 0. Each frame's latency is
@@ -43,7 +43,7 @@ pub struct DepthDrift {
     pub correlation: f64,
 }
 
-impl Default for ObserverParameters {
+impl Default for CameraMonitorParameters {
     /// Returns the control notes' camera: 30 Hz, latency of 1 to 2 frames, white noise of (2, 1, 1)
     /// mm, 2 % drop-outs, and bursts of 3 to 10 frames with a probability of 0.2 % per frame.
     fn default() -> Self {
@@ -57,7 +57,7 @@ impl Default for ObserverParameters {
     }
 }
 
-impl ObserverParameters {
+impl CameraMonitorParameters {
     /// Returns a camera of this frame rate without noise, latency or losses.
     #[must_use]
     pub fn perfect(rate_hz: f64) -> Self {
@@ -124,15 +124,15 @@ pub struct Observation {
 /// Simulated camera and detector with the errors of their parameters. The same seed gives the same
 /// errors.
 ///
-/// Call [`Observer::observe`] with the true position at each frame time. Call
-/// [`Observer::delivered`] whenever time has passed, until it returns `None`. Frames arrive in the
-/// order in which they were taken.
+/// Call [`CameraMonitor::observe`] with the true position at each frame time. Call
+/// [`CameraMonitor::delivered`] whenever time has passed, until it returns `None`. Frames arrive in
+/// the order in which they were taken.
 ///
 /// Noise, latency, drop-outs and outliers have one random stream each, with the same number of
 /// draws per frame: a change of one parameter does not change the other errors.
 #[derive(Debug, Clone)]
-pub struct Observer {
-    parameters: ObserverParameters,
+pub struct CameraMonitor {
+    parameters: CameraMonitorParameters,
     noise: ChaCha8Rng,
     delay: ChaCha8Rng,
     losses: ChaCha8Rng,
@@ -143,12 +143,12 @@ pub struct Observer {
     newest_arrival_s: f64,
 }
 
-impl Observer {
+impl CameraMonitor {
     /// Creates an observer with these errors.
     ///
     /// # Errors
     /// [`RigError::OutOfRange`] names the parameter that is out of range.
-    pub fn new(parameters: ObserverParameters, seed: u64) -> Result<Self, RigError> {
+    pub fn new(parameters: CameraMonitorParameters, seed: u64) -> Result<Self, RigError> {
         parameters.check()?;
         let stream = |number| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -173,7 +173,7 @@ impl Observer {
     /// # Errors
     /// If the rate is not positive.
     pub fn perfect(rate_hz: f64) -> Result<Self, RigError> {
-        Self::new(ObserverParameters::perfect(rate_hz), 0)
+        Self::new(CameraMonitorParameters::perfect(rate_hz), 0)
     }
 
     /// Returns the time from one frame to the next, seconds.
