@@ -11,8 +11,8 @@
 //! within the tolerance. Quintic Bézier curves round the corners, so that the curvature is
 //! continuous. The speed along it follows from
 //! [`MotionLimits`](trajectory::MotionLimits) by a backward and a forward pass over the arc length;
-//! a moving average over time then bounds the jerk. The position is twice continuously differentiable in
-//! time.
+//! a moving average over time then bounds the jerk. The position is twice continuously
+//! differentiable in time.
 //!
 //! Units are SI: metres in the rig frame, seconds. The crate reads no files, has no clock, and
 //! knows no rig.

@@ -39,7 +39,8 @@ impl FigureSettings {
 /// recorded. The end of the run adds the other files.
 ///
 /// Behind a [`BoundedObserver`](crate::bounded_observer::BoundedObserver), `run.csv` is complete up
-/// to the last frame, also where the run fails or panics. A process that is killed (SIGKILL) loses the rows in the queue.
+/// to the last frame, also where the run fails or panics. A process that is killed (SIGKILL) loses
+/// the rows in the queue.
 #[derive(Debug)]
 pub struct RunLog {
     path: PathBuf,
