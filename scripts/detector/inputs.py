@@ -3,7 +3,7 @@
 A picture is one of generate.py, half the size of a camera's, or one of the bench. The first three
 channels are red, green and blue from -1 to 1, with the hues turned so that the ball's is red.
 
-The detector computes these channels in `propose/input.rs`, `decide/patch.rs` and `view.rs` (in
+The detector computes these channels in `propose/input.rs`, `disc_depth.rs` and `view.rs` (in
 `host/vision/src/detect/shape`). It differs from this file in the following. The weights in use were
 trained with the inputs of this file, so the differences stay.
 

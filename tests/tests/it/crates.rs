@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! protocol <- core <- { firmware, emulator }
-//! { config, frame } <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb
-//! protocol <- runtime;   cameras <- calibrate <- plumb
+//! { config, frame } <- { openni, realsense, webcam } <- cameras
+//! cameras <- runtime <- { page, foxglove, ros2 } <- plumb
+//! { path, protocol } <- runtime;   cameras <- calibrate <- plumb
 //! frame <- import <- plumb;   image <- plumb
 //! frame <- vision <- { bench, plumb, tests }
 //! { emulator, frame, cameras, path, runtime } <- sim <- { bench, plumb, tests }
