@@ -218,9 +218,6 @@ pub fn panic_message(payload: &(dyn Any + Send)) -> String {
         .unwrap_or_else(|| "no message".to_owned())
 }
 
-#[cfg(test)]
-mod tests;
-
 /// Failure of the thread that reads a source.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -248,3 +245,6 @@ pub enum StartCaptureError {
     #[error("cannot start the thread that reads the camera")]
     Thread(#[source] io::Error),
 }
+
+#[cfg(test)]
+mod tests;

@@ -173,9 +173,6 @@ fn camera_file(text: &str, intrinsics: &Intrinsics) -> Result<String, RecordErro
     toml::to_string(&table).map_err(|error| RecordError::Camera(error.to_string()))
 }
 
-#[cfg(test)]
-mod tests;
-
 /// Failure of a recording.
 #[derive(Debug, Error)]
 pub enum RecordError {
@@ -290,3 +287,6 @@ impl ImageList {
         self.file.write_all(line.as_bytes()).map_err(io_error("add a line for", &path))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -227,9 +227,6 @@ impl CameraSource for TumFolder {
     }
 }
 
-#[cfg(test)]
-mod tests;
-
 /// Failure to read a TUM RGB-D folder or one of its frames.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -335,3 +332,6 @@ fn read_depth(path: &Path) -> Result<DepthImage, TumError> {
     let bytes = bounded_read::read(path, MAX_BYTES)?;
     decode::depth(&bytes).map_err(|error| TumError::decode(path, error))
 }
+
+#[cfg(test)]
+mod tests;

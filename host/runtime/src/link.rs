@@ -310,9 +310,6 @@ impl<T: Transport> Link<T> {
     }
 }
 
-#[cfg(test)]
-mod tests;
-
 /// What the link knows of the board at one time.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LinkView {
@@ -380,3 +377,6 @@ impl<T: Transport> Link<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

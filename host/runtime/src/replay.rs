@@ -1,4 +1,5 @@
-//! Detection on a recording: a CSV row for each frame (`plumb replay`).
+//! Detection on a recording: a CSV row for each frame (`plumb replay`), and images of the
+//! detector's stages (`--debug`).
 //!
 //! | column | meaning |
 //! |---|---|
@@ -200,9 +201,6 @@ fn row(time: f64, ball: Option<&BallObservation>, camera: &Camera) -> [String; 9
     ]
 }
 
-#[cfg(test)]
-mod tests;
-
 /// A folder with an image of each stage for each frame: `000042-2-outline.png` is the second stage
 /// of frame 42. Frames are numbered from 0, as the rows of the replay.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -255,3 +253,6 @@ impl DebugFolder {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

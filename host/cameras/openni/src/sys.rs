@@ -1,5 +1,6 @@
 //! Types and constants of OpenNI 2.2's C interface (`OniCTypes.h`, `OniCEnums.h` and
-//! `OniCProperties.h`), as far as this crate and a driver for OpenNI2 need them.
+//! `OniCProperties.h`), as far as this crate and a driver for OpenNI2 need them, the file names of
+//! the library, and the conversion of its strings.
 
 use core::ffi::{c_char, c_int, c_void};
 use std::ffi::CStr;
@@ -10,25 +11,6 @@ pub const LIBRARY_VARIABLE: &str = "PLUMB_OPENNI2";
 
 /// File names of the library, the most usual first.
 pub(crate) const NAMES: [&str; 3] = ["libOpenNI2.so.0", "libOpenNI2.so", "libOpenNI2.dylib"];
-
-/// Returns the string in a field of fixed length, which may lack its final zero.
-pub(crate) fn text(field: &[c_char]) -> String {
-    let bytes: Vec<u8> =
-        field.iter().take_while(|&&c| c != 0).map(|&c| c.to_ne_bytes()[0]).collect();
-    String::from_utf8_lossy(&bytes).into_owned()
-}
-
-/// Returns the string at `pointer`; empty for a null pointer.
-///
-/// # Safety
-/// `pointer` is null or points to a string with a final zero that does not change during this call.
-pub(crate) unsafe fn owned(pointer: *const c_char) -> String {
-    if pointer.is_null() {
-        return String::new();
-    }
-    // SAFETY: the caller guarantees it.
-    unsafe { CStr::from_ptr(pointer) }.to_string_lossy().trim().to_owned()
-}
 
 /// Version of the interface for `oniInitialize`: 2.2.
 pub const API_VERSION: c_int = 2002;
@@ -225,4 +207,23 @@ pub struct OniDeviceCallbacks {
     pub disconnected: DeviceCallback,
     /// A device changed its state (`DEVICE_STATE_*`).
     pub state_changed: DeviceStateCallback,
+}
+
+/// Returns the string in a field of fixed length, which may lack its final zero.
+pub(crate) fn text(field: &[c_char]) -> String {
+    let bytes: Vec<u8> =
+        field.iter().take_while(|&&c| c != 0).map(|&c| c.to_ne_bytes()[0]).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// Returns the string at `pointer`; empty for a null pointer.
+///
+/// # Safety
+/// `pointer` is null or points to a string with a final zero that does not change during this call.
+pub(crate) unsafe fn owned(pointer: *const c_char) -> String {
+    if pointer.is_null() {
+        return String::new();
+    }
+    // SAFETY: the caller guarantees it.
+    unsafe { CStr::from_ptr(pointer) }.to_string_lossy().trim().to_owned()
 }

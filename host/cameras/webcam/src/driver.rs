@@ -1,4 +1,5 @@
-//! Table `[camera.webcam]` of a rig file: webcams.
+//! Table `[camera.webcam]` of a rig file: settings and driver of webcams through V4L2. A program
+//! without the feature `videoio` lists webcams and cannot open them.
 
 use std::fs;
 use std::path::Path;
@@ -20,14 +21,6 @@ const DEVICES: &str = "/sys/class/video4linux";
 
 /// Endings of the names of video files, in lower case.
 pub const VIDEO_ENDINGS: [&str; 7] = ["avi", "mp4", "m4v", "mkv", "mov", "mpg", "webm"];
-
-/// A program that is built without OpenCV's module `videoio`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error(
-    "this program is built without webcams and video files; build it again with \
-     `cargo build --release -p plumb --features webcam`"
-)]
-pub struct NotBuilt;
 
 /// Settings of a webcam: table `[camera.webcam]` of a rig file. Every key may be left out.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -100,6 +93,14 @@ impl TryFrom<String> for PixelFormat {
         known.map(Self).ok_or(PixelFormatError(text))
     }
 }
+
+/// Refusal of a program that is built without OpenCV's module `videoio`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error(
+    "this program is built without webcams and video files; build it again with \
+     `cargo build --release -p plumb --features webcam`"
+)]
+pub struct NotBuilt;
 
 /// A program without the feature `videoio` lists webcams and cannot open them.
 impl CameraDriver for WebcamSettings {

@@ -195,9 +195,6 @@ impl Observer for RunLog {
     }
 }
 
-#[cfg(test)]
-mod tests;
-
 /// Name of the file in the folder of the run.
 const FILE: &str = "lost.csv";
 
@@ -244,3 +241,6 @@ impl LostFrames {
         rows.flush().map_err(RunLogError::io("write", path))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -5,6 +5,16 @@ use crate::law::fixed_point::SIGNS;
 
 pub(super) use crate::vector::{Vector, dot, length, scaled};
 
+/// Entries of a filter's state: p (0..3), M_A, M_B, M_C (3..12), ln s, and the delay.
+pub(super) const N: usize = 14;
+
+/// Index of ln s; s is the cable of a step, mm.
+pub(super) const STEP: usize = 12;
+
+/// Index of the measurements' delay beyond their age, in frame times
+/// ([`crate::law::MOTOR_SAMPLE_US`]).
+pub(super) const DELAY: usize = 13;
+
 /// A matrix by its rows.
 pub(super) type Matrix = [Vector; 3];
 
@@ -112,14 +122,6 @@ impl Gradient {
         Self { bends, paid }
     }
 }
-
-/// Entries of a filter's state: p (0..3), M_A, M_B, M_C (3..12), ln s, and the delay.
-pub(super) const N: usize = 14;
-/// Index of ln s; s is the cable of a step, mm.
-pub(super) const STEP: usize = 12;
-/// Index of the measurements' delay beyond their age, in frame times
-/// ([`crate::law::MOTOR_SAMPLE_US`]).
-pub(super) const DELAY: usize = 13;
 
 /// Mean offset of each motor from the middle of start and target, mm: the mean of
 /// docs/understand/method.md's population, triangles of 1 m. z comes from the guess. Motors stand
