@@ -300,14 +300,14 @@ pub const fn unordered(a: u32, b: u32) -> bool {
     is_nan(a) || is_nan(b)
 }
 
-/// Returns whether `a` == `b`.
+/// Returns whether `a` == `b`; false where one of them is NaN.
 #[inline(always)]
 #[must_use]
 pub const fn equal(a: u32, b: u32) -> bool {
     if a == b { !is_nan(a) } else { is_zero(a | b) }
 }
 
-/// Returns whether `a` < `b`.
+/// Returns whether `a` < `b`; false where one of them is NaN.
 #[inline(always)]
 #[must_use]
 pub const fn less(a: u32, b: u32) -> bool {
@@ -320,7 +320,7 @@ pub const fn less(a: u32, b: u32) -> bool {
     less && !unordered(a, b) && !is_zero(a | b)
 }
 
-/// Returns whether `a` <= `b`.
+/// Returns whether `a` <= `b`; false where one of them is NaN.
 #[inline(always)]
 #[must_use]
 pub const fn less_or_equal(a: u32, b: u32) -> bool {

@@ -1,4 +1,4 @@
-//! The fault of a board, and the cause that this program has counted.
+//! The fault of a board, the cause that this program has counted, and what to do next.
 
 use std::fmt;
 use std::time::Duration;
@@ -102,7 +102,9 @@ impl fmt::Display for FaultCause {
     }
 }
 
-/// Returns what to do next after the board has stopped by itself.
+/// Returns what to do next after the board has stopped by itself. docs/use/faults.md explains each
+/// fault and begins with the same words; a test compares them. Where the cause was counted,
+/// [`BoardFault::advice`] returns more exact words.
 pub fn after_fault(fault: Fault) -> &'static str {
     match fault {
         Fault::HostSilent => {

@@ -1,4 +1,5 @@
-//! Motions of the ball that a rig allows, as far as its file tells.
+//! Motions of the ball that a rig allows, as far as its file tells, and the tables `[jog]` and
+//! `[path]` with limits of motions.
 
 use nalgebra::{Point3, Vector3};
 use plumb_protocol::config::{JogLimits, PathLimits};
@@ -120,8 +121,8 @@ impl MotionRules {
     }
 }
 
-/// See [`plumb_protocol::config::JogLimits`]. The defaults are a revolution of a motor with 200
-/// steps, and a quarter of a revolution in a second.
+/// Limits of jogs: table `[jog]` of a rig file. See [`plumb_protocol::config::JogLimits`]. The
+/// defaults are a revolution of a motor with 200 steps, and a quarter of a revolution in a second.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JogSettings {
@@ -148,7 +149,8 @@ impl JogSettings {
     }
 }
 
-/// See [`plumb_protocol::config::PathLimits`].
+/// Limits of a reference that moves: table `[path]` of a rig file. See
+/// [`plumb_protocol::config::PathLimits`].
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PathSettings {

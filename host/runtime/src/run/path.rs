@@ -74,7 +74,12 @@ struct Report {
     path: f64,
 }
 
-/// Estimate of the path's time.
+/// Estimate of the path's time on the host's clock, from the board's telemetry.
+///
+/// The positions compare the two clocks: telemetry that names a position is later than the sending
+/// of that position. The least such difference is the time that a position takes to the board and
+/// through it. The board takes a position for as old as it was at its sending, so board and host
+/// agree about the time of a picture.
 #[derive(Debug, Clone, Default)]
 struct PathClock {
     reports: VecDeque<Report>,

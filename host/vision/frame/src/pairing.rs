@@ -1,4 +1,4 @@
-//! Pairing of colour and depth pictures by time.
+//! Pairing of the pictures of the two sensors of a camera, colour and depth, by time.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -36,6 +36,25 @@ const CLOCK_SET: f64 = 1.0;
 /// A picture waits for its counterpart until one arrives that was taken later, or until too many
 /// wait. It is then reported as unpaired. Streams that are out of step by more than `within` give
 /// no pair at all.
+///
+/// ```
+/// use plumb_frame::pairing::{Paired, Pairing, Sensor, Timed};
+///
+/// #[derive(Debug, PartialEq)]
+/// struct Stamp(f64);
+///
+/// impl Timed for Stamp {
+///     fn time(&self) -> f64 {
+///         self.0
+///     }
+/// }
+///
+/// let mut pairing = Pairing::new(0.013);
+/// pairing.add(Sensor::Depth, Stamp(1.000));
+/// assert_eq!(pairing.take(), None);
+/// pairing.add(Sensor::Colour, Stamp(1.002));
+/// assert_eq!(pairing.take(), Some(Paired::Pair(Stamp(1.002), Stamp(1.000))));
+/// ```
 #[derive(Debug, Clone)]
 pub struct Pairing<T> {
     within: f64,
