@@ -1,4 +1,4 @@
-//! What the firmware says of itself.
+//! Description of the firmware for picotool and for the host.
 //!
 //! `picotool info -a` prints program, version and pins of a file with this firmware, or of a board
 //! in its bootloader; memory.x places the header and the list of the entries. The host gets the

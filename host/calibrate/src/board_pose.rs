@@ -1,4 +1,5 @@
-//! Pose from a printed board whose place in the rig is known.
+//! Pose from a printed board whose place in the rig is known, and the average of several views of a
+//! board at rest.
 //!
 //! The pose minimises the distances of the board's corners from their images, and those of their
 //! depths where there is depth. The images give direction and, through the size of the squares, the

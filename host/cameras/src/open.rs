@@ -1,4 +1,4 @@
-//! Opening of the camera that the settings choose.
+//! Opening of the camera or recording that the settings choose. A thread of its own reads it.
 
 use std::path::Path;
 

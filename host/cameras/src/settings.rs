@@ -1,4 +1,4 @@
-//! Table `[camera]` of a rig file.
+//! Table `[camera]` of a rig file, and the registry of all sources of frames.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -108,6 +108,7 @@ macro_rules! registry {
     };
 }
 
+// A source: its name here, its key in a rig file, and the table of its settings where it has one.
 registry! {
     /// Frames of the simulated rig, which the program renders itself: no camera.
     Simulated = "simulated";

@@ -1,4 +1,11 @@
 //! Files that a person writes or names, and the errors about them.
+//!
+//! - [`toml_file`]: configuration files; every mistake comes with its file, line and key.
+//! - [`quantity`]: numbers with a range and a unit; [`reference`](mod@reference): the keys of a
+//!   file, from its reference page in the book.
+//! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
+//!   records are whole, also where the disk is full.
+//! - [`error_chain`]: the message of an error with its causes.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -1,4 +1,4 @@
-//! The ROS 2 domain and the network interface of a node.
+//! The ROS 2 domain and the network interface of a node, and the node that has joined them.
 
 use std::net::{IpAddr, Ipv4Addr, UdpSocket};
 

@@ -1,4 +1,4 @@
-//! What the board tells of itself, in SI units.
+//! Report of the board in SI units, and the cables that are near slack.
 
 use plumb_protocol::message::{State, Telemetry};
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};

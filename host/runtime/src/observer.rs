@@ -1,5 +1,5 @@
 //! Observers: the outputs of a run. Each one receives every frame record, the events and the
-//! summary.
+//! summary. The recorder of the frames is one of them.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! A run: connects to the board, configures it, and drives the ball through a list of targets.
+//! A run: connects to the board, configures it, and drives the ball through a list of targets. Its
+//! errors are here too.
 
 mod control_loop;
 mod core;

@@ -1,4 +1,5 @@
-//! Best-first branch and bound: the minimum of a function over cells that can be split.
+//! Best-first branch and bound: the minimum of a function over cells that can be split, or over all
+//! directions of the error e.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;

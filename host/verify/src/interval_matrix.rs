@@ -1,4 +1,5 @@
-//! Interval matrices: the families of Jacobians that law `interval` is configured with.
+//! Interval matrices: the families of Jacobians that law `interval` is configured with, and the
+//! arithmetic of vectors and 3 × 3 matrices of intervals.
 
 use super::branch_and_bound::relative_width;
 use crate::Interval;

@@ -1,4 +1,6 @@
-//! Polynomials with integer coefficients in the nine magnitudes |J_ik|, expanded exactly.
+//! Polynomials with integer coefficients in the nine magnitudes |J_ik|, expanded exactly, and the
+//! Routh-Hurwitz conditions of J Σ⁻¹ by them: law `sign` is stable for every Jacobian with the sign
+//! pattern.
 
 use std::collections::BTreeMap;
 use std::ops::{Add, Mul, Sub};

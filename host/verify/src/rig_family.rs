@@ -1,4 +1,5 @@
-//! Families of rigs: boxes of motor positions and of ball positions.
+//! Families of rigs: boxes of motor positions and of ball positions, and the normalised geometry of
+//! a box, with D = 1.
 
 use thiserror::Error;
 

@@ -1,5 +1,5 @@
 //! Board in virtual time: bytes in and out, a clock that the caller advances, and a plant that the
-//! board's steps move. A sampler notes the motor positions.
+//! board's steps move. Samples of the motor positions are taken at even intervals.
 
 use std::collections::VecDeque;
 

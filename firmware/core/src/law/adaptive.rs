@@ -1,4 +1,5 @@
-//! The law `adaptive`: estimates J while driving, and uses it where descent is certain enough.
+//! The law `adaptive`: estimates J while driving, and uses it where descent is certain enough. Its
+//! gain falls where the ball overshoots a target again and again.
 
 mod estimate;
 #[cfg(test)]

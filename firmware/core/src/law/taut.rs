@@ -1,4 +1,5 @@
-//! The law `taut`: estimates the rig's geometry while driving, and keeps the cables taut.
+//! The law `taut`: estimates the rig's geometry while driving, and keeps the cables taut. A monitor
+//! of the progress damps a loop that swings, and detects filters that are stuck.
 //!
 //! The acceleration is limited by the uncertainty of the geometry. The law computes in f32. Sums,
 //! products, quotients and square roots are the same everywhere (IEEE 754), and so are the results

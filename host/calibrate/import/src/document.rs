@@ -1,4 +1,5 @@
-//! YAML texts, with the peculiarities of the programs that write them.
+//! YAML texts, with the peculiarities of the programs that write them, and the matrices and poses
+//! in them.
 
 use nalgebra::Isometry3;
 use serde::Deserialize;

@@ -1,4 +1,5 @@
-//! Table `[camera.openni]` of a rig file: cameras through OpenNI2.
+//! Table `[camera.openni]` of a rig file: settings and driver of cameras through OpenNI2, which is
+//! loaded at run time.
 
 use std::path::{Path, PathBuf};
 

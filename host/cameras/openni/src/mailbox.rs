@@ -1,4 +1,4 @@
-//! Bounded queue between the worker thread and the reader of its messages.
+//! Bounded queue between the worker thread and the reader of its messages, and these messages.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};

@@ -1,4 +1,4 @@
-//! Settings of a camera, and the description of an open one.
+//! Settings of a camera, the modes of its streams, and the description of an open one.
 
 use core::ffi::c_int;
 use std::fmt;

@@ -1,4 +1,5 @@
-//! Table `[camera.realsense]` of a rig file: Intel RealSense cameras.
+//! Table `[camera.realsense]` of a rig file: settings and driver of Intel RealSense cameras through
+//! librealsense2, which is loaded at run time.
 
 use std::path::Path;
 

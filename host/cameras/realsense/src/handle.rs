@@ -1,4 +1,4 @@
-//! Handles that are deleted when they are dropped.
+//! Handles that are deleted when they are dropped, and calls of the library that may not return.
 
 use core::ffi::c_void;
 use std::panic::resume_unwind;

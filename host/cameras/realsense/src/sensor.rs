@@ -1,4 +1,4 @@
-//! Streams of a device's sensors.
+//! Streams of a device's sensors, and their frames in the library's memory.
 
 use core::ffi::c_int;
 use std::sync::Arc;

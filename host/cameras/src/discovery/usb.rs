@@ -1,4 +1,5 @@
-//! Depth cameras among the USB devices that the kernel lists, also those without a driver.
+//! Depth cameras among the USB devices that the kernel lists, also those without a driver, and the
+//! known models.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! Rate of the clock of the stamps against this computer's clock.
+//! Clock of the stamps of a camera's node: its rate against this computer's clock, the time between
+//! two pictures, and the times of exposure on the host's clock.
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;

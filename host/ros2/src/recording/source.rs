@@ -1,4 +1,4 @@
-//! An MCAP recording as a source of frames.
+//! An MCAP recording as a source of frames: each colour picture with the depth of the same moment.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! Checks that every target of another node passes.
+//! Admission of the targets of other nodes: the checks that each one passes, the least time between
+//! two, and the publishers that send them.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};

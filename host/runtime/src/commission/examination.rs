@@ -1,4 +1,5 @@
-//! Course of an examination: jogs and pictures.
+//! Course of an examination: jogs, pictures, and the ball's place at rest from several pictures.
+//! The board hears from the host while pictures are taken.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

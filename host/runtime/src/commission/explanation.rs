@@ -1,4 +1,5 @@
-//! Explanations of what the ball does: wirings of the motors, and orientations of the frame.
+//! Explanations of what the ball does: wirings of the motors, and orientations of the frame. The
+//! misfit of an explanation measures how well it fits the measured directions.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,4 +1,5 @@
-//! The table of commands that wait for their answers: one place repeats them and gives them up.
+//! The table of commands that wait for their answers: one place repeats them and gives them up. A
+//! run submits its commands here without waiting.
 //!
 //! The board carries out a command once, and answers each repetition of it ([`plumb_protocol`],
 //! order, loss and duplicates). So a command is repeated with its id until its answer comes. A part

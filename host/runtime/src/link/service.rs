@@ -1,4 +1,6 @@
-//! Commands for commissioning and maintenance: jog, home, clear, save, bootloader.
+//! Commands for commissioning and maintenance (jog, home, clear, save, bootloader), and the longest
+//! times in which motors come to rest after a stop and at the end of a jog. A board that reports
+//! that its motors turn for longer is an error.
 
 use plumb_protocol::diagnostics::ChipMeasurement;
 use plumb_protocol::message::Jog;

@@ -1,4 +1,5 @@
-//! Transport of bytes between host and board; over a serial port here.
+//! Transport of bytes between host and board, over a serial port here, and the programs that have
+//! the port open.
 
 use std::io::{ErrorKind, Read, Write};
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! The Stop that holds a rig until a Resume names it.
+//! The Stop that holds a rig until a Resume names it, and the rule for a source of commands after
+//! the Resume.
 
 use std::collections::VecDeque;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Check of a rig file and its camera file without a board: every mistake at once.
+//! Check of a rig file and its camera file without a board: every mistake at once, as a finding.
 
 mod board;
 pub(super) mod size;

@@ -1,4 +1,5 @@
-//! Settings of the control law, and the configuration of the board that follows from them.
+//! Settings of the control law, the names of the laws, and the configuration of the board that
+//! follows from the settings.
 
 use std::fmt;
 use std::str::FromStr;

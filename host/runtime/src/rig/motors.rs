@@ -1,4 +1,4 @@
-//! Limits of the motors, as in rig files.
+//! Limits and drivers of the motors, as in rig files.
 
 use plumb_protocol::config::{Coils, Drivers, Motor, StepDir};
 use plumb_protocol::units::{Acceleration, Nanoseconds, Rate, Steps16};

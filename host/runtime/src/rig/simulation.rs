@@ -1,4 +1,5 @@
-//! Table `[simulation]` of a rig file.
+//! Tables `[simulation]` and `[size]` of a rig file: the simulated rig with its wiring, the rough
+//! size of a rig, and its motor points for the outputs that draw it.
 
 use nalgebra::{Isometry3, Point3};
 use plumb_cameras::camera_file::Pose;

@@ -1,4 +1,5 @@
-//! What the ball is to do, as far as the host knows: the state of a run.
+//! The state of a run: what the ball is to do, as far as the host knows, and the legs that wait or
+//! have ended.
 //!
 //! ```text
 //!             a target of the list, or of the operator

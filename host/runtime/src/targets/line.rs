@@ -1,4 +1,4 @@
-//! Line of a stream of targets.
+//! Line of a stream of targets, and the address of such a stream.
 
 use std::fmt;
 use std::path::{Path, PathBuf};

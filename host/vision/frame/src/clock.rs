@@ -1,4 +1,5 @@
-//! Clock of a live source, and the mapping of time stamps of devices and programs to it.
+//! Clocks of live sources and of devices, and the mapping of time stamps of devices and programs to
+//! the host's clock.
 
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;

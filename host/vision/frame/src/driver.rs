@@ -1,4 +1,4 @@
-//! Interface of a kind of camera.
+//! Interface of a kind of camera: its settings list the cameras and open one as a source of frames.
 
 use std::path::Path;
 

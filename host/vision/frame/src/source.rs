@@ -1,4 +1,4 @@
-//! Interface of a camera source.
+//! Interface of a camera source, and its errors.
 
 use std::error::Error as StdError;
 use std::fmt;

@@ -1,4 +1,5 @@
-//! Estimates of the ball's position and of the Jacobian, and the steps that follow from them.
+//! Estimates of the ball's position and of the Jacobian, its change as the ball moves, and the
+//! steps that follow from them.
 
 use crate::law::axis_kalman::{AxisKalman, MAX_HELD, MAX_TURN};
 use crate::law::fixed_point::{J_BITS, SIGNS, excess_bits, movement, solve, squared_length, times};

@@ -1,5 +1,5 @@
 //! Extended Kalman filter over the ball, the motors' positions, the cable of a step and the delay
-//! of the measurements.
+//! of the measurements: prediction, correction by an observation, and limits of the state.
 #![allow(
     clippy::needless_range_loop,
     reason = "rows and columns go by their numbers in several arrays at once"

@@ -1,4 +1,5 @@
-//! Depth on a disc: where the ball's centre is, and what hides it.
+//! Depth on a disc: where the ball's centre is, and what hides it. The patch about a disc, brought
+//! to one size, is the input of the screen and of the judge.
 
 use std::array;
 use std::ops::Range;

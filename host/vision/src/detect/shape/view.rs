@@ -1,4 +1,4 @@
-//! A frame as the stages read it.
+//! A frame as the stages read it, and how a ball's disc is stretched off the optical axis.
 
 use std::ops::Range;
 

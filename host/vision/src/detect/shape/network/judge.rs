@@ -1,4 +1,5 @@
-//! The networks that judge a disc: the screen and the judge.
+//! The networks: the proposer, which reads a picture, and the screen and the judge, which judge a
+//! disc.
 
 use super::super::view::Disc;
 use super::CHANNELS;

@@ -1,5 +1,5 @@
 //! Likeness to the ball's colour, depth, and where a ball there would end, in a window of the image
-//! at a quarter of the size.
+//! at a quarter of the size. The rules say where a ball's surface can be, and where it continues.
 
 use std::ops::Range;
 
