@@ -52,7 +52,7 @@ fn at_line(path: &Path, line: usize, key: &str, message: &str) -> String {
 /// Reads the TOML file at `path`, of at most [`MAX_BYTES`].
 ///
 /// `T` and the types of its fields need `#[serde(deny_unknown_fields)]`. Values should be checked
-/// when they are read (`#[serde(try_from = "...")]`, see [`quantity`](crate::quantity)), so
+/// when they are read (`#[serde(try_from = "...")]`, see [`quantities`](crate::quantities)), so
 /// that their mistakes are reported with lines too.
 ///
 /// # Errors

@@ -277,9 +277,9 @@ fn farthest(a: [i32; 3], b: [i32; 3]) -> u32 {
 /// Guard against a ball outside the radius of its target that gets no nearer: the target is out of
 /// reach, or the law has come to a standstill.
 ///
-/// As in the [divergence guard](DivergenceGuard), the nearest position so far is
-/// measured from the present target: targets that come often do not disarm the guard, and a ball
-/// that follows a moving target is nearer to it than where it was.
+/// As in the [divergence guard](DivergenceGuard), the nearest position so far is measured from the
+/// present target: targets that come often do not disarm the guard, and a ball that follows a
+/// moving target is nearer to it than where it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct ProgressGuard {
     /// Position at the last progress, and when that was; `None` within the radius.

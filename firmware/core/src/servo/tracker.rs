@@ -108,8 +108,7 @@ pub struct ArrivalDetector {
 
 impl ArrivalDetector {
     /// Takes in the filtered |e| after a position (`filtered`, µm) and the residual of that
-    /// position ([`BallTracker::residual`](BallTracker::residual)). Returns whether the
-    /// target counts as reached now.
+    /// position ([`BallTracker::residual`]). Returns whether the target counts as reached now.
     pub fn update(&mut self, filtered: u32, residual: [i32; 3], rule: &Reached) -> bool {
         let radius = rule.radius.0.unsigned_abs();
         // 0.8 of the radius, so that noise at the rim does not count; radius <= 1 m, so 23 bits.
