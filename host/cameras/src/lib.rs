@@ -3,7 +3,8 @@
 //! - [`settings`]: the registry of all sources, and the settings that choose one;
 //!   [`open_camera`](open::open_camera) opens it. Each kind of camera is a crate (`plumb-openni`,
 //!   `plumb-realsense`, `plumb-webcam`) or a module ([`stream`]) with a
-//!   [`CameraDriver`](plumb_frame::driver::CameraDriver).
+//!   [`CameraDriver`](plumb_frame::driver::CameraDriver). Of cameras in ROS 2 the table is here
+//!   ([`ros2`]), the driver in the crate `plumb-ros2`.
 //! - [`capture`]: a thread that reads a camera and keeps the newest frame.
 //! - [`recording`]: recordings of any format; [`tum`]: TUM RGB-D folders; [`playback`]: recordings
 //!   in the place of a camera; [`record`]: recording of frames as a TUM RGB-D folder.

@@ -21,7 +21,8 @@ pub struct OpenedCamera {
     pub camera: Camera,
     /// Name, address and mode of a device, for a person.
     pub description: Option<String>,
-    /// Settings that the device does not support, and their consequences, for a person.
+    /// Settings that the device does not support and contents of a recording that are not used,
+    /// with their consequences, for a person.
     pub notes: Vec<String>,
 }
 

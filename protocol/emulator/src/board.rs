@@ -257,8 +257,6 @@ impl EmulatedBoard {
 
 /// Largest number of samples that wait for [`EmulatedBoard::take_samples`], 10 s at 200 Hz. Beyond
 /// it the oldest are dropped.
-///
-/// [`EmulatedBoard::take_samples`]: EmulatedBoard::take_samples
 const WAITING_SAMPLES_MAX: usize = 2000;
 
 /// Motor positions at one moment.

@@ -1,7 +1,8 @@
 //! An emulated board and simulated rigs.
 //!
 //! The emulated board runs the firmware's core ([`plumb_core`]) on a host, in virtual time or on a
-//! pseudo-terminal. Its steps move a [plant]: a ball on three cables.
+//! pseudo-terminal. Its steps move a [plant]: a ball on three cables. A [`Harness`] runs the core
+//! alone, without plant and link.
 
 pub mod board;
 pub mod harness;

@@ -1,4 +1,5 @@
-//! RGB-D frames, the camera model, the observation of a ball and the interface of a detector.
+//! RGB-D frames, the camera model, the observation of a ball, and the interfaces of a detector and of
+//! a camera.
 //!
 //! ```text
 //! RgbdFrame -> BallDetector -> BallObservation { stamp, circle, score, position }
@@ -11,9 +12,10 @@
 //!   crate `plumb-vision`.
 //! - [`observation`]: what a detector returns.
 //! - [`source`]: the interface [`CameraSource`](source::CameraSource) of a camera or recording;
-//!   [`driver`]: the interface of a kind of camera. The crate `plumb-cameras` has them all.
-//! - [`clock`]: the clock of a source, and the mapping of time stamps to it; [`pairing`]: pairs of
-//!   colour and depth; [`file_intrinsics`]: intrinsics of a camera file for pictures of a source.
+//!   [`driver`]: the interface of a kind of camera. The crate `plumb-cameras` has the registry.
+//! - [`clock`]: clocks of sources, and the mapping of time stamps to the host's clock; [`pairing`]:
+//!   pairs of colour and depth; [`file_intrinsics`]: whether the intrinsics of a camera file fit the
+//!   pictures of a source.
 //! - [`render`]: a small renderer for tests and examples.
 //!
 //! Crates that take or deliver frames (cameras, the control loop, the simulation) need this crate
