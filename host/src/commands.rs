@@ -25,7 +25,7 @@ pub(crate) mod manual;
 pub(crate) mod motors;
 mod numbers;
 mod old_file;
-mod operator_args;
+mod operators;
 mod options;
 mod outputs;
 mod page;

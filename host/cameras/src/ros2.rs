@@ -74,18 +74,18 @@ impl Ros2CameraSettings {
     }
 }
 
-/// A camera in ROS 2 that is opened without the crate `plumb-ros2`.
+/// A camera in ROS 2 that is to be opened by its settings alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
-    "this program was built without ROS 2; build it with cargo build --release -p plumb \
-     --features ros2"
+    "a camera in ROS 2 is opened with the driver of the crate plumb-ros2 \
+     (plumb_cameras::open::open_with)"
 )]
-pub struct NotBuilt;
+pub struct OtherCrate;
 
 /// Opens nothing: the crate `plumb-ros2` has the driver.
 impl CameraDriver for Ros2CameraSettings {
     fn open(&self, _: &Camera, _: Option<&Path>) -> Result<OpenedSource, BoxedError> {
-        Err(NotBuilt.into())
+        Err(OtherCrate.into())
     }
 }
 

@@ -20,8 +20,8 @@ use plumb_frame::image::ColourImage;
 pub use message::{CalibrationCommand, CalibrationState, MarkView, ResultView};
 
 use crate::PageError;
-use crate::address::Serving;
 use crate::limits::Limits;
+use crate::running_server::RunningServer;
 pub(crate) use feed::CalibrationFeed;
 
 /// Number of commands that may wait.
@@ -44,7 +44,7 @@ pub struct CalibrationPageSettings {
 /// Dropping it sends the last state to the browsers and ends the server, within a second.
 pub struct CalibrationPage {
     feed: Arc<CalibrationFeed>,
-    serving: Serving,
+    serving: RunningServer,
     commands: Receiver<CalibrationCommand>,
 }
 
@@ -57,7 +57,7 @@ impl CalibrationPage {
         let CalibrationPageSettings { address, names, file, limits } = settings;
         let (sender, commands) = sync_channel(MAX_WAITING);
         let feed = |signal| Ok(CalibrationFeed::new(signal, names, file, sender)?);
-        let (feed, serving) = Serving::start(address, limits, feed)?;
+        let (feed, serving) = RunningServer::start(address, limits, feed)?;
         Ok(Self { feed, serving, commands })
     }
 

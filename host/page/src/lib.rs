@@ -18,7 +18,6 @@
 #![deny(missing_docs)]
 
 mod access;
-mod address;
 mod assets;
 mod calibration;
 mod feed;
@@ -29,6 +28,7 @@ mod http;
 mod limits;
 mod message;
 mod picture;
+mod running_server;
 mod server;
 mod shared;
 mod sight;
@@ -46,8 +46,8 @@ use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
 use thiserror::Error;
 
-use address::Serving;
 use feed::Feed;
+use running_server::RunningServer;
 
 pub use access::Token;
 pub use calibration::{
@@ -106,7 +106,7 @@ pub enum PageError {
 /// Dropping it sends the last state to the browsers and ends the server, within a second.
 pub struct Page {
     feed: Arc<Feed>,
-    serving: Serving,
+    serving: RunningServer,
 }
 
 impl Page {
@@ -117,7 +117,7 @@ impl Page {
     pub fn start(settings: PageSettings) -> Result<Self, PageError> {
         let PageSettings { address, rig, operator, limits } = settings;
         let feed = |signal| Ok(Feed::new(signal, rig, operator)?);
-        let (feed, serving) = Serving::start(address, limits, feed)?;
+        let (feed, serving) = RunningServer::start(address, limits, feed)?;
         Ok(Self { feed, serving })
     }
 

@@ -28,7 +28,7 @@ use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
 
 use super::interrupt::interrupt_flag;
-use super::operator_args::Steering;
+use super::operators::Operators;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
@@ -213,7 +213,7 @@ fn run<T: Transport>(
         .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
         .transpose()?;
     let viewers = args.options.viewers.start(rig, camera, overflow)?;
-    let mut steering = Steering::start(&args.options, rig, camera, operator())?;
+    let mut steering = Operators::start(&args.options, rig, camera, operator())?;
     let operator = steering.take_operator();
     let plan = args.path.plan(rig, false)?;
     let mut run = Run::connect(rig, transport)?;

@@ -22,7 +22,7 @@ use plumb_vision::detect::BallDetector;
 
 use super::find_ball::find_ball;
 use super::interrupt::interrupt_flag;
-use super::operator_args::Steering;
+use super::operators::Operators;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
@@ -186,7 +186,7 @@ pub(super) fn drive(
     let interrupted = interrupt_flag()?;
     let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
     let moving = stream.as_ref().and_then(|_| receiver.take_targets());
-    let steering = Steering::start(&options.run, &rig, &camera, (sender, receiver))?;
+    let steering = Operators::start(&options.run, &rig, &camera, (sender, receiver))?;
     let mut run = Run::connect(&rig, transport)?;
     if let Some(targets) = moving {
         run.set_targets(Box::new(targets), TargetUse::Goal);
@@ -226,7 +226,7 @@ struct PreparedRun {
     run: Run<Serial>,
     camera: RunCamera,
     detector: Box<dyn BallDetector>,
-    steering: Steering,
+    steering: Operators,
     /// Thread that reads targets.
     stream: Option<TargetStream>,
     outputs: Outputs,

@@ -134,7 +134,7 @@ impl Harness {
     /// Returns the law worker's response if it is due in this tick.
     fn due_response(&mut self) -> Option<LawResponse> {
         let (_, left) = self.in_progress.as_mut()?;
-        *left -= 1;
+        *left = left.saturating_sub(1);
         let (request, _) = self.in_progress.take_if(|(_, left)| *left == 0)?;
         Some(self.law_worker.respond(&request))
     }

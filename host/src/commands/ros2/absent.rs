@@ -4,7 +4,7 @@ use std::path::Path;
 
 use plumb_cameras::open::{self, OpenedCamera};
 use plumb_cameras::recording::{self, is_mcap};
-use plumb_cameras::ros2::{NotBuilt, Ros2CameraSettings};
+use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_frame::clock::LiveClock;
 use plumb_frame::driver::OpenedSource;
@@ -15,13 +15,17 @@ use plumb_vision::camera::Camera;
 use super::super::{Failure, bad_input};
 use super::Ros2Options;
 
+/// Reason to refuse a use of ROS 2.
+const ABSENT: &str = "this program was built without ROS 2; build it with \
+                      cargo build --release -p plumb --features ros2";
+
 /// Namespace that is never read.
 #[derive(Clone)]
 pub(in super::super) struct Namespace;
 
 /// Refuses the option `--ros2`.
 pub(super) fn namespace(_: &str) -> Result<Namespace, String> {
-    Err(NotBuilt.to_string())
+    Err(ABSENT.to_owned())
 }
 
 /// Opens the camera that `settings` choose.
@@ -34,7 +38,7 @@ pub(in super::super) fn open_camera(
     device_recording: Option<&Path>,
 ) -> Result<OpenedCamera, Failure> {
     if settings.source == Some(SourceName::Ros2) {
-        return Err(bad_input(NotBuilt));
+        return Err(bad_input(ABSENT));
     }
     if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
         return Err(without_mcap(path));
@@ -58,7 +62,7 @@ pub(in super::super) fn open_recording(
 }
 
 fn without_mcap(path: &Path) -> Failure {
-    bad_input(format!("{}: an MCAP recording: {NotBuilt}", path.display()))
+    bad_input(format!("{}: an MCAP recording: {ABSENT}", path.display()))
 }
 
 /// Node without effect.

@@ -12,14 +12,14 @@ use super::options::RunOptions;
 use super::ros2::Ros2;
 
 /// Ways to steer a run. All of them send to the same operator.
-pub(super) struct Steering {
+pub(super) struct Operators {
     page: Option<Page>,
     ros2: Ros2,
     /// Receiver of the commands; `None` where no option asks for a way to steer.
     operator: Option<OperatorReceiver>,
 }
 
-impl Steering {
+impl Operators {
     /// Starts what the options of a run ask for, with the two ends of its operator.
     ///
     /// # Errors

@@ -16,14 +16,14 @@ use crate::subject::Subject;
 
 /// A page that is being served. Dropping it sends the last state to the browsers and ends the
 /// server, within a second.
-pub(crate) struct Serving {
+pub(crate) struct RunningServer {
     subject: Arc<dyn Subject>,
     address: String,
     /// `None` once it is joined.
     thread: Option<JoinHandle<()>>,
 }
 
-impl Serving {
+impl RunningServer {
     /// Begins to serve the subject that `subject` makes. Returns the subject too.
     ///
     /// # Errors
@@ -59,7 +59,7 @@ impl Serving {
     }
 }
 
-impl Drop for Serving {
+impl Drop for RunningServer {
     fn drop(&mut self) {
         self.subject.signal().close();
         if let Some(thread) = self.thread.take() {
