@@ -5,8 +5,6 @@ use plumb_frame::camera::{Camera, Intrinsics};
 use plumb_frame::frame::RgbdFrame;
 use serde::{Serialize, Serializer};
 
-use crate::message::FrameView;
-
 /// Half the side of the square whose depths are read about a click, pixels.
 const DEPTH_REACH: i32 = 2;
 
@@ -43,7 +41,16 @@ pub(crate) struct Click {
     pub(crate) with_depth: bool,
 }
 
-/// What told the point of a click.
+/// Ball that was found in a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SeenBall {
+    /// Column, row and radius of its disc, pixels.
+    pub(crate) circle: [f64; 3],
+    /// Measured position, metres in the rig frame.
+    pub(crate) position: [f64; 3],
+}
+
+/// Source of the point of a click.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Source {
@@ -138,15 +145,15 @@ impl Sight {
         PlaneView { axis: NAMES[axis], lines }
     }
 
-    /// Returns the point of the workspace that a click means, and what told it. `seen` is the ball
-    /// in the frame.
+    /// Returns the point of the workspace that a click means, and its source. `ball` is the ball in
+    /// the frame; `None` if it was not found.
     ///
     /// # Errors
     /// A message for the person, where the click means no point of the workspace.
     pub(crate) fn point(
         &self,
         frame: &RgbdFrame,
-        seen: &FrameView,
+        ball: Option<&SeenBall>,
         workspace: &Corners,
         click: &Click,
     ) -> Result<(Point3<f64>, Source), String> {
@@ -155,7 +162,7 @@ impl Sight {
             let [low, high] = workspace;
             (0..3).all(|k| point[k] >= low[k] && point[k] <= high[k])
         };
-        if let (Some([u, v, radius]), Some(position)) = (seen.circle, seen.position)
+        if let Some(&SeenBall { circle: [u, v, radius], position }) = ball
             && (click.pixel[0] - u).hypot(click.pixel[1] - v) <= radius
             && inside(&position.into())
         {

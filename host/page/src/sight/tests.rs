@@ -21,11 +21,10 @@ fn camera(looks_down: bool) -> Camera {
     Camera::new(lens, pose, 0.08)
 }
 
-/// Returns a frame whose depth is `depth` millimetres everywhere, and the ball in it.
-fn frame(camera: &Camera, depth: u16) -> (RgbdFrame, FrameView) {
+/// Returns a frame whose depth is `depth` millimetres everywhere.
+fn frame(camera: &Camera, depth: u16) -> RgbdFrame {
     let (colour, depths) = (Image::filled(640, 480, [90; 3]), Image::filled(640, 480, depth));
-    let frame = RgbdFrame::new(0.0, colour, depths, camera.intrinsics).unwrap();
-    (frame, FrameView { number: 0, time: 0.0, circle: None, position: None, target: None })
+    RgbdFrame::new(0.0, colour, depths, camera.intrinsics).unwrap()
 }
 
 fn click(pixel: [f64; 2], through: [f64; 3]) -> Click {
@@ -37,12 +36,12 @@ fn a_click_where_a_point_of_the_plane_is_seen_means_that_point() {
     for (looks_down, axis) in [(false, "x"), (true, "z")] {
         let camera = camera(looks_down);
         let sight = Sight::of(&camera);
-        let (frame, seen) = frame(&camera, 0);
+        let frame = frame(&camera, 0);
         for point in [Point3::new(0.4, 0.2, 0.15), Point3::new(0.7, 0.45, 0.5)] {
             let (u, v) =
                 camera.intrinsics.project(&camera.pose.inverse_transform_point(&point)).unwrap();
             let click = click([u, v], point.into());
-            let (found, by) = sight.point(&frame, &seen, &WORKSPACE, &click).unwrap();
+            let (found, by) = sight.point(&frame, None, &WORKSPACE, &click).unwrap();
             assert!((found - point).norm() < 1e-9, "{found} in place of {point}");
             assert_eq!(by, Source::Plane);
             let pixel = sight.pixel(&camera.intrinsics, &point).unwrap();
@@ -59,28 +58,27 @@ fn a_click_where_a_point_of_the_plane_is_seen_means_that_point() {
 fn with_depth_a_click_means_the_ball_that_touches_the_surface() {
     let camera = camera(false);
     let sight = Sight::of(&camera);
-    let (frame, seen) = frame(&camera, 1200);
+    let frame = frame(&camera, 1200);
     let middle = click([319.5, 239.5], [0.2, 0.3, 0.3]);
-    let (point, by) = sight.point(&frame, &seen, &WORKSPACE, &middle).unwrap();
+    let (point, by) = sight.point(&frame, None, &WORKSPACE, &middle).unwrap();
     // The surface is at x = 0.5 m, and the ball's radius 40 mm.
     assert!((point - Point3::new(0.54, 0.3, 0.3)).norm() < 1e-6, "{point}");
     assert_eq!(by, Source::Depth);
     let without = Click { with_depth: false, ..middle };
-    let (point, by) = sight.point(&frame, &seen, &WORKSPACE, &without).unwrap();
+    let (point, by) = sight.point(&frame, None, &WORKSPACE, &without).unwrap();
     assert!((point.x, by) == (0.2, Source::Plane));
     // A wall behind the workspace is no target.
-    let (frame, seen) = super::tests::frame(&camera, 3000);
-    assert_eq!(sight.point(&frame, &seen, &WORKSPACE, &middle).unwrap().1, Source::Plane);
+    let frame = super::tests::frame(&camera, 3000);
+    assert_eq!(sight.point(&frame, None, &WORKSPACE, &middle).unwrap().1, Source::Plane);
 }
 
 #[test]
 fn a_click_on_the_ball_means_its_place() {
     let camera = camera(false);
-    let (frame, seen) = frame(&camera, 1200);
-    let position = Some([0.5, 0.3, 0.3]);
-    let seen = FrameView { circle: Some([319.5, 239.5, 18.0]), position, ..seen };
+    let frame = frame(&camera, 1200);
+    let ball = SeenBall { circle: [319.5, 239.5, 18.0], position: [0.5, 0.3, 0.3] };
     let click = click([325.0, 235.0], [0.2, 0.3, 0.3]);
-    let found = Sight::of(&camera).point(&frame, &seen, &WORKSPACE, &click).unwrap();
+    let found = Sight::of(&camera).point(&frame, Some(&ball), &WORKSPACE, &click).unwrap();
     assert_eq!(found, (Point3::new(0.5, 0.3, 0.3), Source::Ball));
 }
 
@@ -88,10 +86,9 @@ fn a_click_on_the_ball_means_its_place() {
 fn a_click_that_means_no_point_of_the_workspace_is_refused_in_words() {
     let camera = camera(false);
     let sight = Sight::of(&camera);
-    let (frame, seen) = frame(&camera, 0);
-    let refused = |pixel, through| {
-        sight.point(&frame, &seen, &WORKSPACE, &click(pixel, through)).unwrap_err()
-    };
+    let frame = frame(&camera, 0);
+    let refused =
+        |pixel, through| sight.point(&frame, None, &WORKSPACE, &click(pixel, through)).unwrap_err();
     for (pixel, through, wanted) in [
         ([0.0, 0.0], [0.4, 0.3, 0.3], "outside the workspace"),
         ([320.0, 240.0], [0.9, 0.3, 0.3], "outside the workspace"),
@@ -119,8 +116,8 @@ fn a_place_without_a_ray_is_refused() {
         k3: 0.0,
     };
     camera.intrinsics.distortion = plumb_frame::camera::Distortion::new(coefficients);
-    let (frame, seen) = frame(&camera, 0);
+    let frame = frame(&camera, 0);
     let click = click([2.0, 2.0], [0.4, 0.3, 0.3]);
-    let text = Sight::of(&camera).point(&frame, &seen, &WORKSPACE, &click).unwrap_err();
+    let text = Sight::of(&camera).point(&frame, None, &WORKSPACE, &click).unwrap_err();
     assert!(text.contains("lens"), "{text}");
 }

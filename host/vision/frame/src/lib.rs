@@ -1,4 +1,4 @@
-//! RGB-D frames, the camera model, the observation of a ball, and the interfaces of a detector and of
+//! RGB-D frames, the camera model, the observation of a ball; the interfaces of a detector and of
 //! a camera.
 //!
 //! ```text
@@ -14,8 +14,8 @@
 //! - [`source`]: the interface [`CameraSource`](source::CameraSource) of a camera or recording;
 //!   [`driver`]: the interface of a kind of camera. The crate `plumb-cameras` has the registry.
 //! - [`clock`]: clocks of sources, and the mapping of time stamps to the host's clock; [`pairing`]:
-//!   pairs of colour and depth; [`file_intrinsics`]: whether the intrinsics of a camera file fit the
-//!   pictures of a source.
+//!   pairs of colour and depth; [`file_intrinsics`]: whether the intrinsics of a camera file fit
+//!   the pictures of a source.
 //! - [`render`]: a small renderer for tests and examples.
 //!
 //! Crates that take or deliver frames (cameras, the control loop, the simulation) need this crate
