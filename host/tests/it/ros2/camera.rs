@@ -136,7 +136,7 @@ fn a_run_that_was_stopped_and_goes_on_sees_the_camera_and_answers_a_stop() {
     // The stamps are those of the node.
     peer.assert_ages(0.0);
     pause(&run);
-    peer.until("status", |status| status["values"]["joined"] == "2");
+    peer.until_joined_again();
     peer.assert_ages(0.0);
     let answer = peer.call("stop");
     assert_eq!(answer["success"], true, "{answer}");

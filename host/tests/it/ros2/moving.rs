@@ -87,7 +87,7 @@ fn the_ball_follows_a_moving_target_until_a_stop_and_again_after_a_resume() {
     peer.until_status(STATUS, "has ended the motion");
     // An interruption is a stop.
     run.pause();
-    peer.until("status", |status| status["values"]["joined"] == "2");
+    peer.until_joined_again();
     for _ in 0..3 {
         peer.until_status(STATUS, "the rig is stopped");
     }

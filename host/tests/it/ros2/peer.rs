@@ -170,6 +170,15 @@ impl Peer {
         })
     }
 
+    /// Waits until the node has joined ROS 2 again after an interruption. A busy computer may hold
+    /// it up once more.
+    pub(crate) fn until_joined_again(&mut self) {
+        self.until("status", |status| {
+            let joined = status["values"]["joined"].as_str().and_then(|it| it.parse::<u64>().ok());
+            joined.is_some_and(|times| times >= 2)
+        });
+    }
+
     /// Waits until the rig holds the ball at a target, metres.
     pub(crate) fn until_held(&mut self, namespace: &str, target: [f64; 3]) {
         let name = format!("{namespace}: run");
