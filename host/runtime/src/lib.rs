@@ -48,6 +48,7 @@ pub mod fuzzing;
 pub mod link;
 pub mod observer;
 pub mod operator;
+pub mod plot_axis;
 pub mod plot_colours;
 pub mod queued;
 pub mod reference;
