@@ -22,6 +22,10 @@ const THIN_PX: i32 = 480;
 const LINE: i32 = 2;
 const AXIS: i32 = 4;
 const EDGE: i32 = 2;
+/// Distance of the middle of an axis's name from its tip, and half of the name's height, in widths
+/// of a thin line.
+const NAME_DISTANCE: f64 = 18.0;
+const NAME_HALF: f64 = 7.0;
 /// Scale of the font of the axes and of the samples.
 const AXIS_FONT: f64 = 0.9;
 const SAMPLE_FONT: f64 = 0.45;
@@ -167,11 +171,21 @@ impl<M: opencv::core::ToInputOutputArray> Drawing<'_, M> {
         for (parts, colour) in &arrows {
             self.lines(parts, *colour, AXIS)?;
         }
-        for (name, axis, colour) in axes {
-            let tip = self.to_camera * (from + axis * AXIS_M);
-            self.label(&tip, name, colour, AXIS_FONT)?;
+        for ((name, ..), (parts, colour)) in axes.into_iter().zip(&arrows) {
+            let ends = parts.first().zip(parts.iter().rev().nth(2));
+            let Some(((start, _), (_, tip))) = ends else { continue };
+            self.text(self.beyond(*start, *tip), name, *colour, AXIS_FONT)?;
         }
         Ok(())
+    }
+
+    /// Returns the pixel, without fraction bits, where the name of an axis begins: its middle is
+    /// beyond the tip.
+    fn beyond(&self, start: Point, tip: Point) -> Point {
+        let along = Vector2::new(f64::from(tip.x - start.x), f64::from(tip.y - start.y));
+        let along = along.try_normalize(1.0).unwrap_or_else(Vector2::x) * NAME_DISTANCE;
+        let shift = |at: i32, by: f64| (at >> SHIFT) + (by * f64::from(self.thin)).round() as i32;
+        Point::new(shift(tip.x, along.x - NAME_HALF), shift(tip.y, along.y + NAME_HALF))
     }
 
     /// Returns the two lines of an arrowhead at `tip`.
@@ -197,17 +211,22 @@ impl<M: opencv::core::ToInputOutputArray> Drawing<'_, M> {
             }
             // The corners of a board are too many for labels.
             if calibration.samples.len() < 12 {
-                self.label(&sample.seen, &sample.name, colour, SAMPLE_FONT)?;
+                self.label(&sample.seen, &sample.name, colour)?;
             }
         }
         Ok(())
     }
 
-    /// Writes a text with a dark edge beside a point in camera axes.
-    fn label(&mut self, p: &Point3<f64>, text: &str, colour: Bgr, font: f64) -> opencv::Result<()> {
+    /// Writes a text beside a point in camera axes.
+    fn label(&mut self, p: &Point3<f64>, text: &str, colour: Bgr) -> opencv::Result<()> {
         let Some(at) = self.pixel(p) else { return Ok(()) };
+        let at = Point::new((at.x >> SHIFT) + 9 * self.thin, (at.y >> SHIFT) - 4 * self.thin);
+        self.text(at, text, colour, SAMPLE_FONT)
+    }
+
+    /// Writes a text with a dark edge; `at` is its lower left corner, pixels.
+    fn text(&mut self, at: Point, text: &str, colour: Bgr, font: f64) -> opencv::Result<()> {
         let thin = self.thin;
-        let at = Point::new((at.x >> SHIFT) + 9 * thin, (at.y >> SHIFT) - 4 * thin);
         let width = if font > SAMPLE_FONT { 2 * thin } else { thin };
         let font = font * f64::from(thin);
         for (colour, width) in [(BLACK, width + 2 * thin), (colour, width)] {

@@ -21,10 +21,10 @@ const ROW_HEIGHT: u32 = 52;
 const LABEL: i32 = 38;
 const TICK: i32 = 34;
 /// Most characters of a name in a legend of two columns.
-const SHORT_NAME: usize = 46;
+const SHORT_NAME: usize = 50;
 
 /// Least part of the shortest run, and of the smallest curve, on a logarithmic axis.
-const LEAST_PART: f64 = 1.0 / 20.0;
+const LEAST_PART: f64 = 1.0 / 40.0;
 const LEAST_ERROR_PART: f64 = 1.0 / 1000.0;
 
 /// Axes of the figure: time in seconds, error in millimetres.
@@ -146,22 +146,20 @@ fn draw_chart(
         .y_desc(axes.error.name("|e| (mm)"))
         .draw()?;
     for (curve, colour) in curves.iter().zip(COLOURS.into_iter().cycle()) {
-        let points = shown(curve).into_iter().map(|(t, e)| (t, 1e3 * e));
+        let points = shown(curve).into_iter().filter(|(t, _)| *t >= axes.time.range().start);
+        let points = points.map(|(t, e)| (t, 1e3 * e));
         chart.draw_series(LineSeries::new(points, stroke(colour, 5)))?;
     }
     if let Some(threshold) = threshold_m.map(|metres| 1e3 * metres) {
-        let (time, error) = (axes.time.range(), &axes.error);
+        let time = axes.time.range();
         let line = [(time.start, threshold), (time.end, threshold)];
         chart.draw_series([DashedPathElement::new(line, 16, 10, stroke(TARGET, 4))])?;
         let above = Pos::new(HPos::Left, VPos::Bottom);
         let style = (FONT, TICK).into_font().color(&TARGET).pos(above);
         let text = format!("reached below {threshold:.0} mm");
-        let at = chart.backend_coord(&(time.start, threshold.max(error.range().start)));
-        chart.plotting_area().strip_coord_spec().draw_text(
-            &text,
-            &style,
-            (at.0 + 16, at.1 - 10),
-        )?;
+        chart.draw_series([
+            EmptyElement::at((time.start, threshold)) + Text::new(text, (16, -10), style)
+        ])?;
     }
     Ok(())
 }
@@ -194,9 +192,27 @@ mod tests {
         assert!(has(&like, "time (s)") && has(&like, "0"), "{like}");
         let unlike = figure(&[3.0, 28.0]);
         assert!(has(&unlike, "time (s), logarithmic") && has(&unlike, "|e| (mm)"), "{unlike}");
-        for tick in ["0.2", "0.5", "1", "2", "5", "10", "20"] {
+        for tick in ["0.1", "0.2", "0.5", "1", "2", "5", "10", "20"] {
             assert!(has(&unlike, tick), "{tick}");
         }
+    }
+
+    #[test]
+    fn the_threshold_has_its_name_on_its_line() {
+        let svg = figure(&[3.0, 28.0]);
+        let lines: Vec<&str> = svg.lines().collect();
+        let name = lines.iter().position(|line| *line == "reached below 10 mm").unwrap();
+        let number = |line: &str, attribute: &str| -> f64 {
+            let (_, rest) = line.split_once(&format!(" {attribute}=\"")).unwrap();
+            rest.split(['"', ',']).next().unwrap().parse().unwrap()
+        };
+        let (x, y) = (number(lines[name - 1], "x"), number(lines[name - 1], "y"));
+        let is_dash = |line: &&&str| line.contains("#C83C28") && line.starts_with("<polyline");
+        let dash = lines.iter().find(is_dash).unwrap();
+        let (_, points) = dash.split_once("points=\"").unwrap();
+        let start: Vec<f64> =
+            points.split([',', ' ']).take(2).map(|k| k.parse().unwrap()).collect();
+        assert!((x - start[0]).abs() < 30.0 && (y - start[1]).abs() < 30.0, "{x}, {y}: {start:?}");
     }
 
     #[test]

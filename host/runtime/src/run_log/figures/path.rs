@@ -203,39 +203,47 @@ impl Canvas<'_> {
             self.area.draw(&Circle::new(middle, radius, stroke(TARGET, width as u32)))?;
             labels.keep_free(middle, radius + width / 2);
         }
+        let mut texts = Vec::new();
         if let Some(start) = start {
             self.drop_line(&start)?;
             let middle = self.view.pixel(&start);
             self.area.draw(&Circle::new(middle, START_RADIUS, START.filled()))?;
             labels.keep_free(middle, START_RADIUS);
-            let ring = (middle, START_RADIUS);
-            self.label(&mut labels, "start", font, ring, START)?;
+            texts.push(("start".to_owned(), (middle, START_RADIUS), START));
         }
         for target in shown.iter().rev() {
-            let name = if targets.len() == 1 { "target" } else { &target.name() };
+            let name = if targets.len() == 1 { "target".to_owned() } else { target.name() };
             let ring = (self.view.pixel(&target.place), radius + width / 2);
-            self.label(&mut labels, name, font, ring, TARGET)?;
+            texts.push((name, ring, TARGET));
         }
-        Ok(())
+        self.beside(texts, font, labels)
     }
 
-    /// Writes a text beside a ring (middle and radius, pixels), if there is room.
-    fn label(
+    /// Writes texts beside their rings (middle and radius, pixels), where there is room.
+    fn beside(
         &self,
-        labels: &mut Labels,
-        text: &str,
+        texts: Vec<(String, ((i32, i32), i32), RGBColor)>,
         font: i32,
-        (middle, radius): ((i32, i32), i32),
-        colour: RGBColor,
+        mut labels: Labels,
     ) -> Result<(), DrawError> {
-        let Some(place) = labels.place(text, font, middle, radius) else { return Ok(()) };
-        self.area.draw(&Rectangle::new(place.corners, WHITE.mix(0.75).filled()))?;
-        if let Some(ends) = place.line {
-            self.area.draw(&PathElement::new(ends, stroke(colour, 2)))?;
+        let placed: Vec<_> = texts
+            .into_iter()
+            .filter_map(|(text, (middle, radius), colour)| {
+                labels.place(&text, font, middle, radius).map(|place| (text, place, colour))
+            })
+            .collect();
+        for (_, place, colour) in &placed {
+            if let Some(ends) = place.line {
+                self.area.draw(&PathElement::new(ends, stroke(*colour, 2)))?;
+            }
         }
         let centre = Pos::new(HPos::Center, VPos::Center);
-        let style = (FONT, font).into_font().color(&colour).pos(centre);
-        self.area.draw_text(text, &style, place.middle)
+        for (text, place, colour) in &placed {
+            self.area.draw(&Rectangle::new(place.corners, WHITE.mix(0.75).filled()))?;
+            let style = (FONT, font).into_font().color(colour).pos(centre);
+            self.area.draw_text(text, &style, place.middle)?;
+        }
+        Ok(())
     }
 
     /// Draws what the lines are, below the figure.
