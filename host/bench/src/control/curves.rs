@@ -12,6 +12,10 @@ const MIN_RATIO: f64 = 0.8;
 /// Least end of the time axis, multiples of the oracle's time.
 const MIN_END: f64 = 2.0;
 
+/// Factor by which a logarithmic time axis is longer than the curves, so that the legend at its end
+/// hides none of them.
+const LEGEND_ROOM: f64 = 2.5;
+
 /// Width and height of the plot, pixels.
 const SIZE: (u32, u32) = (1200, 760);
 
@@ -23,7 +27,7 @@ fn time_axis(reports: &[Report]) -> Axis {
     let end = 1.02 * slowest.fold(MIN_END, f64::max);
     let medians = reports.iter().map(|report| report.median).filter(finite);
     if dwarfs(end, medians.fold(end, f64::min)) {
-        Axis::logarithmic(MIN_RATIO..end)
+        Axis::logarithmic(MIN_RATIO..LEGEND_ROOM * end)
     } else {
         Axis::linear(MIN_RATIO..end, 10.0)
     }
