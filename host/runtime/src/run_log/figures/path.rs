@@ -38,6 +38,16 @@ struct Canvas<'a> {
     bounds: Bounds,
 }
 
+/// Name of a ring.
+struct Name {
+    text: String,
+    /// Middle of the ring, pixels.
+    middle: (i32, i32),
+    /// Radius of the ring, pixels.
+    radius: i32,
+    colour: RGBColor,
+}
+
 /// Returns the distance, in targets, between two of `count` targets that are drawn.
 fn apart(count: usize) -> usize {
     count.div_ceil(MOST_TARGETS).max(1)
@@ -203,45 +213,38 @@ impl Canvas<'_> {
             self.area.draw(&Circle::new(middle, radius, stroke(TARGET, width as u32)))?;
             labels.keep_free(middle, radius + width / 2);
         }
-        let mut texts = Vec::new();
+        let mut names = Vec::new();
         if let Some(start) = start {
             self.drop_line(&start)?;
             let middle = self.view.pixel(&start);
             self.area.draw(&Circle::new(middle, START_RADIUS, START.filled()))?;
             labels.keep_free(middle, START_RADIUS);
-            texts.push(("start".to_owned(), (middle, START_RADIUS), START));
+            let (text, radius, colour) = ("start".to_owned(), START_RADIUS, START);
+            names.push(Name { text, middle, radius, colour });
         }
         for target in shown.iter().rev() {
-            let name = if targets.len() == 1 { "target".to_owned() } else { target.name() };
-            let ring = (self.view.pixel(&target.place), radius + width / 2);
-            texts.push((name, ring, TARGET));
+            let text = if targets.len() == 1 { "target".to_owned() } else { target.name() };
+            let (middle, radius) = (self.view.pixel(&target.place), radius + width / 2);
+            names.push(Name { text, middle, radius, colour: TARGET });
         }
-        self.beside(texts, font, labels)
+        self.names(&names, font, labels)
     }
 
-    /// Writes texts beside their rings (middle and radius, pixels), where there is room.
-    fn beside(
-        &self,
-        texts: Vec<(String, ((i32, i32), i32), RGBColor)>,
-        font: i32,
-        mut labels: Labels,
-    ) -> Result<(), DrawError> {
-        let placed: Vec<_> = texts
-            .into_iter()
-            .filter_map(|(text, (middle, radius), colour)| {
-                labels.place(&text, font, middle, radius).map(|place| (text, place, colour))
-            })
-            .collect();
-        for (_, place, colour) in &placed {
+    /// Writes names beside their rings, where there is room.
+    fn names(&self, names: &[Name], font: i32, mut labels: Labels) -> Result<(), DrawError> {
+        let mut place = |name: &Name| labels.place(&name.text, font, name.middle, name.radius);
+        let placed: Vec<_> =
+            names.iter().filter_map(|name| place(name).map(|place| (name, place))).collect();
+        for (name, place) in &placed {
             if let Some(ends) = place.line {
-                self.area.draw(&PathElement::new(ends, stroke(*colour, 2)))?;
+                self.area.draw(&PathElement::new(ends, stroke(name.colour, 2)))?;
             }
         }
         let centre = Pos::new(HPos::Center, VPos::Center);
-        for (text, place, colour) in &placed {
+        for (name, place) in &placed {
             self.area.draw(&Rectangle::new(place.corners, WHITE.mix(0.75).filled()))?;
-            let style = (FONT, font).into_font().color(colour).pos(centre);
-            self.area.draw_text(text, &style, place.middle)?;
+            let style = (FONT, font).into_font().color(&name.colour).pos(centre);
+            self.area.draw_text(&name.text, &style, place.middle)?;
         }
         Ok(())
     }
