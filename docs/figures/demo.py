@@ -4,7 +4,7 @@
     docs/figures/demo.py [FOLDER]     docs/figures/ by default
 
 camera-view.png shows the camera's view at the end of a run, the detected circle and the ball's
-path; run.svg is that run's figure. run-over-frames.svg and run-in-space.svg are of a run with the
+path; run.svg is that run's figure. run-over-time.svg and run-in-space.svg are of a run with the
 paper's law, eight.svg and deviation.svg of one along a figure of eight. Needs target/release/plumb;
 uses only Python's own library."""
 import csv
@@ -186,7 +186,7 @@ def main():
         shutil.copy(os.path.join(run, "figure4.svg"), os.path.join(folder, "run.svg"))
         paper = os.path.join(work, "paper")
         demo(paper, "--law", "interval")
-        for name, copy in (("figure4", "run-over-frames"), ("figure5", "run-in-space")):
+        for name, copy in (("figure4", "run-over-time"), ("figure5", "run-in-space")):
             shutil.copy(f"{paper}/{name}.svg", os.path.join(folder, copy + ".svg"))
         eight = os.path.join(work, "eight")
         demo(eight, "--path", "eight", "--upright")

@@ -49,6 +49,7 @@ pub mod fuzzing;
 pub mod link;
 pub mod observer;
 pub mod operator;
+pub mod plot_axis;
 pub mod plot_colours;
 pub mod reference;
 pub mod replay;

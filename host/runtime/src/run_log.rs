@@ -1,5 +1,5 @@
 //! Run log: a folder with `run.csv` (a row a frame), `summary.json`, `figure4.svg` (x, y, z and |e|
-//! over the frames) and `figure5.svg` (the path in space), named after the paper's figures. A run
+//! over the time) and `figure5.svg` (the path in space), named after the paper's figures. A run
 //! that loses frames has `lost.csv` too (a row a loss). `figures.json` has what the figures show
 //! besides the rows, so that [`LoggedRun`] can draw them again.
 

@@ -91,7 +91,11 @@ impl ComparisonLog {
     /// Where it cannot be drawn or written.
     pub fn finish(self, curves: &[LawCurve], threshold_m: f64) -> Result<PathBuf, RunLogError> {
         let path = self.0.join("laws.svg");
-        match errors_over_time("Error over time, each law", curves, Some(threshold_m)) {
+        match errors_over_time(
+            "Distance from the target over time, each law in turn",
+            curves,
+            Some(threshold_m),
+        ) {
             Ok(svg) => write_new(&path, svg.as_bytes()).map(|()| path),
             Err(source) => Err(RunLogError::Figure { path, source }),
         }

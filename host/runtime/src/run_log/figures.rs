@@ -1,14 +1,19 @@
 //! The figures of a run, drawn like the paper's figures 4 and 5.
 
 mod comparison;
+mod labels;
 mod panels;
 mod path;
+mod projection;
 
 use std::path::Path;
 
 use nalgebra::Point3;
-use plotters::drawing::DrawingAreaErrorKind;
-use plotters::style::{Color, RGBColor, ShapeStyle};
+use plotters::coord::Shift;
+use plotters::drawing::{DrawingArea, DrawingAreaErrorKind};
+use plotters::prelude::SVGBackend;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle};
 use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::Coordinate;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -19,7 +24,7 @@ use crate::rig::MotorPoints;
 use crate::rig::quantity::Distance;
 
 pub(super) use comparison::errors_over_time;
-pub(super) use panels::{HasError, Samples, from_path, over_frames};
+pub(super) use panels::{HasError, Samples, from_path, over_time};
 pub(super) use path::in_space;
 
 /// Failure to draw a figure.
@@ -29,6 +34,13 @@ pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
 const MOST_POINTS: usize = 3000;
 
 const FONT: &str = "sans-serif";
+/// Height of title and subtitle together.
+const HEAD_HEIGHT: u32 = 140;
+const HEADING_X: i32 = 60;
+const TITLE_Y: i32 = 46;
+const SUBTITLE_Y: i32 = 106;
+const CAPTION: i32 = 46;
+const SUBTITLE: i32 = 38;
 const MEASURED: RGBColor = RGBColor(31, 97, 171);
 const TARGET: RGBColor = RGBColor(200, 60, 40);
 const START: RGBColor = RGBColor(40, 140, 70);
@@ -38,10 +50,14 @@ const FAINT: RGBColor = RGBColor(218, 220, 224);
 /// Largest coordinate that is drawn, metres. One that is larger would shrink the rest to a dot.
 const FARTHEST_M: f64 = 100.0;
 
+/// Latest time that is drawn, seconds: 30 years.
+const LATEST_S: f64 = 1e9;
+
 /// Plotted part of a row: the values that are numbers and within [`FARTHEST_M`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sample {
-    frame: f64,
+    /// Time since the run's start, seconds.
+    time_s: f64,
     position: Option<Point3<f64>>,
     target: Option<Point3<f64>>,
     error_m: Option<f64>,
@@ -69,7 +85,8 @@ impl From<&LogRow> for Sample {
         let near = |c: &f64| c.abs() <= FARTHEST_M;
         let shown = |p: &Point3<f64>| p.iter().all(near);
         Self {
-            frame: row.frame as f64,
+            // A time that is not a number is drawn at the start.
+            time_s: if row.t_s.is_nan() { 0.0 } else { row.t_s.clamp(-LATEST_S, LATEST_S) },
             position: row.position.filter(shown),
             target: row.target.filter(shown),
             error_m: row.error_m.filter(near),
@@ -79,6 +96,19 @@ impl From<&LogRow> for Sample {
             }),
         }
     }
+}
+
+/// Draws what a figure shows (bold), and below it the settings of the run.
+fn draw_heading(
+    area: &DrawingArea<SVGBackend, Shift>,
+    title: &str,
+    subtitle: &str,
+) -> Result<(), DrawError> {
+    let left = Pos::new(HPos::Left, VPos::Center);
+    let bold = (FONT, CAPTION).into_font().style(FontStyle::Bold).color(&INK).pos(left);
+    area.draw_text(title, &bold, (HEADING_X, TITLE_Y))?;
+    let plain = (FONT, SUBTITLE).into_font().color(&INK).pos(left);
+    area.draw_text(subtitle, &plain, (HEADING_X, SUBTITLE_Y))
 }
 
 /// Sets the displayed size to half of the drawn size: the drawing library rounds to whole pixels.
@@ -120,15 +150,6 @@ fn stretches<T: Copy>(
             },
         )
         .collect()
-}
-
-/// Returns the length, 1, 2 or 5 times a power of ten, that divides `span` into `parts` parts or
-/// slightly fewer.
-fn round_step(span: f64, parts: f64) -> f64 {
-    let raw = (span / parts).max(1e-6);
-    let power = 10f64.powf(raw.log10().floor());
-    let step = [1.0, 2.0, 5.0].into_iter().find(|m| m * power >= raw * 0.999_999);
-    step.unwrap_or(10.0) * power
 }
 
 /// Name of the file in the folder of the run.
@@ -207,19 +228,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_are_round() {
-        for (span, step) in
-            [(1.0, 0.2), (0.83, 0.2), (0.5, 0.1), (3.1, 1.0), (0.012, 0.005), (0.0, 1e-6)]
-        {
-            let got = round_step(span, 5.0);
-            assert!((got / step - 1.0).abs() < 1e-9, "{span}: {got}");
-        }
-    }
-
-    #[test]
     fn gaps_cut_a_line_and_long_runs_are_thinned_but_keep_their_peaks() {
-        let sample = |frame: u32, error_m| Sample {
-            frame: f64::from(frame),
+        let sample = |second: u32, error_m| Sample {
+            time_s: f64::from(second),
             position: None,
             target: None,
             error_m,

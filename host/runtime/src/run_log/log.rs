@@ -120,7 +120,7 @@ impl RunLog {
     fn write_result<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunLogError> {
         let written = [
             self.write_summary(summary),
-            self.draw("figure4.svg", figures::over_frames),
+            self.draw("figure4.svg", figures::over_time),
             self.draw("figure5.svg", figures::in_space),
             self.draw_deviation(),
         ];

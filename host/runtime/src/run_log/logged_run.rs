@@ -101,7 +101,7 @@ impl LoggedRun {
         };
         let samples = self.samples.to_vec();
         let mut drawn = vec![
-            draw("figure4.svg", figures::over_frames(&samples, &self.settings))?,
+            draw("figure4.svg", figures::over_time(&samples, &self.settings))?,
             draw("figure5.svg", figures::in_space(&samples, &self.settings))?,
         ];
         if let Some(svg) = figures::from_path(&samples, &self.settings).transpose() {
@@ -146,7 +146,7 @@ pub fn compare(runs: &[LoggedRun], path: &Path) -> Result<(), RunLogError> {
     let mut thresholds: Vec<f64> = runs.iter().map(|run| run.settings.threshold_m).collect();
     thresholds.dedup();
     let threshold = Some(thresholds).filter(|all| all.len() == 1).map(|all| all[0]);
-    let title = format!("Error over time, {} runs", runs.len());
+    let title = format!("Distance from the target over time, {} runs", runs.len());
     match figures::errors_over_time(&title, &curves, threshold) {
         Ok(svg) => write_new(path, svg.as_bytes()),
         Err(source) => Err(RunLogError::Figure { path: path.into(), source }),

@@ -1,29 +1,35 @@
 //! Figure 5: the ball's path in space, with motors, start and target.
 
-use std::collections::HashMap;
-
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::labels::{Labels, NumberedTarget, numbered_targets};
+use super::projection::{Bounds, Projection};
 use super::{
-    DrawError, FAINT, FONT, FigureSettings, INK, MEASURED, START, Sample, TARGET, round_step,
-    shown_at_half_size, stretches, stroke,
+    DrawError, FAINT, FONT, FigureSettings, HEAD_HEIGHT, HEADING_X, INK, MEASURED, START, Sample,
+    TARGET, draw_heading, shown_at_half_size, stretches, stroke,
 };
+use crate::plot_axis::Axis;
 use crate::rig::MotorPoints;
 
-const SIZE: (u32, u32) = (2000, 1640);
-const CAPTION: i32 = 46;
+const SIZE: (u32, u32) = (2000, 1760);
 const LABEL: i32 = 40;
 const TICK: i32 = 34;
+/// Middle of the legend's line.
+const LEGEND_Y: i32 = 1710;
 const TRIANGLE: RGBColor = RGBColor(120, 124, 132);
-/// Greatest number of targets that are drawn.
-const MOST_TARGETS: usize = 20;
-/// Greatest number of numbers at one target.
-const MOST_NUMBERS: usize = 4;
 const SHADOW: RGBColor = RGBColor(180, 190, 205);
+/// Greatest number of targets that are drawn.
+const MOST_TARGETS: usize = 40;
+/// Greatest number of targets with large rings.
+const FEW_TARGETS: usize = 8;
+/// Radius of the dot at the start, pixels.
+const START_RADIUS: i32 = 12;
+/// Distance between two points of the ball's path that labels avoid, pixels.
+const PATH_STEP: f64 = 8.0;
 
 /// Drawing, and projection of space onto it.
 struct Canvas<'a> {
@@ -32,38 +38,24 @@ struct Canvas<'a> {
     bounds: Bounds,
 }
 
-/// Place of a target, and the numbers in the order of the run, from 1, of the legs that lead there.
-struct NumberedTarget {
-    place: Point3<f64>,
-    numbers: Vec<usize>,
+/// Name of a ring.
+struct Name {
+    text: String,
+    /// Middle of the ring, pixels.
+    middle: (i32, i32),
+    /// Radius of the ring, pixels.
+    radius: i32,
+    colour: RGBColor,
 }
 
-impl NumberedTarget {
-    /// Returns the numbers for people; of many the first ones.
-    fn name(&self) -> String {
-        let shown: Vec<String> =
-            self.numbers.iter().take(MOST_NUMBERS).map(usize::to_string).collect();
-        let more = if self.numbers.len() > MOST_NUMBERS { ", ..." } else { "" };
-        shown.join(", ") + more
-    }
+/// Returns the distance, in targets, between two of `count` targets that are drawn.
+fn apart(count: usize) -> usize {
+    count.div_ceil(MOST_TARGETS).max(1)
 }
 
-/// Returns the targets of a run, each place once, without the places on a path.
-fn numbered_targets(samples: &[Sample]) -> Vec<NumberedTarget> {
-    let resting = samples.iter().filter(|s| s.deviation.is_none());
-    let mut legs: Vec<Point3<f64>> = resting.filter_map(|s| s.target).collect();
-    legs.dedup();
-    let mut targets: Vec<NumberedTarget> = Vec::new();
-    let mut places: HashMap<[u64; 3], usize> = HashMap::new();
-    for (leg, place) in legs.into_iter().enumerate() {
-        let key = <[f64; 3]>::from(place).map(f64::to_bits);
-        let index = *places.entry(key).or_insert(targets.len());
-        if index == targets.len() {
-            targets.push(NumberedTarget { place, numbers: Vec::new() });
-        }
-        targets[index].numbers.push(leg + 1);
-    }
-    targets
+/// Returns the first of some points.
+fn first_of(part: &[Point3<f64>]) -> Vec<Point3<f64>> {
+    part.first().copied().into_iter().collect()
 }
 
 /// Returns the figure as SVG.
@@ -72,22 +64,22 @@ pub(crate) fn in_space(samples: &[Sample], scene: &FigureSettings) -> Result<Str
     {
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         area.fill(&WHITE)?;
-        let bold = (FONT, CAPTION).into_font().style(FontStyle::Bold).color(&INK);
-        area.draw_text(&scene.title, &bold, (80, 32))?;
+        draw_heading(&area, "Path of the ball in space", &scene.title)?;
         let seen = samples.iter().filter_map(|s| s.position.as_ref());
         let wanted = samples.iter().filter_map(|s| s.target.as_ref());
         match Bounds::around(
             seen.chain(wanted).chain(scene.motors.iter().flat_map(|motors| &motors.places)),
         ) {
             Some(bounds) => {
-                let corner = (f64::from(SIZE.0) - 140.0, f64::from(SIZE.1) - 150.0);
-                let view = Projection::fit(&bounds, (180.0, 120.0), corner);
+                let bounds = bounds.down_to_floor();
+                let corner = (f64::from(SIZE.0) - 140.0, f64::from(SIZE.1) - 220.0);
+                let view = Projection::fit(&bounds, (180.0, f64::from(HEAD_HEIGHT) + 20.0), corner);
                 Canvas { area, view, bounds }.draw(samples, scene)?;
             }
             None => area.draw_text(
                 "no position was measured",
                 &(FONT, LABEL).into_font().color(&INK),
-                (80, 120),
+                (HEADING_X, HEAD_HEIGHT as i32 + 20),
             )?,
         }
     }
@@ -102,26 +94,41 @@ impl Canvas<'_> {
         if let Some(motors) = &scene.motors {
             self.motors(motors, ball)?;
         }
-        let first_of = |part: &[Point3<f64>]| part.first().copied().into_iter().collect();
+        let mut path = Vec::new();
         for line in stretches(samples, |s| s.position, first_of) {
             let floor = line.iter().map(|p| self.on_floor(p)).collect::<Vec<_>>();
             self.line(&floor, stroke(SHADOW, 4))?;
             self.line(&line, stroke(MEASURED, 5))?;
+            path.extend(self.close_pixels(&line));
         }
         let on_path = |s: &Sample| s.target.filter(|_| s.deviation.is_some());
         for line in stretches(samples, on_path, first_of) {
             self.line(&line, stroke(TARGET, 3))?;
         }
-        self.targets(samples)?;
-        if let Some(start) = samples.iter().find_map(|s| s.position) {
-            self.drop_line(&start)?;
-            self.area.draw(&Circle::new(self.view.pixel(&start), 12, START.filled()))?;
-            self.text("start", &start, (24, 38), HPos::Left, START)?;
-        }
+        let targets = numbered_targets(samples);
+        let start = samples.iter().find_map(|s| s.position);
+        self.targets(&targets, start, Labels::new(SIZE, path))?;
         if let Some(ball) = ball {
             self.area.draw(&Circle::new(self.view.pixel(&ball), 9, MEASURED.filled()))?;
         }
+        let follows_path = samples.iter().any(|s| s.deviation.is_some());
+        self.legend(follows_path, targets.len())?;
         self.area.present()
+    }
+
+    /// Returns the pixels of a line, with some between those that are far apart.
+    fn close_pixels(&self, line: &[Point3<f64>]) -> Vec<(i32, i32)> {
+        let pixels: Vec<(i32, i32)> = line.iter().map(|p| self.view.pixel(p)).collect();
+        let between = |ends: &[(i32, i32)]| {
+            let (from, to) = (ends[0], ends[1]);
+            let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
+            let parts = (dx.hypot(dy) / PATH_STEP).ceil().clamp(1.0, 1e3) as u32;
+            (0..parts).map(move |k| {
+                let share = f64::from(k) / f64::from(parts);
+                (from.0 + (share * dx) as i32, from.1 + (share * dy) as i32)
+            })
+        };
+        pixels.windows(2).flat_map(between).collect()
     }
 
     /// Draws a grid on the floor and on the two walls behind.
@@ -187,19 +194,95 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    /// Draws a ring at each target: one with the name "target", several with their numbers.
-    fn targets(&self, samples: &[Sample]) -> Result<(), DrawError> {
-        let targets = numbered_targets(samples);
-        // A target that moves along a path is not a place of its own at every frame.
-        let apart = targets.len().div_ceil(MOST_TARGETS).max(1);
-        for target in targets.iter().rev().step_by(apart) {
+    /// Draws the start, and a ring at each target: one with the name "target", several with their
+    /// numbers.
+    fn targets(
+        &self,
+        targets: &[NumberedTarget],
+        start: Option<Point3<f64>>,
+        mut labels: Labels,
+    ) -> Result<(), DrawError> {
+        // A target that moves is not a place of its own at every frame.
+        let shown: Vec<&NumberedTarget> =
+            targets.iter().rev().step_by(apart(targets.len())).collect();
+        let (radius, width, font) =
+            if shown.len() > FEW_TARGETS { (11, 4, 32) } else { (18, 6, LABEL) };
+        for target in &shown {
             self.drop_line(&target.place)?;
-            let ring = Circle::new(self.view.pixel(&target.place), 18, stroke(TARGET, 6));
-            self.area.draw(&ring)?;
-            let name = if targets.len() == 1 { "target" } else { &target.name() };
-            self.text(name, &target.place, (32, 20), HPos::Left, TARGET)?;
+            let middle = self.view.pixel(&target.place);
+            self.area.draw(&Circle::new(middle, radius, stroke(TARGET, width as u32)))?;
+            labels.keep_free(middle, radius + width / 2);
+        }
+        let mut names = Vec::new();
+        if let Some(start) = start {
+            self.drop_line(&start)?;
+            let middle = self.view.pixel(&start);
+            self.area.draw(&Circle::new(middle, START_RADIUS, START.filled()))?;
+            labels.keep_free(middle, START_RADIUS);
+            let (text, radius, colour) = ("start".to_owned(), START_RADIUS, START);
+            names.push(Name { text, middle, radius, colour });
+        }
+        for target in shown.iter().rev() {
+            let text = if targets.len() == 1 { "target".to_owned() } else { target.name() };
+            let (middle, radius) = (self.view.pixel(&target.place), radius + width / 2);
+            names.push(Name { text, middle, radius, colour: TARGET });
+        }
+        self.names(&names, font, labels)
+    }
+
+    /// Writes names beside their rings, where there is room.
+    fn names(&self, names: &[Name], font: i32, mut labels: Labels) -> Result<(), DrawError> {
+        let mut place = |name: &Name| labels.place(&name.text, font, name.middle, name.radius);
+        let placed: Vec<_> =
+            names.iter().filter_map(|name| place(name).map(|place| (name, place))).collect();
+        for (name, place) in &placed {
+            if let Some(ends) = place.line {
+                self.area.draw(&PathElement::new(ends, stroke(name.colour, 2)))?;
+            }
+        }
+        let centre = Pos::new(HPos::Center, VPos::Center);
+        for (name, place) in &placed {
+            self.area.draw(&Rectangle::new(place.corners, WHITE.mix(0.75).filled()))?;
+            let style = (FONT, font).into_font().color(&name.colour).pos(centre);
+            self.area.draw_text(&name.text, &style, place.middle)?;
         }
         Ok(())
+    }
+
+    /// Draws what the lines are, below the figure.
+    fn legend(&self, follows_path: bool, targets: usize) -> Result<(), DrawError> {
+        let floor = Axis::linear(0.0..self.bounds.step, 1.0).text(self.bounds.least.z);
+        let mut x = HEADING_X;
+        let mut entry = |text: &str| {
+            let from = x;
+            x += 126 + 16 * text.chars().count() as i32;
+            self.legend_text(text, from + 76).map(|()| [(from, LEGEND_Y), (from + 60, LEGEND_Y)])
+        };
+        let line = entry("ball")?;
+        self.area.draw(&PathElement::new(line, stroke(MEASURED, 5)))?;
+        let line = entry(&format!("its shadow at z = {floor} m"))?;
+        self.area.draw(&PathElement::new(line, stroke(SHADOW, 4)))?;
+        let line = entry(&format!("down to z = {floor} m"))?;
+        self.area.draw(&DashedPathElement::new(line, 6, 8, stroke(TRIANGLE, 2)))?;
+        if follows_path {
+            let line = entry("path")?;
+            self.area.draw(&PathElement::new(line, stroke(TARGET, 3)))?;
+        }
+        if targets > 1 {
+            let order = match apart(targets) {
+                1 => "targets in their order".to_owned(),
+                apart => format!("targets, 1 of {apart}"),
+            };
+            let [(x, y), _] = entry(&order)?;
+            self.area.draw(&Circle::new((x + 40, y), 11, stroke(TARGET, 4)))?;
+        }
+        Ok(())
+    }
+
+    fn legend_text(&self, text: &str, x: i32) -> Result<(), DrawError> {
+        let left = Pos::new(HPos::Left, VPos::Center);
+        let style = (FONT, TICK).into_font().color(&INK).pos(left);
+        self.area.draw_text(text, &style, (x, LEGEND_Y))
     }
 
     fn on_floor(&self, p: &Point3<f64>) -> Point3<f64> {
@@ -244,144 +327,74 @@ impl Canvas<'_> {
     }
 }
 
-/// Direction of the viewer: degrees from x towards y, and above the horizon.
-const AZIMUTH_DEG: f64 = -25.0;
-const ELEVATION_DEG: f64 = 22.0;
-
-/// Box along the axes with bounds on round numbers, one step for all axes; metres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bounds {
-    /// Corner with the least coordinates.
-    pub(super) least: Point3<f64>,
-    /// Corner with the greatest coordinates.
-    pub(super) greatest: Point3<f64>,
-    /// Distance between two ticks, metres.
-    pub(super) step: f64,
-}
-
-impl Bounds {
-    /// Returns the box around some points; `None` if there are none.
-    pub(super) fn around<'a>(points: impl Iterator<Item = &'a Point3<f64>>) -> Option<Self> {
-        let (least, greatest) = points.fold(None, |bounds, p| {
-            Some(bounds.map_or((*p, *p), |(a, b): (Point3<f64>, Point3<f64>)| (a.inf(p), b.sup(p))))
-        })?;
-        let step = round_step((greatest - least).max().max(0.1), 9.0);
-        let least = least.map(|c| (c / step + 1e-9).floor() * step);
-        let greatest = greatest.map(|c| (c / step - 1e-9).ceil() * step);
-        // A box of no thickness has no walls.
-        let greatest = greatest.sup(&(least + Vector3::repeat(step)));
-        Some(Self { least, greatest, step })
-    }
-
-    /// Returns the ticks of axis `axis` (0, 1, 2 for x, y, z), metres.
-    pub(super) fn ticks(&self, axis: usize) -> Vec<f64> {
-        let count = ((self.greatest[axis] - self.least[axis]) / self.step).round() as i32;
-        (0..=count).map(|k| self.least[axis] + f64::from(k) * self.step).collect()
-    }
-
-    /// Returns the corner with the greatest (true) or least coordinate along each axis.
-    pub(super) fn corner(&self, greatest: [bool; 3]) -> Point3<f64> {
-        Point3::from(std::array::from_fn(|i| {
-            if greatest[i] { self.greatest[i] } else { self.least[i] }
-        }))
-    }
-}
-
-/// Projection from metres in space to pixels, with the same scale along all axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Projection {
-    right: Vector3<f64>,
-    up: Vector3<f64>,
-    scale: f64,
-    offset: (f64, f64),
-}
-
-impl Projection {
-    /// Fits the box into the rectangle from `top_left` to `bottom_right`, pixels.
-    pub(super) fn fit(bounds: &Bounds, top_left: (f64, f64), bottom_right: (f64, f64)) -> Self {
-        let (azimuth, elevation) = (AZIMUTH_DEG.to_radians(), ELEVATION_DEG.to_radians());
-        let right = Vector3::new(-azimuth.sin(), azimuth.cos(), 0.0);
-        let eye = Vector3::new(
-            azimuth.cos() * elevation.cos(),
-            azimuth.sin() * elevation.cos(),
-            elevation.sin(),
-        );
-        let up = eye.cross(&right);
-        let extent = |axis: &Vector3<f64>| {
-            let at = |value: bool| -> f64 {
-                let pick = |i: usize| {
-                    if (axis[i] > 0.0) == value { bounds.greatest[i] } else { bounds.least[i] }
-                };
-                (0..3).map(|i| axis[i] * pick(i)).sum()
-            };
-            (at(false), at(true))
-        };
-        let ((left, far_right), (bottom, top)) = (extent(&right), extent(&up));
-        let (width, height) = (bottom_right.0 - top_left.0, bottom_right.1 - top_left.1);
-        let scale = (width / (far_right - left)).min(height / (top - bottom));
-        let offset = (
-            (top_left.0 + bottom_right.0 - scale * (left + far_right)) / 2.0,
-            (top_left.1 + bottom_right.1 + scale * (bottom + top)) / 2.0,
-        );
-        Self { right, up, scale, offset }
-    }
-
-    /// Returns the position of a point on the drawing: pixels to the right and down.
-    pub(super) fn pixel(&self, p: &Point3<f64>) -> (i32, i32) {
-        let (x, y) = (self.right.dot(&p.coords), self.up.dot(&p.coords));
-        (
-            (self.offset.0 + self.scale * x).round() as i32,
-            (self.offset.1 - self.scale * y).round() as i32,
-        )
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn targets_are_numbered_in_their_order_and_a_place_that_returns_has_both_numbers() {
-        let place = |x: f64| Point3::new(x, 0.0, 0.0);
-        let sample = |x: f64| Sample {
-            frame: 0.0,
-            position: None,
-            target: Some(place(x)),
+    /// Returns a run of 28 targets, close together.
+    fn crowd() -> Vec<Sample> {
+        let place = |k: u32| {
+            let [x, y, z] = [k % 5, k / 5, k % 3].map(f64::from);
+            Point3::new(0.4 + 0.03 * x, 0.3 + 0.02 * y, 0.2 + 0.02 * z)
+        };
+        let sample = |k: u32| Sample {
+            time_s: f64::from(k),
+            position: Some(place(k)),
+            target: Some(place(k)),
             error_m: None,
             deviation: None,
         };
-        let run: Vec<Sample> = [1.0, 1.0, 2.0, 1.0, 3.0].into_iter().map(sample).collect();
-        let targets = numbered_targets(&run);
-        let names: Vec<(f64, String)> = targets.iter().map(|t| (t.place.x, t.name())).collect();
-        let expected = [(1.0, "1, 3"), (2.0, "2"), (3.0, "4")];
-        assert_eq!(names, expected.map(|(x, name)| (x, name.to_owned())));
+        (0..28).map(sample).collect()
+    }
+
+    fn settings() -> FigureSettings {
+        let places = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.3, 0.665]].map(Point3::from);
+        let motors = Some(MotorPoints { places, is_approximate: false });
+        FigureSettings { title: "taut".into(), threshold_m: 0.01, motors }
+    }
+
+    /// Returns an attribute of a line of SVG.
+    fn number(line: &str, name: &str) -> f64 {
+        let (_, rest) = line.split_once(&format!(" {name}=\"")).unwrap();
+        rest.split('"').next().unwrap().parse().unwrap()
     }
 
     #[test]
-    fn the_box_is_round_and_holds_the_points() {
-        let points = [Point3::new(0.85, 0.61, 0.665), Point3::new(0.0, 0.0, 0.15)];
-        let bounds = Bounds::around(points.iter()).unwrap();
-        assert!((bounds.step - 0.1).abs() < 1e-12, "{bounds:?}");
-        assert!((bounds.greatest - Point3::new(0.9, 0.7, 0.7)).norm() < 1e-12, "{bounds:?}");
-        assert!((bounds.least - Point3::new(0.0, 0.0, 0.1)).norm() < 1e-12, "{bounds:?}");
-        assert_eq!(bounds.ticks(2).len(), 7);
-        assert_eq!(Bounds::around([].iter()), None);
-        let dot = Bounds::around([Point3::new(0.2, 0.2, 0.2)].iter()).unwrap();
-        assert!((dot.greatest - dot.least).min() > 0.0, "{dot:?}");
-    }
-
-    #[test]
-    fn the_projection_fits_and_has_z_upwards_and_y_to_the_right() {
-        let bounds = Bounds::around([Point3::origin(), Point3::new(1.0, 0.8, 0.6)].iter()).unwrap();
-        let view = Projection::fit(&bounds, (100.0, 50.0), (900.0, 700.0));
-        for k in 0..8u8 {
-            let (x, y) = view.pixel(&bounds.corner([k & 1 > 0, k & 2 > 0, k & 4 > 0]));
-            assert!((100..=900).contains(&x) && (50..=700).contains(&y), "({x}, {y})");
+    fn each_of_28_targets_has_its_number_and_no_number_hides_another() {
+        let svg = in_space(&crowd(), &settings()).unwrap();
+        let lines: Vec<&str> = svg.lines().collect();
+        let places: Vec<(f64, f64, f64)> = (1..=28)
+            .map(|k| {
+                let is_label =
+                    |pair: &&[&str]| pair[0].contains("#C83C28") && pair[1] == k.to_string();
+                let label = lines.windows(2).find(is_label).unwrap_or_else(|| panic!("no {k}"))[0];
+                (number(label, "x"), number(label, "y"), number(label, "font-size"))
+            })
+            .collect();
+        for (k, a) in places.iter().enumerate() {
+            for b in &places[k + 1..] {
+                // Two digits are somewhat wider than high.
+                let is_apart = (a.0 - b.0).abs() > 1.2 * a.2 || (a.1 - b.1).abs() > a.2;
+                assert!(is_apart, "{a:?}, {b:?}");
+            }
         }
-        let at = |x, y, z| view.pixel(&Point3::new(x, y, z));
-        let origin = at(0.0, 0.0, 0.0);
-        assert!(at(0.0, 0.0, 0.5).1 < origin.1 && at(0.0, 0.0, 0.5).0 == origin.0, "z is up");
-        assert!(at(0.0, 0.5, 0.0).0 > origin.0, "y is to the right");
-        assert!(at(0.5, 0.0, 0.0).1 > origin.1, "x comes towards the eye");
+    }
+
+    #[test]
+    fn lines_straight_down_end_on_the_floor_that_the_legend_names() {
+        let svg = in_space(&crowd()[..1], &settings()).unwrap();
+        for text in ["its shadow at z = 0.0 m", "down to z = 0.0 m", "Path of the ball in space"] {
+            assert!(svg.lines().any(|line| line == text), "{text}");
+        }
+        // The ball is at (0.4, 0.3, 0.2); the floor has the scale of the box from 0 to 0.7 m.
+        let points = crowd().iter().take(1).filter_map(|s| s.position).collect::<Vec<_>>();
+        let motors = settings().motors.unwrap().places;
+        let bounds = Bounds::around(points.iter().chain(&motors)).unwrap();
+        let (low, high) = (bounds.least, bounds.greatest);
+        let bounds = Bounds { least: Point3::new(low.x, low.y, 0.0), greatest: high, ..bounds };
+        let corner = (f64::from(SIZE.0) - 140.0, f64::from(SIZE.1) - 220.0);
+        let view = Projection::fit(&bounds, (180.0, f64::from(HEAD_HEIGHT) + 20.0), corner);
+        let (x, y) = view.pixel(&Point3::new(points[0].x, points[0].y, 0.0));
+        assert!(svg.contains(&format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"5\"")), "{x}, {y}");
     }
 }

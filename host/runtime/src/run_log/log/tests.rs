@@ -215,7 +215,10 @@ fn a_finished_run_has_its_summary_and_figures() {
     assert_eq!(summary["frames"], 600);
     let title = "interval, γ = 30 /s";
     for (figure, words) in [
-        ("figure4.svg", &["x (m)", "y (m)", "z (m)", "|e| (mm)", "frame", "measured", title][..]),
+        (
+            "figure4.svg",
+            &["x (m)", "y (m)", "z (m)", "|e| (mm)", "time (s)", "measured", title][..],
+        ),
         ("figure5.svg", &["start", "target", "x (m)", "z (m)", title][..]),
     ] {
         let svg = fs::read_to_string(path.join(figure)).unwrap();
