@@ -1,4 +1,4 @@
-//! Labels of the space figure: the numbers of targets, and places where they hide neither each other
+//! Labels of the space figure: numbers of targets, and places where they hide neither each other
 //! nor the rings.
 
 use std::collections::HashMap;
