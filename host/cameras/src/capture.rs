@@ -52,10 +52,11 @@ impl Default for CaptureLimits {
 /// - Dropping it waits until the source is closed, for [`CaptureLimits::close`] at most.
 ///
 /// ```
-/// use plumb_frame::source::CameraSource;
 /// use plumb_cameras::capture::{Capture, CaptureLimits};
+/// use plumb_frame::source::CameraSource;
 /// # use std::time::Instant;
-/// # use plumb_cameras::source::{LiveClock, SourceError};
+/// # use plumb_frame::clock::LiveClock;
+/// # use plumb_frame::source::SourceError;
 /// # use plumb_frame::frame::RgbdFrame;
 /// # struct Camera(LiveClock);
 /// # impl CameraSource for Camera {
