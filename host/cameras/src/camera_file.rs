@@ -328,10 +328,11 @@ impl Visitor<'_> for DepthScaleVisitor {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::Point3;
     use plumb_frame::camera::CalibratedFor;
     use plumb_frame::image::ImageSize;
+
+    use super::*;
 
     const GOOD: &str = "\
 [intrinsics]

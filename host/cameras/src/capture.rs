@@ -62,7 +62,6 @@ impl Default for CaptureLimits {
 /// # impl CameraSource for Camera {
 /// #     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> { Ok(None) }
 /// #     fn now(&self) -> f64 { self.0.now() }
-/// #     fn is_live(&self) -> bool { true }
 /// #     fn clock(&self) -> Option<LiveClock> { Some(self.0.clone()) }
 /// # }
 /// # let camera = Camera(LiveClock::since(Instant::now()));
@@ -141,10 +140,6 @@ impl CameraSource for Capture {
 
     fn now(&self) -> f64 {
         self.clock.now()
-    }
-
-    fn is_live(&self) -> bool {
-        true
     }
 
     fn clock(&self) -> Option<LiveClock> {

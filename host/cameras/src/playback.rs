@@ -124,10 +124,6 @@ impl<S: CameraSource> CameraSource for Playback<S> {
         self.clock.now()
     }
 
-    fn is_live(&self) -> bool {
-        true
-    }
-
     fn clock(&self) -> Option<LiveClock> {
         Some(self.clock.clone())
     }
@@ -140,8 +136,9 @@ mod tests {
     use plumb_frame::camera::Intrinsics;
     use plumb_frame::image::Image;
 
-    use super::*;
     use plumb_config::error_chain::ErrorChain;
+
+    use super::*;
 
     /// Frames with these time stamps, or lost ones.
     struct Stamps(VecDeque<Result<f64, f64>>);
@@ -166,10 +163,6 @@ mod tests {
 
         fn now(&self) -> f64 {
             0.0
-        }
-
-        fn is_live(&self) -> bool {
-            false
         }
     }
 

@@ -206,8 +206,9 @@ impl CameraSettings {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use plumb_config::toml_file::parse_toml;
+
+    use super::*;
 
     fn settings(text: &str) -> CameraSettings {
         parse_toml(Path::new("rig.toml"), &format!("file = 'camera.toml'\n{text}")).unwrap()

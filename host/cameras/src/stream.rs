@@ -162,10 +162,6 @@ impl CameraSource for StreamSource {
         self.clock.now()
     }
 
-    fn is_live(&self) -> bool {
-        true
-    }
-
     fn clock(&self) -> Option<LiveClock> {
         Some(self.clock.clone())
     }

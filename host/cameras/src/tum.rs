@@ -221,10 +221,6 @@ impl CameraSource for TumFolder {
     fn now(&self) -> f64 {
         self.now
     }
-
-    fn is_live(&self) -> bool {
-        false
-    }
 }
 
 /// Failure to read a TUM RGB-D folder or one of its frames.

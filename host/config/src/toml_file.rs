@@ -122,7 +122,7 @@ type KeyPath = Vec<String>;
 pub struct Place {
     /// Number of the line, from 1.
     pub line: usize,
-    /// Value as it is written.
+    /// Text of the value.
     pub value: String,
 }
 

@@ -134,7 +134,6 @@ impl Observer for FrameRecorder {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::Point3;
     use plumb_cameras::camera_file;
     use plumb_cameras::record::{Overflow, RecordFolder};
@@ -142,6 +141,8 @@ mod tests {
     use plumb_frame::image::Image;
     use std::fs;
     use std::sync::Arc;
+
+    use super::*;
 
     fn record() -> FrameRecord {
         let intrinsics = camera_file::paper().unwrap().intrinsics;

@@ -136,8 +136,9 @@ fn product(signs: Signs, right: [[i64; 3]; 3]) -> Matrix {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use plumb_protocol::config::SIGNS;
+
+    use super::*;
 
     /// (a + 2b)(a - 2b) = a² - 4b².
     #[test]

@@ -4,8 +4,9 @@ use plumb_vision::localise::observe;
 use plumb_vision::observation::{BallObservation, Circle};
 
 use super::stats::percentile;
-use super::*;
 use plumb_cameras::camera_file;
+
+use super::*;
 
 /// Finds nothing, ever.
 struct Blind;

@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use plumb_config::quantity::{CameraTime, pixels, rate};
 use plumb_frame::camera::Camera;
 use plumb_frame::driver::{
-    CameraDriver, DriverListing, FoundCamera, IntrinsicsFrom, LibraryState, LibraryStatus,
-    OpenedSource,
+    CameraDriver, DriverListing, FoundCamera, IntrinsicsFrom, LibraryState, OpenedSource,
 };
 use plumb_frame::source::BoxedError;
 use serde::Deserialize;
@@ -71,11 +70,7 @@ impl OpenniSettings {
 
 impl CameraDriver for OpenniSettings {
     fn list(&self) -> DriverListing {
-        let (state, cameras) = list().unwrap_or_else(|error| {
-            (LibraryState::Absent { error: error.to_string() }, Vec::new())
-        });
-        let library = Some(LibraryStatus { name: "OpenNI2", state });
-        DriverListing { library, cameras, ..DriverListing::default() }
+        DriverListing::of_library("OpenNI2", list())
     }
 
     fn open(&self, camera: &Camera, recording: Option<&Path>) -> Result<OpenedSource, BoxedError> {
@@ -111,8 +106,9 @@ fn found(device: DeviceInfo) -> FoundCamera {
 mod tests {
     use std::path::Path;
 
-    use super::*;
     use plumb_config::toml_file::parse_toml;
+
+    use super::*;
 
     fn settings(text: &str) -> OpenniSettings {
         parse_toml(Path::new("rig.toml"), text).unwrap()

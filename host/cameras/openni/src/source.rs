@@ -116,10 +116,6 @@ impl CameraSource for OpenniSource {
         self.clock.now()
     }
 
-    fn is_live(&self) -> bool {
-        self.clock.live().is_some()
-    }
-
     fn clock(&self) -> Option<LiveClock> {
         self.clock.live().cloned()
     }
@@ -143,9 +139,7 @@ fn lost(error: OpenniError) -> SourceError {
         _ => None,
     };
     let is_transient = error.is_transient();
-    let cause = OpenniSourceError::from(error);
-    let error = if is_transient { SourceError::new(cause) } else { SourceError::over(cause) };
-    stamp.into_iter().fold(error, SourceError::with_stamp)
+    SourceError::lost(OpenniSourceError::from(error), is_transient).with_stamp(stamp)
 }
 
 /// Returns the intrinsics of the device's images.

@@ -6,8 +6,7 @@ use std::path::Path;
 use plumb_config::quantity::{CameraTime, pixels, rate};
 use plumb_frame::camera::Camera;
 use plumb_frame::driver::{
-    CameraDriver, DriverListing, FoundCamera, IntrinsicsFrom, LibraryState, LibraryStatus,
-    OpenedSource,
+    CameraDriver, DriverListing, FoundCamera, IntrinsicsFrom, LibraryState, OpenedSource,
 };
 use plumb_frame::source::BoxedError;
 use serde::Deserialize;
@@ -76,11 +75,7 @@ impl RealsenseSettings {
 
 impl CameraDriver for RealsenseSettings {
     fn list(&self) -> DriverListing {
-        let (state, cameras) = list().unwrap_or_else(|error| {
-            (LibraryState::Absent { error: error.to_string() }, Vec::new())
-        });
-        let library = Some(LibraryStatus { name: "librealsense2", state });
-        DriverListing { library, cameras, ..DriverListing::default() }
+        DriverListing::of_library("librealsense2", list())
     }
 
     fn open(&self, camera: &Camera, _: Option<&Path>) -> Result<OpenedSource, BoxedError> {
@@ -110,8 +105,9 @@ fn list() -> Result<(LibraryState, Vec<FoundCamera>), RealsenseError> {
 mod tests {
     use std::path::Path;
 
-    use super::*;
     use plumb_config::toml_file::parse_toml;
+
+    use super::*;
 
     fn settings(text: &str) -> RealsenseSettings {
         parse_toml(Path::new("rig.toml"), text).unwrap()

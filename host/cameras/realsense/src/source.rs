@@ -115,10 +115,6 @@ impl CameraSource for RealsenseSource {
         self.clock.now()
     }
 
-    fn is_live(&self) -> bool {
-        self.clock.live().is_some()
-    }
-
     fn clock(&self) -> Option<LiveClock> {
         self.clock.live().cloned()
     }
@@ -138,9 +134,7 @@ fn lost(error: RealsenseError) -> SourceError {
         _ => None,
     };
     let is_transient = error.is_transient();
-    let cause = RealsenseSourceError::from(error);
-    let error = if is_transient { SourceError::new(cause) } else { SourceError::over(cause) };
-    stamp.into_iter().fold(error, SourceError::with_stamp)
+    SourceError::lost(RealsenseSourceError::from(error), is_transient).with_stamp(stamp)
 }
 
 /// Returns the intrinsics of the device's images: `calibrated`, else the device's.

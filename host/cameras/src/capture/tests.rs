@@ -41,10 +41,6 @@ impl CameraSource for Script {
         self.clock.now()
     }
 
-    fn is_live(&self) -> bool {
-        true
-    }
-
     fn clock(&self) -> Option<LiveClock> {
         Some(self.clock.clone())
     }
@@ -196,10 +192,6 @@ fn a_recording_that_is_read_at_any_speed_has_no_clock() {
 
         fn now(&self) -> f64 {
             0.0
-        }
-
-        fn is_live(&self) -> bool {
-            false
         }
     }
     let error = Capture::start(Still, CaptureLimits::default()).unwrap_err();

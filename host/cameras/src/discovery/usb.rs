@@ -240,8 +240,9 @@ pub(super) fn model(vendor: u16, product: u16) -> Option<&'static Model> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::os::unix::fs::PermissionsExt;
+
+    use super::*;
 
     /// Returns the root folder of a system with the USB devices (vendor, product, name).
     fn system(devices: &[(&str, &str, Option<&str>)]) -> tempfile::TempDir {

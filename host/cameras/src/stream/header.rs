@@ -244,8 +244,9 @@ impl Header {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use plumb_config::error_chain::ErrorChain;
+
+    use super::*;
 
     const GOOD: &str = r#"{"t": 12.345, "width": 640, "height": 480, "colour": "rgb8",
         "colour_bytes": 921600, "depth": "z16", "depth_bytes": 614400, "depth_scale": 1000.0}"#;

@@ -111,10 +111,6 @@ impl CameraSource for WebcamSource {
         self.clock.now()
     }
 
-    fn is_live(&self) -> bool {
-        true
-    }
-
     fn clock(&self) -> Option<LiveClock> {
         Some(self.clock.clone())
     }
@@ -130,10 +126,6 @@ impl CameraSource for VideoFileSource {
     /// Returns the time stamp of the last frame, seconds; 0 before the first one.
     fn now(&self) -> f64 {
         self.now
-    }
-
-    fn is_live(&self) -> bool {
-        false
     }
 }
 
@@ -164,8 +156,7 @@ fn frame(
 /// lost alone.
 fn lost(error: WebcamError) -> SourceError {
     let is_transient = matches!(error, WebcamError::Damaged { .. } | WebcamError::OtherSize { .. });
-    let cause = WebcamSourceError::from(error);
-    if is_transient { SourceError::new(cause) } else { SourceError::over(cause) }
+    SourceError::lost(WebcamSourceError::from(error), is_transient)
 }
 
 impl From<WebcamSourceError> for SourceError {

@@ -9,7 +9,7 @@ use super::views::round;
 use crate::message::{FrameView, PickedView, ProjectedView, RigView};
 use crate::sight::{Click, Corners, SeenBall, Sight, Source};
 
-/// Answer where nobody has told the page where the camera is.
+/// Answer where the camera's pose is unknown.
 const NO_POSE: &str = "the page does not know where the camera is";
 
 /// Answer before the first picture.

@@ -280,10 +280,6 @@ impl CameraSource for Ros2Camera {
         self.clock.now()
     }
 
-    fn is_live(&self) -> bool {
-        true
-    }
-
     fn clock(&self) -> Option<LiveClock> {
         Some(self.clock.clone())
     }

@@ -160,10 +160,6 @@ impl CameraSource for McapRecording {
     fn now(&self) -> f64 {
         self.now
     }
-
-    fn is_live(&self) -> bool {
-        false
-    }
 }
 
 /// Returns the first description of the camera on a topic; `None` where there is none.

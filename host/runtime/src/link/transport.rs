@@ -239,9 +239,10 @@ impl fmt::Display for PortUsers {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::cell::Cell;
     use std::os::unix::fs::symlink;
+
+    use super::*;
 
     /// Port whose other end takes a byte in 150 ms.
     struct Trickle<'a>(&'a Cell<Duration>);

@@ -169,8 +169,9 @@ impl fmt::Display for TargetAddress {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use plumb_config::error_chain::ErrorChain;
+
+    use super::*;
 
     #[test]
     fn a_line_is_read_strictly() {

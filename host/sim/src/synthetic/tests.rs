@@ -1,8 +1,9 @@
 use nalgebra::Point3;
 
-use super::*;
 use plumb_cameras::camera_file;
 use plumb_runtime::rig::Rig;
+
+use super::*;
 
 const P0: Point3<f64> = Point3::new(0.540, 0.220, 0.459);
 const NO_NOISE: SensorOptions = SensorOptions {

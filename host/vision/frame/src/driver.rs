@@ -1,5 +1,6 @@
 //! Interface of a kind of camera: its settings list the cameras and open one as a source of frames.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -74,6 +75,20 @@ pub struct DriverListing {
     pub cameras: Vec<FoundCamera>,
     /// What is missing to open other cameras, a sentence for each.
     pub missing: Vec<String>,
+}
+
+impl DriverListing {
+    /// Returns the listing of a driver whose library `name` is loaded at run time: what the library
+    /// lists, or why it cannot be loaded.
+    pub fn of_library<E: Display>(
+        name: &'static str,
+        listed: Result<(LibraryState, Vec<FoundCamera>), E>,
+    ) -> Self {
+        let (state, cameras) = listed.unwrap_or_else(|error| {
+            (LibraryState::Absent { error: error.to_string() }, Vec::new())
+        });
+        Self { library: Some(LibraryStatus { name, state }), cameras, ..Self::default() }
+    }
 }
 
 /// Status of a library that is loaded at run time.

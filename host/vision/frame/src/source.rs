@@ -12,8 +12,8 @@ use crate::frame::{FrameError, RgbdFrame};
 
 /// Camera or recording that delivers RGB-D frames one after the other.
 ///
-/// A camera implements [`next_frame`](Self::next_frame), [`now`](Self::now),
-/// [`is_live`](Self::is_live) and [`clock`](Self::clock). `Capture` of the crate `plumb-cameras`
+/// A camera implements [`next_frame`](Self::next_frame), [`now`](Self::now) and
+/// [`clock`](Self::clock). `Capture` of the crate `plumb-cameras`
 /// reads it in a thread of its own and implements the other functions.
 pub trait CameraSource {
     /// Returns the next frame, or `None` at the end of a recording.
@@ -28,8 +28,11 @@ pub trait CameraSource {
     fn now(&self) -> f64;
 
     /// Returns whether the clock runs by itself and the frames show the present, as those of a
-    /// camera. The clock of a recording that is read at any speed stands at its last frame.
-    fn is_live(&self) -> bool;
+    /// camera. The clock of a recording that is read at any speed stands at its last frame. By
+    /// default a source with a [`clock`](Self::clock) is live; one in virtual time says so itself.
+    fn is_live(&self) -> bool {
+        self.clock().is_some()
+    }
 
     /// Returns the clock of [`now`](Self::now) for other threads; `None` where the clock is virtual
     /// or stands.
@@ -125,15 +128,22 @@ impl SourceError {
         Self { is_over: true, ..Self::new(cause) }
     }
 
+    /// Returns the loss of one frame because of a `cause` that `is_transient`, else the end of the
+    /// source.
+    pub fn lost(cause: impl Into<BoxedError>, is_transient: bool) -> Self {
+        Self { is_over: !is_transient, ..Self::new(cause) }
+    }
+
     /// Returns the cause.
     pub fn into_cause(self) -> BoxedError {
         self.cause
     }
 
-    /// Sets the time stamp of the lost frame, seconds on the source's clock.
+    /// Sets the time stamp of the lost frame, seconds on the source's clock; `None` where it is
+    /// unknown.
     #[must_use]
-    pub fn with_stamp(self, stamp: f64) -> Self {
-        Self { stamp: Some(stamp), ..self }
+    pub fn with_stamp(self, stamp: impl Into<Option<f64>>) -> Self {
+        Self { stamp: stamp.into(), ..self }
     }
 
     /// Returns whether the source is over: no frame comes any more.
