@@ -34,7 +34,7 @@ pub struct CaptureLimits {
 }
 
 impl Default for CaptureLimits {
-    /// Limits above those of OpenNI2's own worker (3 s for a frame, 5 s to close), whose errors say
+    /// Limits above those of the OpenNI2 driver (3 s for a frame, 5 s to close), whose errors say
     /// more.
     fn default() -> Self {
         Self { silence: Duration::from_secs(4), close: Duration::from_secs(9) }

@@ -1,23 +1,16 @@
 //! Open camera or recording.
 
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::mailbox::{Event, Mailbox, Overflow};
 use crate::picture::Pair;
+use crate::reader::Reader;
 use crate::settings::{Opened, Settings, Target, Timeouts};
-use crate::threads;
-use crate::worker::Worker;
+use crate::threads::OnThread;
 
-/// Pairs that may wait to be taken: of a camera the newest only.
-const LIVE_ROOM: usize = 1;
-/// Pairs of a recording that are read ahead.
-const RECORDING_ROOM: usize = 4;
-/// Time that the worker may exceed its own timeout before it counts as blocked.
-const WORKER_GRACE: Duration = Duration::from_secs(1);
+/// Time that the reader may exceed its own timeout before its thread counts as blocked.
+const GRACE: Duration = Duration::from_secs(1);
 
 /// Camera or recording that delivers colour and depth in pairs.
 ///
@@ -27,11 +20,11 @@ const WORKER_GRACE: Duration = Duration::from_secs(1);
 pub struct Camera {
     opened: Opened,
     timeouts: Timeouts,
-    mailbox: Arc<Mailbox<Event>>,
-    /// Receives the end of the worker; `None` once that was waited for.
-    worker: Option<Receiver<()>>,
+    /// `None` once it is closed.
+    reader: Option<OnThread<Reader>>,
     /// Start of the clock that stamps live pictures.
     start: Instant,
+    /// How the camera or recording ended.
     ended: Option<Result<(), OpenniError>>,
 }
 
@@ -43,30 +36,13 @@ impl Camera {
     /// Where there is no such camera, it does not accept a setting, or opening takes longer than
     /// [`Timeouts::open`].
     pub fn open(openni: &OpenNi, target: &Target, settings: Settings) -> Result<Self, OpenniError> {
-        let mailbox = Arc::new(if target.is_recording() {
-            Mailbox::new(RECORDING_ROOM, Overflow::Block)
-        } else {
-            Mailbox::new(LIVE_ROOM, Overflow::Drop)
-        });
-        let first = Arc::new(Mailbox::new(1, Overflow::Block));
         let (start, timeouts) = (Instant::now(), settings.timeouts);
-        let worker = Worker {
-            openni: openni.clone(),
-            target: target.clone(),
-            settings,
-            start,
-            opened: Arc::clone(&first),
-            mailbox: Arc::clone(&mailbox),
-        };
-        let worker = threads::run(move || worker.run())
-            .map_err(|error| OpenniError::Open { uri: target.name(), error: error.to_string() })?;
-        let Some(opened) = first.receive(timeouts.open) else {
-            mailbox.close();
-            let seconds = timeouts.open.as_secs_f64();
-            let (uri, what) = (target.name(), "opening it");
-            return Err(OpenniError::Unresponsive { uri, what, seconds });
-        };
-        Ok(Self { opened: opened?, timeouts, mailbox, worker: Some(worker), start, ended: None })
+        let (openni, of_target) = (openni.clone(), target.clone());
+        let open = move || Reader::open(&openni, &of_target, &settings, start);
+        let reader = OnThread::open(target.name(), timeouts.open, open)?;
+        let description = |reader: &mut Reader| reader.opened().clone();
+        let opened = reader.call("describing it", timeouts.open, description)?;
+        Ok(Self { opened, timeouts, reader: Some(reader), start, ended: None })
     }
 
     /// Returns the description of the camera.
@@ -84,8 +60,8 @@ impl Camera {
         self.start
     }
 
-    /// Returns the next pair: the newest of a camera, each one of a recording, `None` at the end of
-    /// a recording. Returns or fails within [`Timeouts::picture`] and one second.
+    /// Returns the next pair: of a camera the next one that comes, of a recording each one, `None`
+    /// at its end. Returns or fails within [`Timeouts::picture`] and one second.
     ///
     /// # Errors
     /// Where a picture is lost ([`OpenniError::is_transient`]); the next one may come. Any other
@@ -94,21 +70,18 @@ impl Camera {
         if let Some(ended) = &self.ended {
             return ended.clone().map(|()| None);
         }
-        // The worker reports a silent camera by itself; this timeout is for a blocked worker.
-        let timeout = self.timeouts.picture + WORKER_GRACE;
-        let event = self.mailbox.receive(timeout).unwrap_or_else(|| {
-            let (uri, what) = (self.opened.uri.clone(), "waiting for a picture");
-            let seconds = timeout.as_secs_f64();
-            Event::Over(Err(OpenniError::Unresponsive { uri, what, seconds }))
-        });
-        match event {
-            Event::Pair(pair) => Ok(Some(pair)),
-            Event::Problem(error) => Err(error),
-            Event::Over(result) => {
-                self.ended = Some(result.clone());
-                result.map(|()| None)
-            }
+        let Some(reader) = &self.reader else { return Ok(None) };
+        // The reader reports a silent camera by itself; this limit is for a blocked call.
+        let limit = self.timeouts.picture + GRACE;
+        let next = reader.call("waiting for a picture", limit, Reader::next);
+        let next = next.and_then(|next| next);
+        match &next {
+            Ok(Some(_)) => {}
+            Ok(None) => self.ended = Some(Ok(())),
+            Err(error) if error.is_transient() => {}
+            Err(error) => self.ended = Some(Err(error.clone())),
         }
+        next
     }
 
     /// Stops and closes the camera, and completes its recording.
@@ -120,14 +93,7 @@ impl Camera {
     }
 
     fn end(&mut self) -> Result<(), OpenniError> {
-        self.mailbox.close();
-        let Some(worker) = self.worker.take() else { return Ok(()) };
-        if worker.recv_timeout(self.timeouts.close) == Err(RecvTimeoutError::Timeout) {
-            let (uri, what) = (self.opened.uri.clone(), "closing it");
-            let seconds = self.timeouts.close.as_secs_f64();
-            return Err(OpenniError::Unresponsive { uri, what, seconds });
-        }
-        Ok(())
+        self.reader.take().map_or(Ok(()), |reader| reader.close(self.timeouts.close))
     }
 }
 

@@ -29,7 +29,6 @@ mod events;
 pub mod fuzzing;
 mod handle;
 mod library;
-mod mailbox;
 mod oni_file;
 mod picture;
 mod reader;
@@ -39,7 +38,6 @@ mod source;
 mod stream;
 pub mod sys;
 mod threads;
-mod worker;
 
 pub use camera::Camera;
 pub use driver::OpenniSettings;

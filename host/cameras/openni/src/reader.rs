@@ -1,5 +1,6 @@
-//! Reading of a started camera or recording.
+//! Opening and reading of a camera or recording, on a thread of the library.
 
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use plumb_frame::clock::SensorClocks;
@@ -7,9 +8,11 @@ use plumb_frame::pairing::{Paired, Pairing, Sensor, Taken, Timed};
 
 use crate::device::Device;
 use crate::error::OpenniError;
-use crate::mailbox::{Event, Mailbox};
+use crate::library::OpenNi;
 use crate::picture::{Pair, Picture};
 use crate::recorder::Recorder;
+use crate::settings::{DepthUnit, Opened, Settings, Target};
+use crate::sys;
 
 /// Longest wait inside the library: the reaction time to a stop or an unplugging.
 const WAIT: Duration = Duration::from_millis(100);
@@ -18,21 +21,15 @@ const WAIT: Duration = Duration::from_millis(100);
 /// period on each picture would have a counterpart, however far the streams are out of step.
 const PAIR_PERIODS: f64 = 0.4;
 
-/// Options of a [`Reader`].
-pub(crate) struct ReaderOptions {
-    /// Whether the device is a recording.
-    pub(crate) is_recording: bool,
-    /// Start of the clock that stamps live pictures.
-    pub(crate) start: Instant,
-    /// Time from exposure to the earliest arrival of a picture, seconds.
-    pub(crate) latency: f64,
-    /// Time without a picture after which the camera is silent.
-    pub(crate) timeout: Duration,
-}
-
 /// Reader of a started camera or recording.
 pub(crate) struct Reader {
-    options: ReaderOptions,
+    /// Whether the device is a recording.
+    is_recording: bool,
+    /// Start of the clock that stamps live pictures.
+    start: Instant,
+    /// Time without a picture after which the camera is silent.
+    timeout: Duration,
+    opened: Opened,
     /// Is dropped before the device, from whose streams it completes its file.
     recorder: Option<Recorder>,
     device: Device,
@@ -40,82 +37,110 @@ pub(crate) struct Reader {
     clocks: SensorClocks,
     /// Number of the last picture, of colour and of depth; -1 before the first one.
     last: [i32; 2],
-    last_arrival: Instant,
+    /// Pairs and losses that are not taken yet.
+    waiting: VecDeque<Result<Pair, OpenniError>>,
 }
 
 impl Reader {
-    pub(crate) fn new(options: ReaderOptions, recorder: Option<Recorder>, device: Device) -> Self {
+    /// Opens `target` and starts it, with its own recording where `settings` ask for it. `start` is
+    /// the start of the clock that stamps live pictures.
+    ///
+    /// # Errors
+    /// Where there is no such camera, or it does not accept a setting.
+    pub(crate) fn open(
+        openni: &OpenNi,
+        target: &Target,
+        settings: &Settings,
+        start: Instant,
+    ) -> Result<Self, OpenniError> {
+        let mut device = Device::open(openni, target, settings)?;
+        let recorder = match &settings.record {
+            Some(path) => Some(Recorder::start(&device, path)?),
+            None => None,
+        };
+        device.start()?;
+        let mut notes = Vec::new();
+        if !target.is_recording()
+            && let Err(error) = device.synchronise()
+        {
+            notes.push(format!("{error}; they are paired by their time stamps"));
+        }
         let rate = f64::from(device.colour.mode.rate.max(1));
-        Self {
-            clocks: SensorClocks::new(options.latency),
-            options,
+        Ok(Self {
+            is_recording: target.is_recording(),
+            start,
+            timeout: settings.timeouts.picture,
+            opened: opened(&device, notes),
             recorder,
             device,
             pairing: Pairing::new(PAIR_PERIODS / rate),
+            clocks: SensorClocks::new(settings.latency),
             last: [-1; 2],
-            last_arrival: Instant::now(),
-        }
+            waiting: VecDeque::new(),
+        })
     }
 
-    /// Sends pairs to `mailbox` until the camera is over or the mailbox is closed.
+    /// Returns the description of the camera or recording.
+    pub(crate) fn opened(&self) -> &Opened {
+        &self.opened
+    }
+
+    /// Returns the next pair, `None` at the end of a recording.
     ///
     /// # Errors
-    /// Where the camera is unplugged or silent, a call fails, or a recording is truncated.
-    pub(crate) fn run(&mut self, mailbox: &Mailbox<Event>) -> Result<(), OpenniError> {
-        while !mailbox.is_closed() {
+    /// Where a picture is lost ([`OpenniError::is_transient`]), the camera is unplugged or silent,
+    /// a call fails, or a recording is truncated.
+    pub(crate) fn next(&mut self) -> Result<Option<Pair>, OpenniError> {
+        let mut last_arrival = Instant::now();
+        loop {
+            if let Some(next) = self.waiting.pop_front() {
+                return next.map(Some);
+            }
             if self.device.is_unplugged() {
                 self.recorder = None;
                 self.device.abandon();
                 return Err(OpenniError::Unplugged { uri: self.device.uri.clone() });
             }
-            match self.device.next(WAIT) {
-                Ok(Some(picture)) => {
-                    self.last_arrival = Instant::now();
-                    self.on_picture(picture, mailbox);
+            match self.device.next(WAIT)? {
+                Some(picture) => {
+                    last_arrival = Instant::now();
+                    self.on_picture(picture);
                 }
-                Ok(None) => {
-                    if let Some(over) = self.on_silence() {
-                        return over;
+                None => {
+                    if let Some(over) = self.on_silence(last_arrival.elapsed()) {
+                        return over.map(|()| None);
                     }
                 }
-                Err(error) if error.is_transient() => {
-                    self.last_arrival = Instant::now();
-                    mailbox.send(Event::Problem(error));
-                }
-                Err(error) => return Err(error),
             }
         }
-        Ok(())
     }
 
-    /// Pairs the picture with its counterpart, and sends pairs and losses.
-    fn on_picture(&mut self, picture: Picture, mailbox: &Mailbox<Event>) {
+    /// Pairs the picture with its counterpart, and keeps pairs and losses.
+    fn on_picture(&mut self, picture: Picture) {
         let sensor = picture.sensor;
-        if let Some(error) = self.skipped(&picture) {
-            mailbox.send(Event::Problem(error));
-        }
+        self.waiting.extend(self.skipped(&picture).map(Err));
         self.last[sensor.index()] = picture.index;
         let time = self.time(&picture);
         self.pairing.add(sensor, Taken { picture, time });
         while let Some(result) = self.pairing.take() {
-            mailbox.send(self.event(result));
+            self.waiting.push_back(self.pair(result));
         }
     }
 
-    /// Returns the event of a pair or of a loss.
-    fn event(&self, result: Paired<Taken<Picture>>) -> Event {
+    /// Returns the pair, or the loss.
+    fn pair(&self, result: Paired<Taken<Picture>>) -> Result<Pair, OpenniError> {
         match result {
             Paired::Pair(Taken { picture: colour, time }, Taken { picture: depth, .. }) => {
                 // A synchronised camera gives both pictures of a moment the same number.
                 if self.device.is_synchronised() && colour.index != depth.index {
                     let (colour, depth) = (colour.index, depth.index);
-                    return Event::Problem(OpenniError::OutOfStep { colour, depth, time });
+                    return Err(OpenniError::OutOfStep { colour, depth, time });
                 }
-                Event::Pair(Pair::new(time, colour, &depth))
+                Ok(Pair::new(time, colour, &depth))
             }
             Paired::Unpaired(sensor, Taken { time, .. }) => {
                 let within = self.pairing.within();
-                Event::Problem(OpenniError::Unpaired { sensor, time, within })
+                Err(OpenniError::Unpaired { sensor, time, within })
             }
         }
     }
@@ -123,10 +148,10 @@ impl Reader {
     /// Returns the time of a picture that has just arrived: of a recording on its own clock, of a
     /// camera on the host's.
     fn time(&mut self, picture: &Picture) -> f64 {
-        if self.options.is_recording {
+        if self.is_recording {
             return picture.time();
         }
-        let arrival = self.options.start.elapsed().as_secs_f64();
+        let arrival = self.start.elapsed().as_secs_f64();
         self.clocks.taken(picture.sensor, picture.time(), arrival)
     }
 
@@ -135,15 +160,15 @@ impl Reader {
     fn skipped(&self, picture: &Picture) -> Option<OpenniError> {
         let last = self.last[picture.sensor.index()];
         let count = picture.index.saturating_sub(last).saturating_sub(1);
-        let lost = self.options.is_recording && last >= 0 && count > 0;
+        let lost = self.is_recording && last >= 0 && count > 0;
         lost.then(|| OpenniError::Skipped { sensor: picture.sensor, count, time: picture.time() })
     }
 
-    /// Returns how the camera ended where no picture came within [`WAIT`]; `None` where it goes on.
-    fn on_silence(&self) -> Option<Result<(), OpenniError>> {
-        let silence = self.last_arrival.elapsed();
-        let is_silent = silence >= self.options.timeout;
-        if self.options.is_recording {
+    /// Returns how the camera ended where no picture came within [`WAIT`], nor in the time
+    /// `silence`; `None` where it goes on.
+    fn on_silence(&self, silence: Duration) -> Option<Result<(), OpenniError>> {
+        let is_silent = silence >= self.timeout;
+        if self.is_recording {
             let ended = is_silent || self.device.has_ended() || self.is_complete();
             return ended.then(|| self.end_of_recording());
         }
@@ -170,5 +195,21 @@ impl Reader {
             }
         }
         Ok(())
+    }
+}
+
+/// Returns the description of an open camera or recording.
+fn opened(device: &Device, notes: Vec<String>) -> Opened {
+    let unit = match device.depth.mode.format {
+        sys::FORMAT_DEPTH_100_UM => DepthUnit::Tenth,
+        _ => DepthUnit::Millimetre,
+    };
+    Opened {
+        uri: device.uri.clone(),
+        name: device.name.clone(),
+        mode: device.colour.mode,
+        unit,
+        field_of_view: device.field_of_view(),
+        notes,
     }
 }

@@ -1,13 +1,17 @@
-//! Threads that call the library.
+//! Threads that call the library, and values that live on one.
 //!
-//! They never end. The library keeps the number of each thread that called it, and asks the system
+//! The threads never end. The library keeps the number of each thread that called it, and asks the system
 //! about them later (`pthread_kill` with signal 0, in `xnOSDoesThreadExistByID`). A number whose
 //! thread has ended, and whose memory was returned, is a crash.
 
+use std::fmt;
 use std::io;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::Duration;
+
+use crate::error::OpenniError;
 
 /// Work for a thread.
 type Job = Box<dyn FnOnce() + Send>;
@@ -50,6 +54,109 @@ fn start() -> io::Result<Sender<Job>> {
     Ok(sender)
 }
 
+/// Function of a value, which its thread calls.
+type Call<T> = Box<dyn FnOnce(&mut T) + Send>;
+
+/// Camera or recording that lives on a thread of the library, which makes all its calls. A thread
+/// whose call does not return is abandoned, and the function that waits for it fails.
+pub(crate) struct OnThread<T> {
+    /// URI of the camera, or path of the recording.
+    uri: String,
+    calls: Sender<Call<T>>,
+    /// Receives the end of the value.
+    ended: Receiver<()>,
+}
+
+impl<T: 'static> OnThread<T> {
+    /// Opens the camera or recording `uri` on a thread, with `open`.
+    ///
+    /// # Errors
+    /// As `open`; where it takes longer than `limit`, or the system has no thread left.
+    pub(crate) fn open(
+        uri: String,
+        limit: Duration,
+        open: impl FnOnce() -> Result<T, OpenniError> + Send + 'static,
+    ) -> Result<Self, OpenniError> {
+        let (calls, received) = mpsc::channel::<Call<T>>();
+        let (done, opened) = mpsc::channel();
+        let work = move || {
+            let (value, result) = match open() {
+                Ok(value) => (Some(value), Ok(())),
+                Err(error) => (None, Err(error)),
+            };
+            // The caller may have given up. Then there are no calls.
+            let _ = done.send(result);
+            if let Some(mut value) = value {
+                received.into_iter().for_each(|call| call(&mut value));
+            }
+        };
+        let ended = match run(work) {
+            Ok(ended) => ended,
+            Err(error) => return Err(OpenniError::Open { uri, error: error.to_string() }),
+        };
+        let thread = Self { uri, calls, ended };
+        thread.answer(&opened, "opening it", limit)??;
+        Ok(thread)
+    }
+
+    /// Returns the result of `function`, which is called on the thread.
+    ///
+    /// # Errors
+    /// Where it does not return within `limit`. `what` says what it does, for a person.
+    pub(crate) fn call<R: Send + 'static>(
+        &self,
+        what: &'static str,
+        limit: Duration,
+        function: impl FnOnce(&mut T) -> R + Send + 'static,
+    ) -> Result<R, OpenniError> {
+        let (done, result) = mpsc::channel();
+        let call = move |value: &mut T| {
+            // The caller may have given up.
+            let _ = done.send(function(value));
+        };
+        // A thread that has panicked receives no calls, and gives no answer.
+        let _ = self.calls.send(Box::new(call));
+        self.answer(&result, what, limit)
+    }
+
+    /// Closes the camera or recording.
+    ///
+    /// # Errors
+    /// Where that takes longer than `limit`. It then stays open.
+    pub(crate) fn close(self, limit: Duration) -> Result<(), OpenniError> {
+        let Self { uri, calls, ended } = self;
+        drop(calls);
+        answer(&uri, &ended, "closing it", limit)
+    }
+
+    fn answer<R>(
+        &self,
+        result: &Receiver<R>,
+        what: &'static str,
+        limit: Duration,
+    ) -> Result<R, OpenniError> {
+        answer(&self.uri, result, what, limit)
+    }
+}
+
+/// Returns what a thread of `uri` sends as `result` within `limit`.
+fn answer<R>(
+    uri: &str,
+    result: &Receiver<R>,
+    what: &'static str,
+    limit: Duration,
+) -> Result<R, OpenniError> {
+    let seconds = limit.as_secs_f64();
+    let failed = |_| OpenniError::Unresponsive { uri: uri.to_owned(), what, seconds };
+    result.recv_timeout(limit).map_err(failed)
+}
+
+impl<T> fmt::Debug for OnThread<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("OnThread").field("uri", &self.uri).finish_non_exhaustive()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,5 +172,55 @@ mod tests {
         free.send(()).unwrap();
         busy.recv().unwrap().unwrap();
         assert!(run(|| assert!(idle().is_empty(), "a panic on purpose")).unwrap().recv().is_err());
+    }
+
+    const LONG: Duration = Duration::from_secs(60);
+    const SHORT: Duration = Duration::from_millis(20);
+
+    /// Value that reports the thread of its end.
+    struct Value(Sender<thread::ThreadId>);
+
+    impl Drop for Value {
+        fn drop(&mut self) {
+            let _ = self.0.send(thread::current().id());
+        }
+    }
+
+    #[test]
+    fn a_value_is_made_called_and_dropped_on_one_thread() {
+        let (dropped, end) = mpsc::channel();
+        let value = OnThread::open("a".to_owned(), LONG, || Ok(Value(dropped))).unwrap();
+        let thread = value.call("a call", LONG, |_| thread::current().id()).unwrap();
+        assert_ne!(thread, thread::current().id());
+        assert_eq!(value.close(LONG), Ok(()));
+        assert_eq!(end.recv(), Ok(thread));
+    }
+
+    #[test]
+    fn a_call_that_does_not_return_is_an_error_and_the_value_is_dropped_when_it_does() {
+        let (dropped, end) = mpsc::channel();
+        let value = OnThread::open("a".to_owned(), LONG, || Ok(Value(dropped))).unwrap();
+        let (free, blocked) = mpsc::channel::<()>();
+        let error = value.call("a call", SHORT, move |_| blocked.recv()).unwrap_err();
+        assert!(error.to_string().contains("does not return from a call"), "{error}");
+        let error = value.close(SHORT).unwrap_err();
+        assert!(error.to_string().contains("closing it"), "{error}");
+        assert!(end.try_recv().is_err());
+        free.send(()).unwrap();
+        end.recv().unwrap();
+    }
+
+    #[test]
+    fn an_opening_that_takes_too_long_is_an_error_and_its_value_is_dropped() {
+        let (dropped, end) = mpsc::channel();
+        let (free, blocked) = mpsc::channel::<()>();
+        let slow = move || {
+            let _ = blocked.recv();
+            Ok(Value(dropped))
+        };
+        let error = OnThread::open("a".to_owned(), SHORT, slow).unwrap_err();
+        assert!(error.to_string().contains("opening it"), "{error}");
+        free.send(()).unwrap();
+        end.recv().unwrap();
     }
 }
