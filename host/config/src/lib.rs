@@ -1,6 +1,7 @@
 //! Files that a person writes or names, and the errors about them.
 //!
-//! - [`toml_file`]: configuration files; every mistake comes with its file, line and key.
+//! - [`toml_file`]: configuration files; every mistake comes with its file, line and key;
+//!   [`toml_text`]: change of values in their text.
 //! - [`quantity`]: numbers with a range and a unit; [`reference`](mod@reference): the keys of a
 //!   file, from its reference page in the book.
 //! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
@@ -15,4 +16,5 @@ pub mod error_chain;
 pub mod quantity;
 pub mod reference;
 pub mod toml_file;
+pub mod toml_text;
 pub mod whole_writes;

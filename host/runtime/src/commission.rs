@@ -25,7 +25,7 @@ use thiserror::Error;
 use crate::board_fault::BoardFault;
 use crate::link::LinkError;
 
-pub use correction::corrected;
+pub use correction::{NoMotors, corrected};
 pub use examination::{Examination, ExaminationParts};
 pub use explanation::{Explanation, Frame, Sector, Sectors, Wiring};
 pub use fault::{Fault, Output};

@@ -74,7 +74,7 @@ const CRATES: &[Rule] = &[
     },
     Rule {
         name: "plumb-calibrate",
-        uses: &["plumb-cameras", "plumb-frame", "plumb-pictures"],
+        uses: &["plumb-cameras", "plumb-config", "plumb-frame", "plumb-pictures"],
         tests_use: &[],
     },
     Rule { name: "plumb-import", uses: &["plumb-frame"], tests_use: &[] },

@@ -1,44 +1,22 @@
 //! The text of a rig file with other directions of the motors. Everything else stays as it is.
 
-use std::ops::Range;
+use plumb_config::toml_text::{TomlError, TomlText};
+use thiserror::Error;
 
-use serde::Deserialize;
-use toml::Spanned;
-
-/// The part of a rig file that is replaced.
-#[derive(Deserialize)]
-struct File {
-    motors: Spanned<Motors>,
-}
-
-#[derive(Deserialize)]
-struct Motors {
-    reversed: Option<Spanned<[bool; 3]>>,
-    max_rate: Spanned<f64>,
-}
+/// Reason why the directions in a rig file's text could not be replaced.
+#[derive(Debug, Error)]
+#[error("the rig file has no [motors]")]
+pub struct NoMotors(#[source] Option<TomlError>);
 
 /// Returns the rig file's text with `motors.reversed`. A comment behind the old value stays.
 ///
 /// # Errors
-/// Where the text is no rig file.
-pub fn corrected(text: &str, reversed: [bool; 3]) -> Result<String, toml::de::Error> {
-    let file: File = toml::from_str(text)?;
-    let value = format!("{reversed:?}");
-    let mut text = text.to_owned();
-    match &file.motors.get_ref().reversed {
-        Some(old) => text.replace_range(old.span(), &value),
-        None => insert(&mut text, &file.motors, &value),
-    }
-    Ok(text)
-}
-
-/// Adds the key to a table without it, before `max_rate`.
-fn insert(text: &mut String, motors: &Spanned<Motors>, value: &str) {
-    let rate: Range<usize> = motors.get_ref().max_rate.span();
-    let key = text[..rate.start].rfind("max_rate").unwrap_or(rate.start);
-    let is_line = text[..key].ends_with('\n');
-    let separator = if is_line { "\n" } else { ", " };
-    text.insert_str(key, &format!("reversed = {value}{separator}"));
+/// Where the text is no TOML or lacks the table.
+pub fn corrected(text: &str, reversed: [bool; 3]) -> Result<String, NoMotors> {
+    let mut file = TomlText::parse(text).map_err(|error| NoMotors(Some(error)))?;
+    let mut motors = file.table("motors", None).ok_or(NoMotors(None))?;
+    motors.set("reversed", &format!("{reversed:?}"));
+    Ok(file.text())
 }
 
 #[cfg(test)]
@@ -53,16 +31,6 @@ mod tests {
         let old = "reversed = [false, false, false]";
         assert!(PAPER.contains(old));
         assert_eq!(new, PAPER.replace(old, "reversed = [true, false, true]"));
-    }
-
-    #[test]
-    fn a_missing_key_is_added() {
-        let text = "[motors] # mine\nmax_rate = 5.0 # slow\ntravel = [0, 1]\n";
-        let new = corrected(text, [true, false, false]).unwrap();
-        let expected = text.replace("max_rate", "reversed = [true, false, false]\nmax_rate");
-        assert_eq!(new, expected);
-        let text = "motors = { max_rate = 5.0 }\n";
-        let new = corrected(text, [false, false, true]).unwrap();
-        assert_eq!(new, "motors = { reversed = [false, false, true], max_rate = 5.0 }\n");
+        assert!(corrected("[board]\n", [true; 3]).is_err());
     }
 }
