@@ -1,5 +1,6 @@
 //! `plumb init`: a new rig file and camera file, by questions or from options.
 
+mod colour;
 mod dialogue;
 mod questions;
 
@@ -64,6 +65,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::within(numbers::BALL))]
     ball: Option<f64>,
+    /// Hue of the ball, 0 to 360 degrees, or one of red, orange, yellow, green, cyan, blue, purple,
+    /// pink
+    #[arg(long, value_name = "COLOUR", value_parser = colour::hue)]
+    colour: Option<f64>,
     /// Source of the pictures
     #[arg(long, value_enum)]
     camera: Option<CameraName>,

@@ -7,6 +7,10 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use plumb_calibrate::camera_text::{with_lens, with_pose};
+use plumb_cameras::camera_file;
+use plumb_frame::image::ImageSize;
+
 use crate::common::{Emulator, folder, json, patient, plumb, stderr};
 
 /// Drivers and their microsteps.
@@ -137,7 +141,7 @@ fn the_default_answers_give_the_files_of_the_defaults() {
 fn a_wrong_answer_is_asked_again() {
     let folder = folder();
     // No triangle, then the default sides; then a driver without 4 microsteps.
-    let answers = "1\n0.3\n0.3\n\n\n\n\n\ntmc2209\n4\n8\n\n\n\n\n";
+    let answers = "1\n0.3\n0.3\n\n\n\n\n\ntmc2209\n4\n8\n\n\n\n\n\n";
     let output = answer(folder.path(), &[], answers);
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{text}");
@@ -145,6 +149,34 @@ fn a_wrong_answer_is_asked_again() {
     assert!(text.contains("cannot be set to 4 microsteps"), "{text}");
     let rig = fs::read_to_string(folder.path().join("rig.toml")).unwrap();
     assert!(rig.contains("microsteps = 8\n"), "{rig}");
+}
+
+#[test]
+fn the_ball_has_the_colour_that_is_named() {
+    let folder = folder();
+    for (colour, hue) in [("blue", "hue = 240.0"), ("95", "hue = 95.0")] {
+        init_and_check(folder.path(), colour, &["--colour", colour]);
+        let camera = fs::read_to_string(folder.path().join(colour).join("camera.toml")).unwrap();
+        assert!(camera.contains(hue), "{camera}");
+    }
+    let output = plumb(&["init", "--yes", "--colour", "grey"], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("red, orange, yellow"), "{}", stderr(&output));
+}
+
+#[test]
+fn no_value_is_called_a_guess_after_the_calibration() {
+    let folder = folder();
+    init_and_check(folder.path(), "rig", &[]);
+    let text = fs::read_to_string(folder.path().join("rig/camera.toml")).unwrap();
+    assert_eq!(text.matches("# a guess").count(), 6, "{text}");
+    let file = Path::new("camera.toml");
+    let camera = camera_file::parse(file, &text).unwrap();
+    let text = with_pose(&text, &camera.pose, "plumb calibrate").unwrap();
+    let lens = (&camera.intrinsics, ImageSize { width: 640, height: 480 });
+    let text = with_lens(&text, lens, "plumb calibrate --lens").unwrap();
+    assert_eq!(text.matches("# a guess").count(), 0, "{text}");
+    assert_eq!(camera_file::parse(file, &text).unwrap().pose, camera.pose);
 }
 
 #[test]

@@ -68,6 +68,8 @@ pub struct NewRig {
     pub camera: NewCamera,
     /// Diameter of the ball, metres.
     pub ball_diameter: f64,
+    /// Hue of the ball, degrees, 0 to 360: 0 red, 60 yellow, 120 green, 240 blue.
+    pub ball_hue: f64,
 }
 
 /// Description from which no file can be written.
@@ -94,7 +96,7 @@ pub struct NewFiles {
 
 impl Default for NewRig {
     /// Returns a rig of the size of the paper's, with TMC2209 drivers at 16 microsteps, drums with
-    /// a radius of 15 mm, a camera through OpenNI2 and a ball of 80 mm.
+    /// a radius of 15 mm, a camera through OpenNI2 and a red ball of 80 mm.
     fn default() -> Self {
         Self {
             port: "/dev/ttyACM0".to_owned(),
@@ -105,6 +107,7 @@ impl Default for NewRig {
             cable_per_turn: 0.094,
             camera: NewCamera::Openni,
             ball_diameter: 0.08,
+            ball_hue: 0.0,
         }
     }
 }

@@ -9,7 +9,7 @@ use plumb_config::quantity::Range;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
 
 use super::dialogue::{Dialogue, DialogueError};
-use super::{Args, CameraName, DriverName};
+use super::{Args, CameraName, DriverName, colour};
 use crate::commands::{Failure, bad_input, numbers};
 
 /// Returns the rig of the options, and of the answers to questions about the others.
@@ -31,6 +31,14 @@ pub(super) fn rig<I: BufRead, O: Write>(
     )?;
     let usual_ball = (usual.ball_diameter, &numbers::BALL);
     let ball_diameter = length(args.ball, "Diameter of the ball", usual_ball, dialogue)?;
+    let ball_hue = match args.colour {
+        Some(hue) => hue,
+        None => {
+            let question =
+                format!("Colour of the ball ({}, or its hue in degrees)", colour::names());
+            dialogue.ask(&question, "red", colour::hue)?
+        }
+    };
     let camera = camera(args, dialogue)?;
     let port = match &args.port {
         Some(port) => port.clone(),
@@ -38,7 +46,17 @@ pub(super) fn rig<I: BufRead, O: Write>(
             dialogue.ask("Serial port of the board", &usual.port, |text| Ok(text.to_owned()))?
         }
     };
-    Ok(NewRig { port, driver, microsteps, sides, height, cable_per_turn, camera, ball_diameter })
+    Ok(NewRig {
+        port,
+        driver,
+        microsteps,
+        sides,
+        height,
+        cable_per_turn,
+        camera,
+        ball_diameter,
+        ball_hue,
+    })
 }
 
 /// Returns a length from its option, or else asks for it, metres.

@@ -45,6 +45,12 @@ impl Writer {
         self.text.push_str(&format!("{last} = {value}\n"));
     }
 
+    /// Writes a key as [`key`](Self::key) does, with a value that the calibration replaces, together
+    /// with this comment behind it.
+    fn guess(&mut self, name: &str, value: &str, meaning: &str) {
+        self.key(name, &format!("{value}  # a guess{meaning}"));
+    }
+
     /// Writes the tables of the format that are not in `own`, with their defaults.
     fn other_tables(&mut self, own: &[&str]) {
         let mut current = String::new();
@@ -171,10 +177,10 @@ fn simulation(file: &mut Writer, limits: &Limits) {
 }
 
 const CAMERA_INTRODUCTION: &str = "\
-# A camera, as `plumb init` wrote it. The intrinsics are a guess. A RealSense camera and one in ROS
-# 2 bring their own. For a webcam or a stream, `plumb calibrate --lens` finds them. Through OpenNI2,
-# `intrinsics = \"device\"` in [camera.openni] of the rig file takes the nominal ones. The pose is a
-# guess, opposite motor C, looking along -x: `plumb calibrate` finds the true one.
+# A camera, as `plumb init` wrote it. Values that are a guess say so; the calibration replaces them,
+# and the comment: `plumb calibrate` the pose, and `plumb calibrate --lens` the lens of a webcam or
+# of a stream. A RealSense camera and one in ROS 2 bring their own intrinsics. Through OpenNI2,
+# `intrinsics = \"device\"` in [camera.openni] of the rig file takes the nominal ones.
 ";
 
 /// Distance of the guessed camera from the middle of the workspace, metres.
@@ -186,18 +192,17 @@ pub(super) fn camera_file(rig: &NewRig, limits: &Limits) -> String {
     file.table("intrinsics", "");
     file.key("intrinsics.width", "640");
     file.key("intrinsics.height", "480");
-    for (name, value) in
-        [("fx", 525.0), ("fy", 525.0), ("cx", 319.5), ("cy", 239.5), ("depth_scale", 1000.0)]
-    {
-        file.key(&format!("intrinsics.{name}"), &number(value));
+    for (name, value) in [("fx", 525.0), ("fy", 525.0), ("cx", 319.5), ("cy", 239.5)] {
+        file.guess(&format!("intrinsics.{name}"), &number(value), "");
     }
+    file.key("intrinsics.depth_scale", &number(1000.0));
     let mut place = limits.workspace.at([0.5; 3]);
     place.x += CAMERA_DISTANCE_M;
-    file.table("pose", "Camera x is rig y, camera y is -z, camera z is -x.");
-    file.key("pose.translation", &point(place));
-    file.key("pose.quaternion", "[-0.5, -0.5, 0.5, 0.5]");
+    file.table("pose", "");
+    file.guess("pose.translation", &point(place), ": opposite motor C");
+    file.guess("pose.quaternion", "[-0.5, -0.5, 0.5, 0.5]", ": it looks along -x, its x is y");
     file.table("ball", "");
     file.key("ball.diameter_m", &number(rig.ball_diameter));
-    file.key("ball.hue", "0.0");
+    file.key("ball.hue", &number(rig.ball_hue));
     file.text
 }
