@@ -21,7 +21,7 @@ pub use camera_monitor::{CameraMonitor, CameraMonitorParameters, DepthDrift, Obs
 pub use elastic::{Elastic, ElasticParameters, GRAVITY_M_S2};
 pub use forward::{Hang, lowest_point};
 pub use geometry::{FULL_STEPS_PER_REVOLUTION, Geometry};
-pub use interface::{Plant, RigError};
+pub use interface::{LONGEST_STEP_S, Plant, RigError};
 pub use population::{Population, Task, Variations};
 pub use quasi_static::QuasiStatic;
 

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-use crate::common::{Emulator, folder, json, plumb, rig_file, rigs, stderr};
+use crate::common::{Emulator, folder, json, plumb, rig_file, rigs, stderr, until_rows};
 
 #[test]
 fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
@@ -229,7 +229,7 @@ fn pulling_the_plug_ends_a_run_with_its_folder_whole() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let emulator = Emulator::start();
-    let run = Command::new(env!("CARGO_BIN_EXE_plumb"))
+    let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
         .args(["run", &rig, "--port", &emulator.port, "--json", "--out", "run"])
         .current_dir(folder.path())
         .stdout(Stdio::piped())
@@ -239,9 +239,7 @@ fn pulling_the_plug_ends_a_run_with_its_folder_whole() {
     let rows = || {
         fs::read_to_string(folder.path().join("run/run.csv")).unwrap_or_default().lines().count()
     };
-    while rows() < 10 {
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
+    until_rows(&mut run, &folder.path().join("run"), 10);
     drop(emulator);
     let output = run.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));

@@ -3,10 +3,13 @@
 use nalgebra::Point3;
 use thiserror::Error;
 
+/// Longest time step of [`Plant::advance`], seconds.
+pub const LONGEST_STEP_S: f64 = 10.0;
+
 /// Model of a rig whose ball follows the motors: [`QuasiStatic`](super::QuasiStatic) or
 /// [`Elastic`](super::Elastic).
 pub trait Plant {
-    /// Advances time by `dt_s` seconds (0 to 10), during which the motors turn from their last
+    /// Advances time by `dt_s` seconds (0 to [`LONGEST_STEP_S`]), during which the motors turn from their last
     /// positions to `motors` (full steps since the start, + pays out, fractions allowed; order A,
     /// B, C).
     ///
@@ -127,7 +130,9 @@ pub(crate) fn check(
 
 /// Checks the arguments of [`super::Plant::advance`].
 pub(crate) fn check_advance(dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
-    check("dt_s (time step, s)", dt_s, "between 0 and 10", |dt| (0.0..=10.0).contains(&dt))?;
+    check("dt_s (time step, s)", dt_s, "between 0 and 10", |dt| {
+        (0.0..=LONGEST_STEP_S).contains(&dt)
+    })?;
     for steps in motors {
         check("motor position (full steps)", steps, "a finite number", |_| true)?;
     }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Point3;
-use plumb_emulator::plant::Plant;
+use plumb_emulator::plant::{LONGEST_STEP_S, Plant};
 use plumb_frame::source::BoxedError;
 use plumb_runtime::observer::{FrameRecord, Observer};
 
@@ -67,6 +67,8 @@ impl HilObserver {
     }
 
     /// Moves the rig to the motor positions of the board (full steps from the zero of travel).
+    /// After a longer time than the rig steps at once, the ball is at rest: the program was
+    /// suspended, or prepared its first frame on a busy computer.
     ///
     /// # Errors
     /// If the rig cannot follow them.
@@ -74,7 +76,11 @@ impl HilObserver {
         let mut rig = lock(&self.rig);
         let now = self.clock.now();
         let seconds = now - rig.moved;
-        rig.plant.advance(seconds, motors)?;
+        if seconds > LONGEST_STEP_S {
+            rig.plant.settle(motors)?;
+        } else {
+            rig.plant.advance(seconds, motors)?;
+        }
         rig.moved = now;
         Ok(())
     }
@@ -94,4 +100,30 @@ impl Observer for HilObserver {
 
 fn lock(rig: &Mutex<HilRig>) -> MutexGuard<'_, HilRig> {
     rig.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_emulator::plant::{Elastic, ElasticParameters, QuasiStatic, Task};
+
+    use super::*;
+    use crate::simulated::SimClock;
+
+    /// A program that was suspended for a minute goes on with its rig.
+    #[test]
+    fn a_rig_follows_its_motors_after_a_long_pause() {
+        let Task { geometry, start, .. } = Task::paper();
+        let rigid = QuasiStatic::new(geometry, start).unwrap();
+        let elastic = Elastic::new(geometry, ElasticParameters::default(), start).unwrap();
+        let plants: [Box<dyn Plant + Send>; 2] = [Box::new(rigid), Box::new(elastic)];
+        for plant in plants {
+            let rig = HilPlant::new(plant);
+            let mut observer = rig.observer();
+            observer.board_stands([0.0; 3]).unwrap();
+            let before = rig.ball();
+            lock(&observer.rig).moved -= 60.0;
+            observer.board_moved([50.0, 0.0, 0.0]).unwrap();
+            assert!((rig.ball() - before).norm() > 0.005);
+        }
+    }
 }
