@@ -4,6 +4,7 @@
 //! file -> reader (records) -> topics (those of the camera) -> decode -> frames (pairs) -> source
 //! ```
 
+mod chunk;
 mod decode;
 mod error;
 mod foxglove;
@@ -12,7 +13,6 @@ mod source;
 #[cfg(test)]
 mod tests;
 mod topics;
-mod zstd;
 
 pub use error::McapError;
 pub use source::McapRecording;

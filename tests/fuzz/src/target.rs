@@ -9,6 +9,8 @@ pub mod configuration;
 pub mod frames;
 pub mod laws;
 #[cfg(feature = "host")]
+pub mod mcap;
+#[cfg(feature = "host")]
 pub mod oni_file;
 #[cfg(feature = "host")]
 pub mod page_message;
@@ -64,6 +66,8 @@ pub const TARGETS: &[Target] = &[
     tum_folder::TARGET,
     #[cfg(feature = "host")]
     oni_file::TARGET,
+    #[cfg(feature = "host")]
+    mcap::TARGET,
     #[cfg(feature = "host")]
     picture::TARGET,
     #[cfg(feature = "host")]

@@ -10,14 +10,18 @@ use mcap::parse_record;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+use super::chunk::Chunk;
 use super::error::McapError;
-use super::zstd::Zstd;
 
-/// Longest record that is read, bytes: a raw colour picture of 8192 x 8192, and a reserve.
+/// Longest record and chunk that is read, bytes: a raw colour picture of 8192 x 8192, and a reserve.
 const LONGEST_RECORD: usize = 1 << 28;
 
 /// Least number of bytes that are read from the file at once.
 const LEAST_READ: usize = 1 << 16;
+
+/// Most bytes that are read from the file at once: a damaged length asks for no more memory than
+/// the file has bytes.
+const MOST_READ: usize = 1 << 22;
 
 /// Topic of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,6 +47,14 @@ pub(super) struct Reader {
     path: PathBuf,
     file: File,
     linear: LinearReader,
+    /// Chunk whose records come next.
+    chunk: Chunk,
+    known: Known,
+}
+
+/// Schemas and channels that the file has named so far, by their numbers.
+#[derive(Debug, Default)]
+struct Known {
     schemas: HashMap<u16, String>,
     channels: HashMap<u16, Arc<Channel>>,
 }
@@ -62,12 +74,11 @@ impl Reader {
     pub(super) fn open(path: &Path) -> Result<Self, McapError> {
         let file = File::open(path).map_err(|error| unreadable(path, error))?;
         let options = LinearReaderOptions::default()
-            .with_validate_chunk_crcs(true)
+            .with_emit_chunks(true)
             .with_record_length_limit(LONGEST_RECORD);
-        let mut linear = LinearReader::new_with_options(options);
-        linear.add_decompressor(Zstd::default()).map_err(|error| damaged(path, error))?;
-        let (schemas, channels) = (HashMap::new(), HashMap::new());
-        Ok(Self { path: path.to_owned(), file, linear, schemas, channels })
+        let linear = LinearReader::new_with_options(options);
+        let (path, chunk, known) = (path.to_owned(), Chunk::default(), Known::default());
+        Ok(Self { path, file, linear, chunk, known })
     }
 
     /// Returns the next message on a topic that `wanted` accepts; `None` at the end.
@@ -109,37 +120,63 @@ impl Reader {
 
     /// Returns the next topic, or message on a topic that `wanted` accepts; `None` at the end.
     fn item(&mut self, wanted: impl Fn(&Channel) -> bool) -> Result<Option<Item>, McapError> {
+        let damaged = |error| damaged(&self.path, error);
         loop {
+            if let Some((opcode, data)) = self.chunk.next().map_err(damaged)? {
+                let record = parse_record(opcode, data).map_err(damaged)?;
+                if let Some(item) = self.known.item(record, &wanted) {
+                    return Ok(Some(item));
+                }
+                continue;
+            }
             let Some(event) = self.linear.next_event() else { return Ok(None) };
-            let (opcode, data) = match event.map_err(|error| damaged(&self.path, error))? {
+            let (opcode, data) = match event.map_err(damaged)? {
                 LinearReadEvent::Record { opcode, data } => (opcode, data),
                 LinearReadEvent::ReadRequest(length) => {
-                    let buffer = self.linear.insert(length.clamp(LEAST_READ, LONGEST_RECORD));
+                    let buffer = self.linear.insert(length.clamp(LEAST_READ, MOST_READ));
                     let read = self.file.read(buffer);
                     let read = read.map_err(|error| unreadable(&self.path, error))?;
                     self.linear.notify_read(read);
                     continue;
                 }
             };
-            match parse_record(opcode, data).map_err(|error| damaged(&self.path, error))? {
-                Record::Schema { header, .. } => {
-                    self.schemas.insert(header.id, header.name);
+            match parse_record(opcode, data).map_err(damaged)? {
+                Record::Chunk { header, data } => {
+                    self.chunk = Chunk::unpack(&header, &data, LONGEST_RECORD).map_err(damaged)?;
                 }
-                Record::Channel(channel) => {
-                    let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                    let (topic, encoding) = (channel.topic, channel.message_encoding);
-                    let known = Arc::new(Channel { topic, schema, encoding });
-                    self.channels.insert(channel.id, Arc::clone(&known));
-                    return Ok(Some(Item::Channel(known)));
+                record => {
+                    if let Some(item) = self.known.item(record, &wanted) {
+                        return Ok(Some(item));
+                    }
                 }
-                Record::Message { header, data } => {
-                    let channel = self.channels.get(&header.channel_id);
-                    let Some(channel) = channel.filter(|channel| wanted(channel)) else { continue };
-                    let (channel, data) = (Arc::clone(channel), data.into_owned());
-                    return Ok(Some(Item::Message(Message { channel, data })));
-                }
-                _ => {}
             }
+        }
+    }
+}
+
+impl Known {
+    /// Returns a record as an item, and remembers schemas and channels. `None` for a record of
+    /// another kind and for a message that is not `wanted`.
+    fn item(&mut self, record: Record<'_>, wanted: impl Fn(&Channel) -> bool) -> Option<Item> {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+                None
+            }
+            Record::Channel(channel) => {
+                let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                let (topic, encoding) = (channel.topic, channel.message_encoding);
+                let known = Arc::new(Channel { topic, schema, encoding });
+                self.channels.insert(channel.id, Arc::clone(&known));
+                Some(Item::Channel(known))
+            }
+            Record::Message { header, data } => {
+                let channel = self.channels.get(&header.channel_id);
+                let channel = channel.filter(|channel| wanted(channel))?;
+                let (channel, data) = (Arc::clone(channel), data.into_owned());
+                Some(Item::Message(Message { channel, data }))
+            }
+            _ => None,
         }
     }
 }
