@@ -23,9 +23,9 @@ use privacy::Privacy;
 
 /// Write one file to attach to a question: versions, board, rig file, camera file, the last run
 ///
-/// The names of this computer and of its user, the folders of paths, web addresses and the values of
-/// keys such as `token` are removed. Nothing moves, and nothing is sent: the command prints what is
-/// in the file. What is missing is named in it, with the reason.
+/// The names of this computer and of its user, the folders of paths, web addresses and the values
+/// of keys such as `token` are removed. Nothing moves, and nothing is sent: the command prints what
+/// is in the file. What is missing is named in it, with the reason.
 #[derive(Parser)]
 #[command(
     after_help = examples![

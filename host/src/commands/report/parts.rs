@@ -72,8 +72,10 @@ impl Parts {
         self.missing.push(format!("{name}: {}", reason.message()));
     }
 
-    /// Asks the board for its program, its state and what it has counted.
+    /// Asks the board for its program, its state and what it has counted. A rig file with a mistake
+    /// names no board.
     pub(super) fn add_board(&mut self, port: &PortArgs, rig: Option<&Path>) {
+        let rig = rig.filter(|path| Rig::read(path).is_ok());
         let ask = || {
             let BoardPort { port, baud } = port.board_or_only(rig)?;
             let mut link = Link::connect(Serial::open(&port, baud)?)?;

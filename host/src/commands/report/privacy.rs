@@ -38,7 +38,7 @@ impl Privacy {
 
     /// Returns `text` without private words.
     pub(super) fn applied_to(&self, text: &str) -> String {
-        let lines = text.split_inclusive('\n').map(|line| without_places(&without_secret(line)));
+        let lines = text.split_inclusive('\n').map(|line| without_secrets(&without_places(line)));
         self.without_names(&lines.collect::<String>())
     }
 
@@ -72,17 +72,38 @@ fn replace_word(text: &str, word: &str, place: &str) -> String {
     result + rest
 }
 
-/// Removes the value of a key that is a secret from a line of TOML or of JSON in lines.
-fn without_secret(line: &str) -> String {
-    let Some((key, value)) = line.split_once(['=', ':']) else { return line.to_owned() };
-    let name = key.trim().trim_matches('"').to_lowercase();
-    if !name.chars().all(is_of_name) || !SECRETS.iter().any(|secret| name.contains(secret)) {
-        return line.to_owned();
+/// Removes the values of keys that are secrets from a line of TOML or JSON.
+fn without_secrets(line: &str) -> String {
+    let mut result = String::with_capacity(line.len());
+    let mut rest = line;
+    while let Some(at) = rest.find(['=', ':']) {
+        let (key, after) = rest.split_at(at + 1);
+        result.push_str(key);
+        let value = after.trim_start_matches(' ');
+        let name = key[..at].trim_end().trim_end_matches('"').rsplit(|c| !is_of_name(c)).next();
+        rest = if is_secret(name.unwrap_or_default()) {
+            result.push_str(&after[..after.len() - value.len()]);
+            result.push_str("\"REMOVED\"");
+            &value[value_length(value)..]
+        } else {
+            after
+        };
     }
-    let sign = &line[key.len()..=key.len()];
-    let comma = if value.trim_end().ends_with(',') { "," } else { "" };
-    let end = if value.ends_with('\n') { "\n" } else { "" };
-    format!("{key}{sign} \"REMOVED\"{comma}{end}")
+    result + rest
+}
+
+/// Returns whether the value of a key is a secret.
+fn is_secret(key: &str) -> bool {
+    let key = key.to_lowercase();
+    SECRETS.iter().any(|secret| key.contains(secret))
+}
+
+/// Returns the bytes of the value at the beginning of `text`: a string or a word.
+fn value_length(text: &str) -> usize {
+    match text.chars().next() {
+        Some(quote @ ('"' | '\'')) => text[1..].find(quote).map_or(text.len(), |end| end + 2),
+        _ => text.find([',', '}', ']', ' ', '\n']).unwrap_or(text.len()),
+    }
 }
 
 /// Removes the folders of absolute paths and what follows the scheme of a web address from a line.
@@ -180,6 +201,9 @@ mod tests {
             ("uri = \"rtsp://bob:pass word@camera/1\"", "uri = \"rtsp://REMOVED\""),
             ("token = \"abc\"\n", "token = \"REMOVED\"\n"),
             ("  \"page_token\": \"a,b\",\n", "  \"page_token\": \"REMOVED\",\n"),
+            ("{\"a\":1,\"secret\":7,\"b\":2}", "{\"a\":1,\"secret\":\"REMOVED\",\"b\":2}"),
+            ("password='x y' z", "password=\"REMOVED\" z"),
+            ("max = 3", "max = 3"),
         ] {
             assert_eq!(applied(text), short);
         }
