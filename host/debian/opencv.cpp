@@ -1,8 +1,8 @@
 // Replacements for parts of OpenCV's static library, so that the packaged program needs no library
 // that a bare Debian does not have. scripts/package removes the library's own.
 //
-// - LAPACK: OpenCV's core calls it for matrices of 25 rows or more, and otherwise, or where it is not
-//   implemented, computes the same itself (hal_internal.cpp). Plumb has no such matrix.
+// - LAPACK: OpenCV's core calls it for matrices of 25 rows or more. Otherwise, or where it is not
+//   implemented, core computes the same itself (hal_internal.cpp). Plumb has no such matrix.
 // - TBB: OpenCV's core divides loops over the rows of a picture among threads. Here the calling
 //   thread runs them; Plumb's threads run the camera and the control loop.
 // - OpenGL: core looks up its functions; Plumb draws nothing with it.
