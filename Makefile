@@ -5,10 +5,10 @@ BENCH := cargo run --release --locked -p plumb --bin plumb --features bench --
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour coverage
-.PHONY: bench-chip bounce firmware flash lint quick docs sbom reproducible
+.PHONY: bench-chip bounce firmware flash lint quick docs sbom reproducible package package-check release
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s  %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-14s  %s\n", $$1, $$2 }' Makefile
 
 setup: ## install missing packages (the other targets run this first)
 	@scripts/setup
@@ -78,5 +78,14 @@ docs: ## the book, in target/book (needs mdbook: cargo install mdbook)
 sbom: ## list the crates of program and firmware: target/sbom (needs cargo-cyclonedx)
 	@scripts/sbom $(ARGS)
 
-reproducible: ## build the firmware in two folders and compare the bytes
-	@scripts/reproducible
+package: ## build the Debian package: target/package (installs what it needs, and says so)
+	@scripts/package
+
+package-check: ## install the package in a bare Debian and try it; root (ARGS="trixie")
+	@scripts/package-check $(ARGS)
+
+release: ## make a release, to be signed and uploaded: target/release-VERSION (ARGS="0.2.0")
+	@scripts/release $(ARGS)
+
+reproducible: ## build the firmware in two folders and compare the bytes (ARGS="package")
+	@scripts/reproducible $(ARGS)

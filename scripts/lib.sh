@@ -9,6 +9,12 @@ wanted_rust() {
   sed -n 's/^rust-version = "\(.*\)"/\1/p' "$(dirname "${BASH_SOURCE[0]}")/../Cargo.toml"
 }
 
+# workspace_version: prints Plumb's version, from Cargo.toml.
+workspace_version() {
+  sed -n '/^\[workspace.package\]/,/^\[/s/^version = "\(.*\)"/\1/p' \
+    "$(dirname "${BASH_SOURCE[0]}")/../Cargo.toml"
+}
+
 # at_least WANTED VERSION: succeeds if VERSION is the same or newer.
 at_least() { printf '%s\n' "$1" "$2" | sort -V -C; }
 

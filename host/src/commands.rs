@@ -33,6 +33,7 @@ mod path_args;
 pub(crate) mod plot;
 pub(crate) mod print;
 pub(crate) mod replay;
+pub(crate) mod report;
 mod rig_args;
 mod ros2;
 pub(crate) mod run;

@@ -62,6 +62,7 @@ fn begin(command: Command) -> Result<(), Failure> {
         Command::Check(args) => check::main(args).map(drop),
         Command::Plot(args) => commands::plot::main(args).map(drop),
         Command::Calibrate(args) => calibrate::begin(args),
+        Command::Report(args) => commands::report::main(&args).map(drop),
         Command::Emulate(args) => emulate::begin(&args),
         Command::Verify(args) => commands::verify::begin(&args),
         Command::Cosim(args) => cosim::begin(&args),

@@ -97,12 +97,29 @@ fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<(), Failure
     state(&port, &report);
     counts(&port, &diagnostics);
     if is_json {
-        let mut line = line(&port, &report);
-        line["firmware"] = firmware_line(&provenance);
-        line["counts"] = chip_counts(&diagnostics);
-        print::result(line)?;
+        print::result(whole_line(&port, &report, &provenance, &diagnostics))?;
     }
     Ok(())
+}
+
+/// Asks the board for its state, its program and what it has counted, and returns them in JSON.
+pub(super) fn status_line<T: Transport>(link: &mut Link<T>) -> Result<Value, Failure> {
+    let (telemetry, provenance) = (link.status()?, link.provenance()?);
+    let report = BoardReport::from(&telemetry);
+    Ok(whole_line(&link.port(), &report, &provenance, &link.diagnostics()?))
+}
+
+/// Returns all that a board tells, in JSON.
+fn whole_line(
+    port: &str,
+    report: &BoardReport,
+    provenance: &Provenance,
+    diagnostics: &Diagnostics,
+) -> Value {
+    let mut line = line(port, report);
+    line["firmware"] = firmware_line(provenance);
+    line["counts"] = chip_counts(diagnostics);
+    line
 }
 
 /// Says so where the board runs another release than this program.

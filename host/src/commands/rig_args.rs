@@ -61,6 +61,15 @@ impl PortArgs {
         }
     }
 
+    /// Returns the port of the options, of the rig file, or of the one board on USB, in this order;
+    /// likewise its baud rate.
+    pub(crate) fn board_or_only(&self, rig: Option<&Path>) -> Result<BoardPort, Failure> {
+        match self.board(rig)? {
+            Some(board) => Ok(board),
+            None => Ok(self.board_at(only_board()?)),
+        }
+    }
+
     /// Returns the board at `port`, at the baud rate of the options.
     pub(crate) fn board_at(&self, port: String) -> BoardPort {
         BoardPort { port, baud: self.baud.unwrap_or(DEFAULT_BAUD) }
@@ -95,10 +104,7 @@ impl BoardArgs {
     /// Returns the port of the options, of the rig file, or of the one board on USB, in this order;
     /// likewise its baud rate.
     pub(crate) fn board(&self) -> Result<BoardPort, Failure> {
-        match self.port.board(self.rig.as_deref())? {
-            Some(board) => Ok(board),
-            None => Ok(self.port.board_at(only_board()?)),
-        }
+        self.port.board_or_only(self.rig.as_deref())
     }
 }
 

@@ -157,6 +157,7 @@ impl Folder {
             "board save" => format!("board save {rig} --port {NO_PORT}"),
             "board status" | "board bootloader" => format!("{command} --port {NO_PORT}"),
             "board flash" => format!("{command} {} --port {NO_PORT}", self.path("plumb.uf2")),
+            "report" => format!("report --port {NO_PORT} --out {new}"),
             "init" => format!("init {new} --yes --simulated"),
             "calibrate" => {
                 let motors = "--motors --pixel 100,100 --pixel 500,100 --pixel 300,50";

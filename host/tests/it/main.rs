@@ -28,6 +28,7 @@ mod program;
 mod realsense;
 mod record;
 mod replay;
+mod report;
 mod ros2;
 mod session;
 mod signals;

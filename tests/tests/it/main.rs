@@ -29,6 +29,7 @@ mod operator;
 mod path;
 mod path_refused;
 mod reference;
+mod release;
 mod repeatable;
 mod repeated_picture;
 mod reversals;

@@ -27,9 +27,13 @@ use steps::Greeting;
 /// Most bytes of a UF2 file: two for each byte of a Pico's flash.
 const MAX_BYTES: u64 = 4 << 20;
 
+/// Firmware of the package, from the folder in which it is installed (`/usr`): scripts/package.
+const PACKAGED_FIRMWARE: &str = "share/plumb/firmware/plumb.uf2";
+
 #[derive(Parser)]
 pub(super) struct Args {
-    /// Firmware, a UF2 file [default: target/firmware/plumb.uf2, which `make firmware` builds]
+    /// Firmware, a UF2 file [default: the one of this program's package; without a package
+    /// target/firmware/plumb.uf2, which `make firmware` builds]
     #[arg(value_name = "FILE.uf2")]
     file: Option<PathBuf>,
     /// Rig file, for the port and the baud rate of its board [default: the one Plumb board on USB,
@@ -44,7 +48,10 @@ pub(super) struct Args {
 }
 
 pub(super) fn main(args: Args) -> Result<(), Failure> {
-    let file = args.file.map_or_else(built_firmware, Ok)?;
+    let file = match args.file {
+        Some(file) => file,
+        None => default_firmware(&std::env::current_exe()?)?,
+    };
     let firmware = read(&file)?;
     let named = args.port.board(args.rig.as_deref())?;
     let mut computer = ThisComputer::new(args.port);
@@ -61,8 +68,14 @@ pub(super) fn main(args: Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Returns the firmware of a command line that names none.
-fn built_firmware() -> Result<PathBuf, Failure> {
+/// Returns the firmware of a command line that names none: the file that the package of `program`
+/// has installed, which is of the same release, or the one that `make firmware` has built.
+fn default_firmware(program: &Path) -> Result<PathBuf, Failure> {
+    let prefix = program.parent().and_then(Path::parent);
+    let packaged = prefix.map(|prefix| prefix.join(PACKAGED_FIRMWARE));
+    if let Some(packaged) = packaged.filter(|file| file.exists()) {
+        return Ok(packaged);
+    }
     let built = Path::new("target/firmware/plumb.uf2");
     if built.exists() {
         return Ok(built.to_owned());

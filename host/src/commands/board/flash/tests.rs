@@ -15,6 +15,7 @@ use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::BoardPort;
 use tempfile::TempDir;
 
+use super::default_firmware;
 use super::drive::{self, DriveSearch, Drives, Written};
 use super::steps::{Computer, FlashError, Flashed, Greeting, flash};
 
@@ -297,4 +298,15 @@ fn a_board_that_does_not_come_back_or_speaks_another_version_is_a_failure() {
     computer.other_version = true;
     let message = refused(computer.flash(None), None);
     assert!(message.contains("runs another, which this program"), "{message}");
+}
+
+#[test]
+fn the_firmware_of_the_package_is_taken_first() {
+    let prefix = tempfile::tempdir().unwrap();
+    let program = prefix.path().join("bin/plumb");
+    let packaged = prefix.path().join("share/plumb/firmware/plumb.uf2");
+    assert_ne!(default_firmware(&program).ok(), Some(packaged.clone()));
+    fs::create_dir_all(packaged.parent().unwrap()).unwrap();
+    fs::write(&packaged, firmware()).unwrap();
+    assert_eq!(default_firmware(&program).ok(), Some(packaged));
 }

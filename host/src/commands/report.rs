@@ -1,0 +1,80 @@
+//! `plumb report`: one file about a rig, to attach to a question.
+//!
+//! ```text
+//! program, computer, board, rig file, run -> parts -> private words removed -> .tar.gz
+//! ```
+
+mod archive;
+mod parts;
+mod privacy;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use serde_json::json;
+
+use super::old_file::write;
+use super::print::{result, tell};
+use super::rig_args::{PortArgs, RIG_VARIABLE};
+use super::{Failure, failed_because};
+use parts::Parts;
+use privacy::Privacy;
+
+/// Write one file to attach to a question: versions, board, rig file, camera file, the last run
+///
+/// The names of this computer and of its user, the folders of paths, web addresses and the values
+/// of keys such as `token` are removed. Nothing moves, and nothing is sent: the command prints what
+/// is in the file. What is missing is named in it, with the reason.
+#[derive(Parser)]
+#[command(
+    after_help = examples![
+        "plumb report rig.toml",
+        "plumb report rig.toml --run runs/run-0007 --out question.tar.gz",
+    ]
+)]
+pub(crate) struct Args {
+    /// Rig file, for the report and for the port of its board [default: no rig file, and the one
+    /// Plumb board on USB]
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    rig: Option<PathBuf>,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Folder of a run [default: the newest one in runs]
+    #[arg(long, value_name = "FOLDER")]
+    run: Option<PathBuf>,
+    /// Results of `plumb board selftest` [default: plumb-selftest.json, where there is one]
+    #[arg(long, value_name = "FILE")]
+    selftest: Option<PathBuf>,
+    /// File to write
+    #[arg(long, value_name = "FILE", default_value = "plumb-report.tar.gz")]
+    out: PathBuf,
+    /// End with a line of JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
+    let mut parts = Parts::default();
+    parts.add_board(&args.port, args.rig.as_deref());
+    parts.add_selftest(args.selftest.as_deref())?;
+    parts.add_cameras()?;
+    if let Some(rig) = &args.rig {
+        parts.add_rig(rig)?;
+    }
+    parts.add_run(args.run.as_deref())?;
+    let parts = parts.finish(&Privacy::of_this_computer());
+    let packed = archive::pack(&parts).map_err(failed_because)?;
+    write(&args.out, &packed)?;
+    let file = args.out.display();
+    tell!("{file} has, without names of this computer and its user, folders and addresses:");
+    for part in &parts {
+        tell!("{:>9} bytes  {}: {}", part.text.len(), part.name, part.content);
+    }
+    tell!("Look into it before you send it: tar xzf {file}");
+    if args.json {
+        let names: Vec<&str> = parts.iter().map(|part| part.name).collect();
+        result(json!({ "report": args.out, "bytes": packed.len(), "parts": names }))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

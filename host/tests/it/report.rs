@@ -1,0 +1,96 @@
+//! `plumb report`: what the file has, and what it does not tell.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::common::{Emulator, folder, json, plumb, rig_file, stderr};
+
+/// Unpacks a report. Returns a function that reads a part of it.
+fn unpack(folder: &Path, file: &str) -> impl Fn(&str) -> String {
+    let unpacked = Command::new("tar").args(["xzf", file]).current_dir(folder).status().unwrap();
+    assert!(unpacked.success());
+    let parts = folder.join("plumb-report");
+    move |name| fs::read_to_string(parts.join(name)).unwrap()
+}
+
+#[test]
+fn a_report_has_the_board_the_files_and_the_last_run_without_private_words() {
+    let folder = folder();
+    let private = "# of alice: /tmp/lab/rig.toml, http://10.0.0.7/?token=7\n";
+    let rig = rig_file(folder.path(), |text| private.to_owned() + &text);
+    for law in ["interval", "taut"] {
+        let demo = plumb(&["demo", "--virtual-time", "--law", law], folder.path());
+        assert_eq!(demo.status.code(), Some(0), "{}", stderr(&demo));
+    }
+    fs::write(folder.path().join("plumb-selftest.json"), "{ \"token\": \"7\" }\n").unwrap();
+    let emulator = Emulator::start();
+    let output = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["report", &rig, "--port", &emulator.port, "--json"])
+        .env("USER", "alice")
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let names = [
+        "report.txt",
+        "board.json",
+        "selftest.json",
+        "cameras.json",
+        "rig.toml",
+        "camera.toml",
+        "run/summary.json",
+        "run/run.csv",
+        "run/figures.json",
+        "run/figure4.svg",
+        "run/figure5.svg",
+    ];
+    assert_eq!(json(&output)["parts"], Value::from(names.to_vec()));
+    let part = unpack(folder.path(), "plumb-report.tar.gz");
+    for name in names {
+        assert!(stderr(&output).contains(&format!("bytes  {name}: ")), "{}", stderr(&output));
+        for word in ["alice", "10.0.0.7", "token=7", "lab/rig", "\"7\""] {
+            assert!(!part(name).contains(word), "{name}: {word}");
+        }
+    }
+    assert!(part("report.txt").contains(&format!("plumb: {}\n", env!("CARGO_PKG_VERSION"))));
+    let board: Value = serde_json::from_str(&part("board.json")).unwrap();
+    assert!(board["firmware"]["release"].is_string() && board["state"].is_string(), "{board}");
+    let first = "# of USER: …/rig.toml, http://REMOVED\n";
+    let original = fs::read_to_string(&rig).unwrap();
+    assert_eq!(part("rig.toml"), original.replace(private, first));
+    // The newest run, not the first one.
+    assert!(part("run/summary.json").contains("\"law\": \"taut\""));
+    for file in ["run.csv", "figure4.svg"] {
+        let run = fs::read_to_string(folder.path().join("runs/demo-0002").join(file)).unwrap();
+        assert_eq!(part(&format!("run/{file}")), run);
+    }
+}
+
+#[test]
+fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text.replace("microsteps = 16", "microsteps = 5000"));
+    let port = ["--port", "/dev/plumb-no-such-port"];
+    let output = plumb(&[&["report", &rig], &port[..]].concat(), folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let part = unpack(folder.path(), "plumb-report.tar.gz");
+    let text = part("report.txt");
+    for reason in [
+        "missing: board.json: /dev/plumb-no-such-port: ",
+        "missing: selftest.json: ",
+        "missing: rig.toml has a mistake: …/rig.toml:",
+        "missing: run: there is no run in runs",
+    ] {
+        assert!(text.contains(reason), "{reason}: {text}");
+    }
+    assert!(part("rig.toml").contains("microsteps = 5000") && part("camera.toml").contains("fx"));
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    let output = plumb(&[&["report", "--run", "empty"], &port[..]].concat(), folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("empty: is not the folder of a run"), "{}", stderr(&output));
+}
