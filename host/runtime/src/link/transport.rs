@@ -2,6 +2,7 @@
 //! the port open.
 
 use std::io::{ErrorKind, Read, Write};
+use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use std::{fmt, fs};
@@ -91,8 +92,23 @@ fn open_error(name: &str, source: serialport::Error) -> LinkError {
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => LinkError::Permission { port },
         // The kind of a port that another program has locked (EBUSY, flock).
         serialport::ErrorKind::NoDevice => LinkError::Busy { users: PortUsers::of(name), port },
-        _ => LinkError::Open { port, source },
+        _ => match other_kind(Path::new(name)) {
+            Some(kind) => LinkError::NotAPort { port, kind },
+            None => LinkError::Open { port, source },
+        },
     }
+}
+
+/// Returns what is at `path`, with its article, where that is no device.
+fn other_kind(path: &Path) -> Option<&'static str> {
+    let kind = fs::metadata(path).ok()?.file_type();
+    let kinds = [
+        (kind.is_file(), "a regular file"),
+        (kind.is_dir(), "a folder"),
+        (kind.is_socket(), "a socket"),
+        (kind.is_fifo(), "a pipe"),
+    ];
+    kinds.into_iter().find_map(|(is_it, name)| is_it.then_some(name))
 }
 
 impl Transport for Serial {
