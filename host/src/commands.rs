@@ -32,6 +32,7 @@ mod page;
 mod path_args;
 pub(crate) mod plot;
 pub(crate) mod print;
+mod progress;
 pub(crate) mod replay;
 mod rig_args;
 mod ros2;

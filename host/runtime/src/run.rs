@@ -192,6 +192,13 @@ impl<T: Transport> Run<T> {
         self.targets = Some((source, usage));
     }
 
+    /// Returns the number of targets of the list; `None` where the list is repeated, or is empty
+    /// since the targets move. A path counts as one target more.
+    pub fn target_count(&self) -> Option<usize> {
+        let count = self.route.waypoints.len() + usize::from(self.path.is_some());
+        (count > 0 && !self.route.is_repeated).then_some(count)
+    }
+
     /// Returns the motor positions of the board, full steps from the zero of travel, + pays out;
     /// order A, B, C.
     ///

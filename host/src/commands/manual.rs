@@ -7,7 +7,7 @@ use clap::{Command, Parser};
 use clap_complete::Shell;
 use plumb_config::error_chain::ErrorChain;
 
-use super::print::{self, tell};
+use super::print::{self, note};
 use super::{Failure, failed};
 
 /// Print the completions of commands and options for a shell
@@ -41,6 +41,6 @@ pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
     let written = std::fs::create_dir_all(folder)
         .and_then(|()| clap_mangen::generate_to(cli, folder).map(drop));
     written.map_err(|error| failed(format!("{}: {}", folder.display(), ErrorChain(&error))))?;
-    tell!("manual pages: {}", args.folder.display());
+    note!("manual pages: {}", args.folder.display());
     Ok(ExitCode::SUCCESS)
 }

@@ -14,10 +14,11 @@ use plumb_path::trajectory::{
 use plumb_runtime::rig::{MotionRules, Rig};
 use plumb_runtime::run::PathPlan;
 
-use super::print::tell;
+use super::print::note;
 use super::{Failure, bad_input, numbers};
 
 #[derive(Args)]
+#[command(next_help_heading = "Path")]
 pub(super) struct PathArgs {
     /// Path that the ball follows: a file with the columns x,y,z (waypoints, metres) or t,x,y,z
     /// (with times, seconds), G-code (G0 and G1), or one of circle, line, eight, square, spline
@@ -170,6 +171,6 @@ fn tell_slower(feeds: &[f64], speed: f64) {
     let feeds = feeds.iter().copied().filter(|feed| feed.is_finite());
     let highest = feeds.fold(0.0, f64::max);
     if highest > speed {
-        tell!("the file's feeds reach {highest:.3} m/s; the ball follows at --speed {speed} m/s");
+        note!("the file's feeds reach {highest:.3} m/s; the ball follows at --speed {speed} m/s");
     }
 }

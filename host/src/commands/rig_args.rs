@@ -26,6 +26,7 @@ pub(crate) struct RigArg {
 
 /// The serial port of the board.
 #[derive(Args)]
+#[command(next_help_heading = "Board")]
 pub(crate) struct PortArgs {
     /// Serial port of the board [default: the rig file's]
     #[arg(long, env = "PLUMB_PORT", hide_env_values = true)]

@@ -29,7 +29,7 @@ use super::operators::Operators;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
-use super::print::{self, tell};
+use super::print::{self, note, tell};
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
 use super::{Failure, Physics, bad_input, law, numbers};
@@ -227,7 +227,7 @@ pub(super) fn drive(
         run.set_waypoints(&[waypoint], false)?;
     }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig))?;
-    let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop)?;
+    let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop, run.target_count())?;
     PreparedRun { run, camera, detector, steering, stream, outputs }
         .drive(&options.run, &interrupted)
 }
@@ -253,7 +253,7 @@ impl Goal {
             return Err(bad_input(format!("--targets -: {why}; give one of them a socket")));
         }
         let stream = TargetStream::start(address, sender)?;
-        tell!("targets: from {address}");
+        note!("targets: from {address}");
         Ok(Some(stream))
     }
 }
