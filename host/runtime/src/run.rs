@@ -224,6 +224,7 @@ impl<T: Transport> Run<T> {
         let (source, targets) = self.target_drive(&mut parts).unzip();
         let repetition = RepetitionDetector::new(self.following_turn);
         let core = RunCore::new(self.settings(&parts), &self.route, self.path.take(), targets);
+        self.link.count_late_wakeups();
         let mut control = ControlLoop::new(&mut parts, &mut self.link, core, source, repetition);
         let result = control.run();
         let core = control.into_core();
@@ -304,6 +305,7 @@ impl<T: Transport> Run<T> {
             located: stats.located,
             lost: stats.lost,
             skipped: stats.skipped,
+            late_wakeups: self.link.late_wakeups(),
             refused_positions: self.link.refused_positions(),
             ending: ending.reason,
             failure: ending.failure,

@@ -188,6 +188,10 @@ impl Closed {
     fn report(self, summary: &Summary, error: Option<&ControlLoopError>) -> Result<(), Failure> {
         let (frames, time, folder) = (summary.frames, summary.time_s, self.folder.display());
         let untold = summary.ending.fault().filter(|fault| self.told != Some(*fault));
+        let is_told = summary.ending.fault().is_some_and(|fault| fault.is_of_the_computer());
+        if let Some(late) = summary.late_wakeups.filter(|_| !is_told) {
+            tell!("{late}");
+        }
         let run = match error {
             Some(error) => {
                 if let Some(fault) = untold {

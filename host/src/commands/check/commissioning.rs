@@ -11,6 +11,7 @@ use plumb_runtime::commission::{
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
+use plumb_runtime::wakeups::{RealClock, WakeupCheck};
 use plumb_vision::camera::Camera;
 use serde::Serialize;
 
@@ -41,6 +42,8 @@ pub(super) struct RigLine {
     yaw_deg: f64,
     /// Whether the rig file was corrected.
     written: bool,
+    /// Greatest lateness of the program's wake-ups before the jogs, milliseconds.
+    latest_wakeup_ms: f64,
 }
 
 /// Examines the rig of the options.
@@ -52,11 +55,13 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     if !(args.yes || ask(words::QUESTION)?) {
         return Err(bad_input("nothing has moved: the check needs a yes"));
     }
+    let wakeups = WakeupCheck::measure(&mut RealClock::start());
+    tell!("{wakeups}");
     let link = connect(&rig, args.port.open(&rig.board)?)?;
     let report = jog_and_look(args, &rig, camera, link)?;
     words::tell_report(&report);
     let written = offer_correction(args, &rig, &report)?;
-    Ok(RigLine::new(&report, written))
+    Ok(RigLine::new(&report, written, wakeups))
 }
 
 /// Opens the camera, jogs the motors and watches the ball.
@@ -100,7 +105,7 @@ fn offer_correction(args: &Args, rig: &Rig, report: &Report) -> Result<bool, Fai
 }
 
 impl RigLine {
-    fn new(report: &Report, written: bool) -> Self {
+    fn new(report: &Report, written: bool, wakeups: WakeupCheck) -> Self {
         let micrometres = |metres: f64| (metres * 1e6).round() / 1e3;
         Self {
             right: report.is_right(),
@@ -111,6 +116,7 @@ impl RigLine {
             alternatives: report.alternatives.iter().map(Explanation::faults).collect(),
             yaw_deg: (report.yaw_deg * 10.0).round() / 10.0,
             written,
+            latest_wakeup_ms: wakeups.latest.as_micros() as f64 / 1e3,
         }
     }
 }
