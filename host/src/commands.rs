@@ -33,6 +33,7 @@ mod path_args;
 pub(crate) mod plot;
 pub(crate) mod print;
 mod progress;
+mod real_time;
 pub(crate) mod replay;
 mod rig_args;
 mod ros2;

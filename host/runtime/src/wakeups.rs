@@ -136,7 +136,7 @@ mod tests {
 
         fn sleep(&mut self, time: Duration) {
             self.sleeps += 1;
-            let late = if self.sleeps % 10 == 0 { self.lateness } else { Duration::ZERO };
+            let late = if self.sleeps.is_multiple_of(10) { self.lateness } else { Duration::ZERO };
             self.now += time + late;
         }
     }

@@ -127,8 +127,8 @@ fn board(args: &Args) -> Result<EmulatedBoard, Failure> {
     Ok(EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, simulation)?))
 }
 
-/// Reports every change of the board's state (`-v`), and prints its motor positions to `lines`, until the board's
-/// thread ends or `interrupted` is set.
+/// Reports every change of the board's state (`-v`), and prints its motor positions to `lines`,
+/// until the board's thread ends or `interrupted` is set.
 fn follow(served: &Served, mut lines: Option<&mut MotorLines>, interrupted: &AtomicBool) {
     let mut state = None;
     while !interrupted.load(Ordering::Relaxed) && !served.ended() {

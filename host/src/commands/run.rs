@@ -30,6 +30,7 @@ use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
 use super::print::{self, note, tell};
+use super::real_time::RealTime;
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
 use super::{Failure, Physics, bad_input, law, numbers};
@@ -198,6 +199,10 @@ pub(super) fn drive(
     let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
     let moving = stream.as_ref().and_then(|_| receiver.take_targets());
     let steering = Operators::start(&options.run, &rig, &camera, (sender, receiver))?;
+    // A simulated rig or board shares the computer, and must not wait for the control loop.
+    if chosen != SourceName::Simulated && !transport.is_pseudo_terminal() {
+        note!("{}", RealTime::ask());
+    }
     let mut run = Run::connect(&rig, transport)?;
     if let Some(targets) = moving {
         run.set_targets(Box::new(targets), TargetUse::Goal);

@@ -252,8 +252,8 @@ mod tests {
         let rig = Rig::paper().unwrap();
         assert_eq!(check(&rig, [0.54, 0.22, 0.4], 0.1), Ok(()));
         let error = check(&rig, [0.54, 0.22, 0.7], 0.1).unwrap_err().to_string();
-        let named = "that is outside the workspace of the rig file: z = 0.7 m is above the 0.6 m of \
-                     `workspace.max`";
+        let named = "that is outside the workspace of the rig file: z = 0.7 m is above the 0.6 m \
+                     of `workspace.max`";
         assert_eq!(error, named);
         // In the workspace, beside the line from C to A.
         assert_eq!(check(&rig, [0.1, 0.5, 0.4], 0.1), Err(MotionError::Triangle));
