@@ -32,6 +32,8 @@ mod page;
 mod path_args;
 pub(crate) mod plot;
 pub(crate) mod print;
+mod progress;
+mod real_time;
 pub(crate) mod replay;
 pub(crate) mod report;
 mod rig_args;

@@ -25,6 +25,10 @@ struct Cli {
     /// board, -vv repeated requests and lost frames too, -vvv also every frame
     #[arg(short, long, action = ArgAction::Count, global = true)]
     verbose: u8,
+    /// Print problems, questions and findings only on standard error: no progress, no notes, and
+    /// no result of a command that has done its work
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -65,6 +69,7 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return commands::report_usage(&error),
     };
+    commands::print::set_quiet(cli.quiet);
     let log = match commands::verbose::start(cli.verbose) {
         Ok(log) => log,
         Err(failure) => return failure.report(),

@@ -22,9 +22,29 @@ pub enum PathFile {
         /// Speed from each place to the next, m/s, infinite where the file has none; empty for a
         /// CSV file.
         speeds: Vec<f64>,
+        /// Line of each place, from 1.
+        lines: Vec<u64>,
     },
     /// Places with time stamps.
-    Samples(Vec<Sample>),
+    Samples {
+        /// The places with their times.
+        samples: Vec<Sample>,
+        /// Line of each place, from 1.
+        lines: Vec<u64>,
+    },
+}
+
+impl PathFile {
+    /// Returns the places, metres, each with its line, from 1.
+    pub fn places(&self) -> Vec<(u64, Point3<f64>)> {
+        let (places, lines): (Vec<_>, _) = match self {
+            Self::Waypoints { places, lines, .. } => (places.clone(), lines),
+            Self::Samples { samples, lines } => {
+                (samples.iter().map(|sample| sample.position).collect(), lines)
+            }
+        };
+        lines.iter().copied().zip(places).collect()
+    }
 }
 
 /// Mistakes in the text of a file.
@@ -139,11 +159,11 @@ struct Row {
 
 /// Returns the path of a program in G-code.
 fn of_program(program: gcode::Program) -> Result<PathFile, PathFileError> {
-    let gcode::Program { places, speeds } = program;
+    let gcode::Program { places, speeds, lines } = program;
     if places.is_empty() {
         return Err(PathFileError::NoMotion);
     }
-    Ok(PathFile::Waypoints { places, speeds })
+    Ok(PathFile::Waypoints { places, speeds, lines })
 }
 
 /// Parses the text of a file.
@@ -170,14 +190,15 @@ pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
     if rows.is_empty() {
         return Err(PathFileError::Empty);
     }
+    let lines = rows.iter().map(|row| row.line).collect();
     Ok(match columns {
         Columns::Places => {
             let places = rows.iter().map(|row| row.position).collect();
-            PathFile::Waypoints { places, speeds: Vec::new() }
+            PathFile::Waypoints { places, speeds: Vec::new(), lines }
         }
         Columns::Timed => {
             let sample = |row: &Row| Sample { time: row.time, position: row.position };
-            PathFile::Samples(rows.iter().map(sample).collect())
+            PathFile::Samples { samples: rows.iter().map(sample).collect(), lines }
         }
     })
 }
@@ -240,18 +261,23 @@ mod tests {
     fn waypoints_and_samples_are_read() {
         let places = "# a path\nx, y, z\n0.4,0.3,0.2\n\n0.5, -0.1, 0.3\n";
         let expected = vec![Point3::new(0.4, 0.3, 0.2), Point3::new(0.5, -0.1, 0.3)];
-        assert_eq!(parse(places), Ok(PathFile::Waypoints { places: expected, speeds: Vec::new() }));
+        let (speeds, lines) = (Vec::new(), vec![3, 5]);
+        assert_eq!(
+            parse(places),
+            Ok(PathFile::Waypoints { places: expected.clone(), speeds, lines })
+        );
+        assert_eq!(parse(places).unwrap().places(), [(3, expected[0]), (5, expected[1])]);
         let timed = "t,x,y,z\n0,0.4,0.3,0.2\n1.5,0.5,-0.1,0.3\n";
         let sample = |time, [x, y, z]: [f64; 3]| Sample { time, position: Point3::new(x, y, z) };
         let expected = vec![sample(0.0, [0.4, 0.3, 0.2]), sample(1.5, [0.5, -0.1, 0.3])];
-        assert_eq!(parse(timed), Ok(PathFile::Samples(expected)));
+        assert_eq!(parse(timed), Ok(PathFile::Samples { samples: expected, lines: vec![2, 3] }));
     }
 
     #[test]
     fn spreadsheets_of_other_languages_and_pauses_are_read() {
         let expected = [[0.42, 0.24, 0.3], [0.54, 0.24, 0.3], [0.54, 0.24, 0.3]].map(Point3::from);
-        let (places, speeds) = (expected.to_vec(), Vec::new());
-        let expected = Ok(PathFile::Waypoints { places, speeds });
+        let (places, speeds, lines) = (expected.to_vec(), Vec::new(), vec![2, 3, 4]);
+        let expected = Ok(PathFile::Waypoints { places, speeds, lines });
         let lines = "0.42,0.24,0.3\n0.54,0.24,0.3\n0.54,0.24,0.3\n";
         assert_eq!(parse(&format!("\u{feff}X,Y,Z\n{lines}")), expected);
         let commas = format!("x,y,z\n{lines}").replace(',', ";").replace('.', ",");

@@ -54,6 +54,8 @@ pub(crate) struct Program {
     pub(crate) places: Vec<Point3<f64>>,
     /// Speed from each place to the next, m/s; infinite for G0 and where no feed was stated.
     pub(crate) speeds: Vec<f64>,
+    /// Line of each place, from 1.
+    pub(crate) lines: Vec<u64>,
 }
 
 /// Mistake in a line of G-code.
@@ -132,6 +134,7 @@ pub(crate) fn parse(text: &str) -> Result<Program, Vec<CodeMistake>> {
     for (line, text) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
         let read = words(text).and_then(|words| machine.read(&words));
         mistakes.extend(read.err().map(|problem| CodeMistake { line, problem }));
+        machine.program.lines.resize(machine.program.places.len(), line);
         if machine.has_ended {
             break;
         }
@@ -296,6 +299,7 @@ mod tests {
     fn places(text: &str) -> Vec<[f64; 3]> {
         let program = parse(text).unwrap();
         assert_eq!(program.speeds.len(), program.places.len().saturating_sub(1));
+        assert_eq!(program.lines.len(), program.places.len());
         program.places.iter().map(|place| [place.x, place.y, place.z]).collect()
     }
 

@@ -15,6 +15,11 @@ pub struct BoardFault {
 }
 
 impl BoardFault {
+    /// Returns whether the cause is that this program woke late.
+    pub fn is_of_the_computer(&self) -> bool {
+        matches!(self.cause, Some(FaultCause::LateHost { .. }))
+    }
+
     /// Returns what to do next, in words for people.
     pub fn advice(&self) -> &'static str {
         self.cause.map_or_else(|| after_fault(self.fault), |cause| cause.advice())
@@ -92,7 +97,11 @@ impl fmt::Display for FaultCause {
             }
             Self::LateHost { times, longest } => {
                 let longest = longest.as_secs_f64();
-                write!(f, "this program woke late {times} times, and was silent for {longest:.1} s")
+                write!(
+                    f,
+                    "this computer is overloaded or was asleep: the program woke late {times} \
+                     times, and was silent for {longest:.1} s"
+                )
             }
             Self::OldPositions { old, oldest } => {
                 let oldest = oldest.as_secs_f64();

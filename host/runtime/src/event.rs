@@ -239,6 +239,7 @@ mod tests {
 
     use super::*;
     use crate::operator::CommandRefusal;
+    use crate::rig::{Outside, Side};
 
     fn json(event: RunEvent) -> serde_json::Value {
         serde_json::to_value(EventRecord { time: 1.5, event }).unwrap()
@@ -247,12 +248,17 @@ mod tests {
     #[test]
     fn an_event_names_its_kind_its_target_and_its_outcome() {
         let command = OperatorCommand::Target(Point3::new(0.4, 0.3, 7.0));
-        let outcome = CommandOutcome::Refused(CommandRefusal::TargetOutside);
+        let outcome = CommandOutcome::Refused(CommandRefusal::TargetOutside(Outside {
+            axis: 'z',
+            value_m: 7.0,
+            side: Side::Above,
+            limit_m: 0.6,
+        }));
         let got = json(RunEvent::Command { number: 3, command, outcome });
         let expected = serde_json::json!({
             "time_s": 1.5, "kind": "command", "number": 3, "target_m": [0.4, 0.3, 7.0], "ok": false,
             "text": "go to (0.400, 0.300, 7.000) m: the target is outside the workspace of the rig \
-                     file",
+                     file: z = 7 m is above the 0.6 m of `workspace.max`",
             "advice": null,
         });
         assert_eq!(got, expected);

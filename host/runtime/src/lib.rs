@@ -62,6 +62,7 @@ mod stop_reason;
 mod summary;
 pub mod targets;
 mod targets_summary;
+pub mod wakeups;
 pub mod wall_clock;
 
 /// The example in docs/change/add-observer.md is compiled and run with the other tests.

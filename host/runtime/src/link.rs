@@ -28,6 +28,7 @@ use plumb_protocol::{Config, Provenance};
 use tracing::{debug, info};
 
 use crate::board_fault::BoardFault;
+use crate::wakeups::LateWakeups;
 use commands::{CommandTable, GoalNumber, Purpose};
 use destination::Destination;
 use evidence::Evidence;
@@ -36,6 +37,7 @@ use service::{JogUnderWay, RampDown};
 
 pub use commands::Reply;
 pub use error::{Damage, LinkError};
+pub use evidence::LATE;
 pub use transport::{PortUser, PortUsers, Serial, Transport, boards};
 
 /// Timeout of a request. A board answers within this time even over a link that loses a quarter of
@@ -273,6 +275,16 @@ impl<T: Transport> Link<T> {
         let explain =
             |config: &Config| self.evidence.explain(fault, &config.deadlines, self.transport.now());
         self.config.as_ref().map_or_else(|| fault.into(), explain)
+    }
+
+    /// Begins to count late wake-ups: times without a message to the board above [`LATE`].
+    pub fn count_late_wakeups(&mut self) {
+        self.evidence.count_late_wakeups(self.transport.now());
+    }
+
+    /// Returns the late wake-ups since the count began; `None` where there was none.
+    pub fn late_wakeups(&self) -> Option<LateWakeups> {
+        self.evidence.late_wakeups()
     }
 
     /// Returns the frames that were damaged on the wire lately.

@@ -103,11 +103,11 @@ pub fn replay_folder(
     report: impl FnMut(&Problem),
 ) -> Result<ReplayOutcome, ReplayError> {
     let mut source = TumFolder::open(folder, camera)?;
-    replay(&mut source, camera, detector, out, None, report)
+    replay(&mut source, camera, detector, out, None, report, |_| ())
 }
 
 /// Runs `detector` over the frames of `source` until it ends, as [`replay_folder`]. Writes images
-/// of the detector's stages to `debug`.
+/// of the detector's stages to `debug`. Calls `progress` after each row with the counts so far.
 ///
 /// # Errors
 /// Returns an error if `out` or the images cannot be written.
@@ -118,6 +118,7 @@ pub fn replay(
     out: impl Write,
     debug: Option<&DebugFolder>,
     mut report: impl FnMut(&Problem),
+    mut progress: impl FnMut(&ReplayOutcome),
 ) -> Result<ReplayOutcome, ReplayError> {
     let mut rows = csv::Writer::from_writer(out);
     rows.write_record(HEADER).map_err(io::Error::from)?;
@@ -143,6 +144,7 @@ pub fn replay(
             outcome.frames += 1;
             rows.write_record(row(time, ball.as_ref(), camera)).map_err(io::Error::from)?;
             rows.flush()?;
+            progress(&outcome);
         }
     }
     rows.flush()?;

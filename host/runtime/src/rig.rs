@@ -25,7 +25,7 @@ use quantity::Conversion;
 
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
-pub use self::motion::{MotionError, MotionRules};
+pub use self::motion::{MotionError, MotionRules, Outside, Side};
 pub use self::motors::Motors;
 pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};

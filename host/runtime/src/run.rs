@@ -24,7 +24,7 @@ use self::core::{RunCore, Settings};
 use crate::board_fault::BoardFault;
 use crate::board_report::BoardReport;
 use crate::link::{Link, LinkError, Serial, Transport};
-use crate::rig::{MotionRules, OutOfRange, Rig};
+use crate::rig::{MotionRules, OutOfRange, Outside, Rig};
 use crate::rounding::{millimetres, round};
 use crate::targets::TargetSource;
 use control_loop::ControlLoop;
@@ -101,6 +101,25 @@ struct Ending {
     failure: Option<String>,
 }
 
+/// Returns the route through the targets of `rig`.
+///
+/// # Errors
+/// Where there are none, or one is outside the workspace or the triangle of the motors.
+fn route(rig: &Rig) -> Result<Route, RunError> {
+    let targets = rig.targets().map_err(RunError::Config)?;
+    let targets: Vec<Waypoint> =
+        targets.iter().map(|target| Waypoint::new(target.to_metres())).collect();
+    Route::new(&targets, false, &rig.motion_rules())
+}
+
+/// Checks the targets of `rig`, as [`Run::connect`] does, without a board.
+///
+/// # Errors
+/// Where there are none, or one is outside the workspace or the triangle of the motors.
+pub fn check_targets(rig: &Rig) -> Result<(), RunError> {
+    route(rig).map(drop)
+}
+
 impl<T: Transport> Run<T> {
     /// Checks the targets of `rig`, connects to the board at the other end of `transport`, and
     /// configures it. [`Fault::HostSilent`] of an earlier run is cleared, because this host ends
@@ -111,11 +130,7 @@ impl<T: Transport> Run<T> {
     /// fault or refuses the configuration.
     pub fn connect(rig: &Rig, transport: T) -> Result<Self, RunError> {
         let config = rig.config().map_err(RunError::Config)?;
-        let targets = rig.targets().map_err(RunError::Config)?;
-        let targets: Vec<Waypoint> =
-            targets.iter().map(|target| Waypoint::new(target.to_metres())).collect();
-        let rules = rig.motion_rules();
-        let route = Route::new(&targets, false, &rules)?;
+        let (route, rules) = (route(rig)?, rig.motion_rules());
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
         let cleared = configure(&mut link, config).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
@@ -177,6 +192,13 @@ impl<T: Transport> Run<T> {
         self.targets = Some((source, usage));
     }
 
+    /// Returns the number of targets of the list; `None` where the list is repeated, or is empty
+    /// since the targets move. A path counts as one target more.
+    pub fn target_count(&self) -> Option<usize> {
+        let count = self.route.waypoints.len() + usize::from(self.path.is_some());
+        (count > 0 && !self.route.is_repeated).then_some(count)
+    }
+
     /// Returns the motor positions of the board, full steps from the zero of travel, + pays out;
     /// order A, B, C.
     ///
@@ -202,6 +224,7 @@ impl<T: Transport> Run<T> {
         let (source, targets) = self.target_drive(&mut parts).unzip();
         let repetition = RepetitionDetector::new(self.following_turn);
         let core = RunCore::new(self.settings(&parts), &self.route, self.path.take(), targets);
+        self.link.count_late_wakeups();
         let mut control = ControlLoop::new(&mut parts, &mut self.link, core, source, repetition);
         let result = control.run();
         let core = control.into_core();
@@ -282,6 +305,7 @@ impl<T: Transport> Run<T> {
             located: stats.located,
             lost: stats.lost,
             skipped: stats.skipped,
+            late_wakeups: self.link.late_wakeups(),
             refused_positions: self.link.refused_positions(),
             ending: ending.reason,
             failure: ending.failure,
@@ -351,9 +375,14 @@ pub enum RunError {
     /// A value of the rig file is beyond what the board can be sent.
     #[error("rig file")]
     Config(#[source] OutOfRange),
-    /// Targets are outside the workspace of the rig file; all of them, metres.
-    #[error("the {} outside the workspace of the rig file", targets(.0))]
-    TargetsOutside(Vec<[f64; 3]>),
+    /// Targets are outside the workspace of the rig file; all of them, metres, each with the first
+    /// of its coordinates that is outside.
+    #[error(
+        "the {} outside the workspace of the rig file: {}",
+        targets(.0.iter().map(|(target, _)| target)),
+        outsides(.0)
+    )]
+    TargetsOutside(Vec<([f64; 3], Outside)>),
     /// Targets are outside the triangle of the motors; all of them, metres.
     #[error("the {} outside the triangle of the motors, where a cable is slack", targets(.0))]
     TargetsSlack(Vec<[f64; 3]>),
@@ -381,10 +410,15 @@ pub enum RunError {
 }
 
 /// Returns subject and verb of a sentence about targets, metres.
-fn targets(targets: &[[f64; 3]]) -> String {
-    let list: Vec<String> = targets.iter().map(|target| format!("{target:?}")).collect();
+fn targets<'a>(targets: impl IntoIterator<Item = &'a [f64; 3]>) -> String {
+    let list: Vec<String> = targets.into_iter().map(|target| format!("{target:?}")).collect();
     match &list[..] {
         [target] => format!("target {target} m is"),
         list => format!("targets {} m are", list.join(", ")),
     }
+}
+
+/// Returns the coordinates of targets that are outside the workspace.
+fn outsides(targets: &[([f64; 3], Outside)]) -> String {
+    targets.iter().map(|(_, outside)| outside.to_string()).collect::<Vec<_>>().join("; ")
 }

@@ -6,6 +6,7 @@ use crate::deviation::PathSummary;
 use crate::event::EventRecord;
 use crate::stop_reason::StopReason;
 use crate::targets_summary::TargetsSummary;
+use crate::wakeups::LateWakeups;
 
 /// Counts and measurements of a run so far, over all targets.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -70,6 +71,9 @@ pub struct Summary {
     /// detector was free; left out where it is 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub skipped: u64,
+    /// Late wake-ups of this program; left out where there was none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub late_wakeups: Option<LateWakeups>,
     /// Number of positions that the board refused.
     pub refused_positions: u32,
     /// Reason of the end. A fault of the board is the reason also where the link broke after it.

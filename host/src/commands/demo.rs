@@ -32,7 +32,7 @@ use super::operators::Operators;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
-use super::print::{self, tell};
+use super::print::{self, note};
 use super::run_camera::record_folder;
 use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers};
 
@@ -160,7 +160,7 @@ fn drive(
     } else {
         let served = Arc::new(serve(EmulatedBoard::with_plant(EMULATED, plant))?);
         let port = served.path().to_string_lossy().into_owned();
-        tell!("emulated board on {port}");
+        note!("emulated board on {port}");
         // This port is no input of the command.
         let transport = Serial::open(&port, rig.board.baud).map_err(failed_because)?;
         let Some(simulated) = ServedRig::new(Arc::clone(&served)) else {
@@ -221,7 +221,7 @@ fn run<T: Transport>(
         run.set_path(plan)?;
     }
     let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
-    let mut outputs = Outputs::start(log, recorder, viewers, overflow)?;
+    let mut outputs = Outputs::start(log, recorder, viewers, overflow, run.target_count())?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, &mut *demo.curve];
     observers.extend(steering.observers(source.clock()));
     let result = run.drive(RunParts {

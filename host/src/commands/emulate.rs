@@ -14,17 +14,18 @@ use clap::Parser;
 use plumb_runtime::rig::Rig;
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, Served, serve};
 use serde::Serialize;
+use tracing::info;
 
 use self::link::TerminalLink;
 use self::motors::MotorLines;
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
-use super::print::tell;
 use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///
-/// Prints the terminal's path and every change of state, and runs until it is interrupted.
+/// Prints the terminal's path, with -v also every change of the board's state, and runs until it is
+/// interrupted.
 #[derive(Parser)]
 #[command(
     after_help = examples![
@@ -126,8 +127,8 @@ fn board(args: &Args) -> Result<EmulatedBoard, Failure> {
     Ok(EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, simulation)?))
 }
 
-/// Prints every change of the board's state, and its motor positions to `lines`, until the board's
-/// thread ends or `interrupted` is set.
+/// Reports every change of the board's state (`-v`), and prints its motor positions to `lines`,
+/// until the board's thread ends or `interrupted` is set.
 fn follow(served: &Served, mut lines: Option<&mut MotorLines>, interrupted: &AtomicBool) {
     let mut state = None;
     while !interrupted.load(Ordering::Relaxed) && !served.ended() {
@@ -137,7 +138,7 @@ fn follow(served: &Served, mut lines: Option<&mut MotorLines>, interrupted: &Ato
             lines.add(samples);
         }
         if state.replace(now) != Some(now) {
-            tell!("{now}");
+            info!(state = %now, "the board's state has changed");
         }
         thread::sleep(POLL_INTERVAL);
     }

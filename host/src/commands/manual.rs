@@ -7,7 +7,7 @@ use clap::{Command, Parser};
 use clap_complete::Shell;
 use plumb_config::error_chain::ErrorChain;
 
-use super::print::{self, tell};
+use super::print::{self, note};
 use super::{Failure, failed};
 
 /// Print the completions of commands and options for a shell
@@ -38,9 +38,65 @@ pub(crate) fn completions(args: &CompletionsArgs, mut cli: Command) -> Result<Ex
 
 pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
     let folder = &args.folder;
+    let mut cli = cli.disable_help_subcommand(true);
+    cli.build();
     let written = std::fs::create_dir_all(folder)
-        .and_then(|()| clap_mangen::generate_to(cli, folder).map(drop));
+        .and_then(|()| clap_mangen::generate_to(with_synopses(cli), folder).map(drop));
     written.map_err(|error| failed(format!("{}: {}", folder.display(), ErrorChain(&error))))?;
-    tell!("manual pages: {}", args.folder.display());
+    note!("manual pages: {}", args.folder.display());
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns `command` with the usage [`synopsis`], likewise its subcommands.
+fn with_synopses(mut command: Command) -> Command {
+    let synopsis = synopsis(&mut command);
+    command.override_usage(synopsis).mut_subcommands(with_synopses)
+}
+
+/// Returns the usage of a command with all its options and the names of their values, where that of
+/// `--help` has the word OPTIONS.
+fn synopsis(command: &mut Command) -> String {
+    let usage = command.render_usage().to_string();
+    let groups = command.get_groups().filter(|group| group.is_required_set());
+    let alternatives: Vec<_> = groups.flat_map(|group| group.get_args()).collect();
+    let options = command.get_arguments().filter(|option| {
+        !option.is_positional()
+            && !option.is_hide_set()
+            && !option.is_required_set()
+            && !alternatives.contains(&option.get_id())
+    });
+    let options: Vec<String> = options.map(|option| format!("[{option}]")).collect();
+    usage.trim_start_matches("Usage: ").replace("[OPTIONS]", &options.join(" "))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// Returns the synopsis of a command of the program.
+    fn synopsis_of(name: &str) -> String {
+        let mut cli = crate::Cli::command();
+        cli.build();
+        synopsis(cli.find_subcommand_mut(name).expect("the command exists"))
+    }
+
+    #[test]
+    fn a_synopsis_has_every_option_with_its_value() {
+        let run = synopsis_of("run");
+        assert!(run.starts_with("plumb run [--path <FILE|SHAPE>] "), "{run}");
+        assert!(run.ends_with(" <RIG>") && !run.contains("OPTIONS"), "{run}");
+        for option in ["[--timeout <TIMEOUT>]", "[--json]", "[--out <FOLDER>]", "[--quiet]"] {
+            assert!(run.contains(option), "{run}");
+        }
+        assert!(synopsis_of("goto").ends_with(" [RIG] <X> <Y> <Z>"));
+    }
+
+    #[test]
+    fn alternatives_of_which_one_is_needed_stand_once() {
+        let calibrate = synopsis_of("calibrate");
+        assert_eq!(calibrate.matches("--ball").count(), 1, "{calibrate}");
+        assert!(calibrate.contains("[--origin <X,Y,Z>]"), "{calibrate}");
+    }
 }

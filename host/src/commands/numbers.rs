@@ -55,8 +55,19 @@ const fn of([low, high]: [f64; 2]) -> Range {
 
 /// Parses a number of a range.
 pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| format!("must be a number, {range}"))?;
+    let wrong = |_| format!("must be a number, {range}{}", comma_hint(text));
+    let number: f64 = text.parse().map_err(wrong)?;
     range.check(number).map_err(|error| error.to_string())
+}
+
+/// Returns the hint at the end of an error about `text`: the number with a decimal point where it
+/// has a decimal comma, else nothing.
+fn comma_hint(text: &str) -> String {
+    let with_point = text.replacen(',', ".", 1);
+    match with_point != text && with_point.parse::<f64>().is_ok() {
+        true => format!("; write {with_point}, with a decimal point"),
+        false => String::new(),
+    }
 }
 
 /// Returns the parser of a number of a range.
@@ -101,6 +112,12 @@ mod tests {
         for text in ["nan", "inf", "-inf", "0", "-1", "-0.0", "1e999", "", "x", "2e9", "1,5"] {
             let error = parse(text, &TIME).unwrap_err();
             assert!(error.contains("above 0, to 1e9 s"), "{text}: {error}");
+        }
+        let error = parse("-0,5", &COORDINATE).unwrap_err();
+        assert!(error.ends_with("; write -0.5, with a decimal point"), "{error}");
+        for text in ["1,2,3", "1,", ",", "1,x"] {
+            let error = parse(text, &COORDINATE).unwrap_err();
+            assert_eq!(error.contains("decimal"), text == "1,", "{error}");
         }
         assert_eq!(["0", "0.25", "1"].map(|it| parse(it, &SHARE)), [Ok(0.0), Ok(0.25), Ok(1.0)]);
         for text in ["nan", "-0.1", "1.1", "inf"] {

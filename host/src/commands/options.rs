@@ -11,6 +11,9 @@ use super::ros2::Ros2Options;
 use super::viewers::ViewerOptions;
 use super::{DetectorName, numbers};
 
+/// Heading of the options of outputs.
+const OUTPUT: &str = "Output";
+
 #[derive(Args)]
 pub(super) struct RunOptions {
     /// Detector
@@ -26,20 +29,20 @@ pub(super) struct RunOptions {
     )]
     pub(super) timeout: f64,
     /// Folder for the run, new or empty [default: the next number under runs/]
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]
     pub(super) out: Option<PathBuf>,
     /// Record the frames to this folder, new or empty (TUM RGB-D, for `plumb replay`; that of a
     /// camera through OpenNI2 also as .oni)
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]
     pub(super) record: Option<PathBuf>,
     /// End with a line of JSON on standard output (the demo always does)
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub(super) json: bool,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Other people and programs")]
     pub(super) page: PageOptions,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Other people and programs")]
     pub(super) ros2: Ros2Options,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = OUTPUT)]
     pub(super) viewers: ViewerOptions,
 }
 

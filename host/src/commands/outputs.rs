@@ -1,7 +1,9 @@
 //! Outputs of the commands that run: progress on the terminal, run log, recording, and the result
 //! for people.
 
-use std::io::{IsTerminal, stderr, stdout};
+mod run_progress;
+
+use std::io::{IsTerminal, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -16,75 +18,13 @@ use plumb_runtime::run::{ControlLoopError, RunError, Summary};
 use plumb_runtime::run_log::RunLog;
 
 use super::interrupt::DefaultSignals;
-use super::print::{message, tell};
+use super::print::{is_quiet, message, note, tell};
 use super::viewers::Viewers;
 use super::{FAILED, Failure, both, failed, failed_because};
+use run_progress::Progress;
 
 /// Rows that may wait for the disk: 5 minutes at 30 Hz, some 5 MB.
 const LOG_CAPACITY: usize = 9000;
-
-/// Progress lines that may wait for the terminal.
-const PROGRESS_CAPACITY: usize = 2;
-
-/// Progress line on a terminal, renewed in place.
-struct TerminalLine;
-
-impl Observer for TerminalLine {
-    fn frame(&mut self, record: &FrameRecord) {
-        let ball = match (record.position(), record.error()) {
-            (Some(p), Some(error)) => {
-                let (x, y, z, error_mm) = (p.x, p.y, p.z, error * 1e3);
-                let goal = match record.path {
-                    Some(path) => format!("from the path, speed {:3.0} %", path.pace * 100.0),
-                    None => "to go".to_owned(),
-                };
-                format!("ball at ({x:6.3}, {y:6.3}, {z:6.3}) m, {error_mm:6.1} mm {goal}")
-            }
-            _ => "no ball".to_owned(),
-        };
-        let board = record.board_state().map(|state| state.to_string()).unwrap_or_default();
-        let (number, time) = (record.number, record.time);
-        message(format_args!("\r\x1b[2Kframe {number:5}  {time:7.2} s  {ball}  {board}"));
-    }
-}
-
-/// Progress on standard error, where that is a terminal. Lines that the terminal has no time for
-/// are left out.
-struct Progress(Option<BoundedObserver<TerminalLine>>);
-
-impl Progress {
-    fn start() -> std::io::Result<Self> {
-        let settings = QueueSettings {
-            name: "progress",
-            capacity: PROGRESS_CAPACITY,
-            overflow: Overflow::Drop,
-            with_frames: false,
-        };
-        let on = stderr().is_terminal();
-        on.then(|| BoundedObserver::new(TerminalLine, settings)).transpose().map(Self)
-    }
-
-    /// Returns whether there is a terminal to write to.
-    fn is_on(&self) -> bool {
-        self.0.is_some()
-    }
-
-    /// Ends the line.
-    fn close(self) {
-        if let Some(queue) = self.0 {
-            let _failed = queue.close();
-            message(format_args!("\n"));
-        }
-    }
-}
-
-impl Observer for Progress {
-    fn frame(&mut self, record: &FrameRecord) {
-        if let Some(queue) = &mut self.0 {
-            queue.frame(record);
-        }
-    }
-}
 
 /// Outputs of a run.
 pub(super) struct Outputs {
@@ -111,18 +51,20 @@ fn text(event: &RunEvent) -> Option<String> {
 }
 
 impl Outputs {
-    /// Starts the outputs. In virtual time nothing is late, and `overflow` is to block.
+    /// Starts the outputs of a run through so many targets. In virtual time nothing is late, and
+    /// `overflow` is to block.
     pub(super) fn start(
         log: RunLog,
         recorder: Option<Recorder>,
         viewers: Viewers,
         overflow: Overflow,
+        targets: Option<usize>,
     ) -> Result<Self, Failure> {
         let folder = log.path().to_owned();
         let settings =
             QueueSettings { name: "run log", capacity: LOG_CAPACITY, overflow, with_frames: false };
         let log = BoundedObserver::new(log, settings)?;
-        let progress = Progress::start()?;
+        let progress = Progress::start(targets)?;
         let recorder = recorder.map(FrameRecorder::new);
         Ok(Self { progress, log, folder, recorder, viewers, told: None })
     }
@@ -194,8 +136,12 @@ impl Observer for Outputs {
     fn event(&mut self, record: &EventRecord) {
         self.log.event(record);
         self.viewers.event(record);
+        self.progress.event(record);
         let Some(text) = text(&record.event) else { return };
         self.told = record.event.fault().or(self.told);
+        if is_quiet() && record.event.tone() != Tone::Bad {
+            return;
+        }
         // In place of the progress line, which comes again with the next picture.
         let begin = if self.progress.is_on() { "\r\x1b[2K" } else { "" };
         message(format_args!("{begin}{text}\n"));
@@ -242,6 +188,10 @@ impl Closed {
     fn report(self, summary: &Summary, error: Option<&ControlLoopError>) -> Result<(), Failure> {
         let (frames, time, folder) = (summary.frames, summary.time_s, self.folder.display());
         let untold = summary.ending.fault().filter(|fault| self.told != Some(*fault));
+        let is_told = summary.ending.fault().is_some_and(|fault| fault.is_of_the_computer());
+        if let Some(late) = summary.late_wakeups.filter(|_| !is_told) {
+            tell!("{late}");
+        }
         let run = match error {
             Some(error) => {
                 if let Some(fault) = untold {
@@ -250,6 +200,7 @@ impl Closed {
                 let error = ErrorChain(error);
                 Err(failed(format!("{error} (recorded so far: {folder}, {frames} frames)")))
             }
+            None if is_quiet() && summary.reached => Ok(()),
             None => {
                 let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
                 tell!(
@@ -300,5 +251,5 @@ fn report_recording(recording: &Recording) {
         0 => String::new(),
         n => format!(", {n} left out: they came faster than they could be written"),
     };
-    tell!("recorded: {} frames in {}{dropped}", recording.frames, recording.folder.display());
+    note!("recorded: {} frames in {}{dropped}", recording.frames, recording.folder.display());
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clap::Args;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_path::file::{PathFile, parse};
@@ -11,13 +11,14 @@ use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{
     DEFAULT_ACCELERATION, DEFAULT_JERK, MotionLimits, PathError, Run, Trajectory, Waypoints,
 };
-use plumb_runtime::rig::Rig;
+use plumb_runtime::rig::{MotionRules, Rig};
 use plumb_runtime::run::PathPlan;
 
-use super::print::tell;
+use super::print::note;
 use super::{Failure, bad_input, numbers};
 
 #[derive(Args)]
+#[command(next_help_heading = "Path")]
 pub(super) struct PathArgs {
     /// Path that the ball follows: a file with the columns x,y,z (waypoints, metres) or t,x,y,z
     /// (with times, seconds), G-code (G0 and G1), or one of circle, line, eight, square, spline
@@ -79,8 +80,8 @@ impl PathArgs {
         let Some(path) = &self.path else { return Ok(None) };
         let run = if is_loop { Run::Loop } else { Run::Once };
         let limits = self.limits(rig)?;
-        let trajectory = match path.parse() {
-            Ok(kind) => self.shape(kind, rig).trajectory(&limits, run)?,
+        let (trajectory, places) = match path.parse() {
+            Ok(kind) => (self.shape(kind, rig).trajectory(&limits, run)?, Vec::new()),
             Err(unknown) if !Path::new(path).exists() => {
                 return Err(bad_input(format!("--path: {unknown}; no file has this name either")));
             }
@@ -89,7 +90,9 @@ impl PathArgs {
         let plan = PathPlan::new(trajectory, !self.no_wait, rig);
         plan.map(Some).map_err(|error| {
             let cause = std::error::Error::source(&error).map(ToString::to_string);
-            bad_input(format!("{path}: {error}: {}", cause.unwrap_or_default()))
+            let cause = cause.unwrap_or_default();
+            let because = first_wrong_place(&places, &rig.motion_rules());
+            bad_input(format!("{path}: {}", because.unwrap_or(format!("{error}: {cause}"))))
         })
     }
 
@@ -127,19 +130,40 @@ impl PathArgs {
         }
     }
 
-    fn read(&self, file: &Path, limits: &MotionLimits, run: Run) -> Result<Trajectory, Failure> {
+    /// Returns the trajectory through the places of a file, and the places with their lines.
+    fn read(
+        &self,
+        file: &Path,
+        limits: &MotionLimits,
+        run: Run,
+    ) -> Result<(Trajectory, Vec<Place>), Failure> {
         let text = read_text(file, MAX_BYTES)?;
         let in_file = |message: String| bad_input(format!("{}: {message}", file.display()));
-        let trajectory = match parse(&text).map_err(|error| in_file(error.to_string()))? {
-            PathFile::Waypoints { places, speeds } => {
+        let contents = parse(&text).map_err(|error| in_file(error.to_string()))?;
+        let places = contents.places();
+        let trajectory = match contents {
+            PathFile::Waypoints { places, speeds, .. } => {
                 tell_slower(&speeds, limits.speed);
                 let waypoints = Waypoints { places, speeds, tolerance: self.tolerance };
                 Trajectory::through(&waypoints, limits, run)
             }
-            PathFile::Samples(samples) => Trajectory::through_samples(&samples, run),
+            PathFile::Samples { samples, .. } => Trajectory::through_samples(&samples, run),
         };
-        trajectory.map_err(|error: PathError| in_file(error.to_string()))
+        let trajectory = trajectory.map_err(|error: PathError| in_file(error.to_string()))?;
+        Ok((trajectory, places))
     }
+}
+
+/// Place of a file, metres, with its line, from 1.
+type Place = (u64, Point3<f64>);
+
+/// Returns the line, the place and the broken rule of the first place that `rules` do not allow.
+fn first_wrong_place(places: &[Place], rules: &MotionRules) -> Option<String> {
+    places.iter().find_map(|(line, place)| {
+        let error = rules.check(*place, Vector3::zeros()).err()?;
+        let at = <[f64; 3]>::from(*place);
+        Some(format!("line {line}: [{:.4}, {:.4}, {:.4}] m: {error}", at[0], at[1], at[2]))
+    })
 }
 
 /// Says that the feeds of a file are above the speed of the path, m/s.
@@ -147,6 +171,6 @@ fn tell_slower(feeds: &[f64], speed: f64) {
     let feeds = feeds.iter().copied().filter(|feed| feed.is_finite());
     let highest = feeds.fold(0.0, f64::max);
     if highest > speed {
-        tell!("the file's feeds reach {highest:.3} m/s; the ball follows at --speed {speed} m/s");
+        note!("the file's feeds reach {highest:.3} m/s; the ball follows at --speed {speed} m/s");
     }
 }

@@ -7,7 +7,7 @@ use clap::Parser;
 use plumb_runtime::run_log::{LoggedRun, compare};
 
 use super::Failure;
-use super::print::tell;
+use super::print::note;
 
 /// Draw the figures of runs again; of several runs also their errors over time in one figure
 ///
@@ -33,12 +33,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let runs = args.runs.iter().map(|run| LoggedRun::read(run)).collect::<Result<Vec<_>, _>>()?;
     for run in &runs {
         for figure in run.redraw()? {
-            tell!("{}", figure.display());
+            note!("{}", figure.display());
         }
     }
     if runs.len() > 1 {
         compare(&runs, &args.out)?;
-        tell!("{}", args.out.display());
+        note!("{}", args.out.display());
     }
     Ok(ExitCode::SUCCESS)
 }

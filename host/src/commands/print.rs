@@ -2,6 +2,7 @@
 //! reader has closed the pipe.
 
 use std::io::{self, ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use std::{fmt, thread};
 
@@ -16,6 +17,29 @@ macro_rules! tell {
     };
 }
 pub(crate) use tell;
+
+/// Writes a line for people as [`tell`], but nothing with `--quiet`: for notes and good results.
+macro_rules! note {
+    ($($text:tt)*) => {
+        if !$crate::commands::print::is_quiet() {
+            $crate::commands::print::tell!($($text)*);
+        }
+    };
+}
+pub(crate) use note;
+
+/// Whether the command line has `--quiet`.
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Leaves out notes and progress from now on where `is_quiet` is set.
+pub(crate) fn set_quiet(is_quiet: bool) {
+    IS_QUIET.store(is_quiet, Ordering::Relaxed);
+}
+
+/// Returns whether notes and progress are left out.
+pub(crate) fn is_quiet() -> bool {
+    IS_QUIET.load(Ordering::Relaxed)
+}
 
 /// Writes `text` for people to standard error. Ignores errors: a message is no result. The unit
 /// tests of the program write nothing.

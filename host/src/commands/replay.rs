@@ -1,7 +1,10 @@
 //! `plumb replay`: detection and location on a recording.
 
+use std::cell::RefCell;
+use std::io::{IsTerminal, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
 use clap::Parser;
 use plumb_cameras::camera_file;
@@ -9,9 +12,10 @@ use plumb_cameras::record::CAMERA_FILE;
 use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::driver::OpenedSource;
-use plumb_runtime::replay::{DebugFolder, replay};
+use plumb_runtime::replay::{DebugFolder, Problem, ReplayOutcome, replay};
 
-use super::print::{self, tell};
+use super::print::{self, note, tell};
+use super::progress::{ProgressLine, is_shown};
 use super::ros2::open_recording;
 use super::{DetectorName, FAILED, Failure, bad_input};
 
@@ -50,17 +54,29 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     for note in &notes {
         tell!("plumb: {note}");
     }
+    // Rows on the terminal are its progress.
+    let line = RefCell::new(ProgressLine::shown_if(is_shown() && !stdout().is_terminal()));
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
     let debug = args.debug.as_deref().map(DebugFolder::create).transpose()?;
-    let report = |problem: &plumb_runtime::replay::Problem| tell!("plumb: {}", ErrorChain(problem));
+    let report = |problem: &Problem| {
+        line.borrow_mut().clear();
+        tell!("plumb: {}", ErrorChain(problem));
+    };
+    let progress = |outcome: &ReplayOutcome| {
+        let ReplayOutcome { frames, detected, .. } = outcome;
+        let text = format_args!("frame {frames}, {detected} with a ball");
+        line.borrow_mut().show(text, Instant::now());
+    };
     let (rows, debug) = (print::Results, debug.as_ref());
-    let outcome = match replay(&mut *source, &camera, &mut *detector, rows, debug, report) {
+    let result = replay(&mut *source, &camera, &mut *detector, rows, debug, report, progress);
+    line.borrow_mut().clear();
+    let outcome = match result {
         // Whoever reads the rows has enough of them.
         Err(error) if error.is_closed_pipe() => return Ok(ExitCode::SUCCESS),
         result => result?,
     };
-    tell!(
+    note!(
         "{} frames: {} with a ball, {} of them located; {} broken, {} without depth",
         outcome.frames,
         outcome.detected,

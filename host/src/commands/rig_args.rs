@@ -26,6 +26,7 @@ pub(crate) struct RigArg {
 
 /// The serial port of the board.
 #[derive(Args)]
+#[command(next_help_heading = "Board")]
 pub(crate) struct PortArgs {
     /// Serial port of the board [default: the rig file's]
     #[arg(long, env = "PLUMB_PORT", hide_env_values = true)]
@@ -121,23 +122,26 @@ fn only_board() -> Result<String, Failure> {
     }
 }
 
-/// Splits the words of `plumb COMMAND [RIG] VALUE...` into the rig file and `count` values. With
-/// `count` words the rig file is that of [`RIG_VARIABLE`].
+/// Splits the words of `plumb COMMAND [RIG] VALUE...` into the rig file and the values, whose names
+/// in `usage` are `names`. Without a rig file among the words it is that of [`RIG_VARIABLE`].
 ///
 /// # Errors
 /// Where the number of words is wrong, or nothing names the rig file.
 pub(crate) fn split_rig(
     words: impl IntoIterator<Item = Option<String>>,
-    count: usize,
+    names: &[&str],
     usage: &str,
 ) -> Result<(PathBuf, Vec<String>), Failure> {
     let mut words: Vec<String> = words.into_iter().flatten().collect();
-    if words.len() == count + 1 {
+    if words.len() == names.len() + 1 {
         let rig = words.remove(0).into();
         return Ok((rig, words));
     }
-    if words.len() != count {
-        return Err(bad_input(format!("usage: {usage}")));
+    let has_rig = words.first().is_some_and(|word| is_file_name(word));
+    let missing = names.get(words.len() - usize::from(has_rig)..).unwrap_or_default();
+    if !missing.is_empty() {
+        let missing = missing.join(", ");
+        return Err(bad_input(format!("the command line lacks {missing}; usage: {usage}")));
     }
     match std::env::var_os(RIG_VARIABLE).filter(|path: &OsString| !path.is_empty()) {
         Some(rig) => Ok((rig.into(), words)),
@@ -145,6 +149,11 @@ pub(crate) fn split_rig(
             "no rig file is named: put it first, or set {RIG_VARIABLE}; usage: {usage}"
         ))),
     }
+}
+
+/// Returns whether a word of the command line names a file, and is no value.
+fn is_file_name(word: &str) -> bool {
+    Path::new(word).extension().is_some_and(|extension| extension == "toml")
 }
 
 #[cfg(test)]

@@ -14,8 +14,11 @@ use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::operator;
+use plumb_runtime::rig::check::wrong_targets;
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::{PathPlan, Run, RunParts, TargetUse, Waypoint, read_waypoints};
+use plumb_runtime::run::{
+    PathPlan, Run, RunParts, TargetUse, Waypoint, check_targets, read_waypoints,
+};
 use plumb_runtime::run_log::{FigureSettings, RunLog};
 use plumb_runtime::targets::{TargetAddress, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
@@ -26,7 +29,8 @@ use super::operators::Operators;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::path_args::PathArgs;
-use super::print::{self, tell};
+use super::print::{self, note, tell};
+use super::real_time::RealTime;
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
 use super::{Failure, Physics, bad_input, law, numbers};
@@ -115,6 +119,9 @@ pub(super) struct Common {
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let file = &args.rig.rig;
     let rig = Rig::read(file)?;
+    if let Some(finding) = wrong_targets(file, &rig).first() {
+        return Err(bad_input(finding));
+    }
     let goal = args.goal(&rig)?;
     drive(file, rig, &goal, &args.options)
 }
@@ -126,7 +133,10 @@ impl RunArgs {
             return Ok(Goal::Moving(address.clone()));
         }
         match (&self.waypoints, self.path.plan(rig, self.is_repeated)?) {
-            (Some(path), _) => Ok(Goal::Waypoints(read_waypoints(path)?, self.is_repeated)),
+            (Some(path), _) => {
+                let waypoints = read_waypoints(path, &rig.motion_rules())?;
+                Ok(Goal::Waypoints(waypoints, self.is_repeated))
+            }
             (None, Some(plan)) => Ok(Goal::Path(Box::new(plan))),
             (None, None) if self.is_repeated => {
                 Err(bad_input("--loop needs --path or --waypoints"))
@@ -137,11 +147,12 @@ impl RunArgs {
 }
 
 pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
-    let (file, words) = split_rig([args.rig, args.x, args.y, args.z], 3, GOTO_USAGE)?;
+    const NAMES: [&str; 3] = ["<X>", "<Y>", "<Z>"];
+    let (file, words) = split_rig([args.rig, args.x, args.y, args.z], &NAMES, GOTO_USAGE)?;
     let mut target = [0.0; 3];
-    for ((coordinate, word), name) in target.iter_mut().zip(&words).zip(["X", "Y", "Z"]) {
+    for ((coordinate, word), name) in target.iter_mut().zip(&words).zip(NAMES) {
         *coordinate = numbers::parse(word, &numbers::COORDINATE)
-            .map_err(|why| bad_input(format!("invalid value '{word}' for '<{name}>': {why}")))?;
+            .map_err(|why| bad_input(format!("invalid value '{word}' for '{name}': {why}")))?;
     }
     let mut rig = Rig::read(&file)?;
     rig.set_targets(&[target])?;
@@ -172,6 +183,7 @@ pub(super) fn drive(
     if let Some(law) = &options.law {
         rig.law = law.clone();
     }
+    check_targets(&rig)?;
     let text = read_text(&rig.camera.file, MAX_BYTES)?;
     let camera = camera_file::parse(&rig.camera.file, &text)?;
     if !rig.motion_rules().know_the_motors() {
@@ -187,6 +199,10 @@ pub(super) fn drive(
     let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
     let moving = stream.as_ref().and_then(|_| receiver.take_targets());
     let steering = Operators::start(&options.run, &rig, &camera, (sender, receiver))?;
+    // A simulated rig or board shares the computer, and must not wait for the control loop.
+    if chosen != SourceName::Simulated && !transport.is_pseudo_terminal() {
+        note!("{}", RealTime::ask());
+    }
     let mut run = Run::connect(&rig, transport)?;
     if let Some(targets) = moving {
         run.set_targets(Box::new(targets), TargetUse::Goal);
@@ -216,7 +232,7 @@ pub(super) fn drive(
         run.set_waypoints(&[waypoint], false)?;
     }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig))?;
-    let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop)?;
+    let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop, run.target_count())?;
     PreparedRun { run, camera, detector, steering, stream, outputs }
         .drive(&options.run, &interrupted)
 }
@@ -242,7 +258,7 @@ impl Goal {
             return Err(bad_input(format!("--targets -: {why}; give one of them a socket")));
         }
         let stream = TargetStream::start(address, sender)?;
-        tell!("targets: from {address}");
+        note!("targets: from {address}");
         Ok(Some(stream))
     }
 }

@@ -13,7 +13,7 @@ use plumb_sim::simulated::{HilObserver, HilPlant, SimulatedCamera, Timing, synth
 use plumb_vision::camera::Camera;
 
 use super::interrupt::DefaultSignals;
-use super::print::tell;
+use super::print::{note, tell};
 use super::ros2::open_camera;
 use super::{Failure, Physics, bad_input};
 
@@ -31,8 +31,9 @@ impl RunCamera {
     /// Opens the camera of `rig`, whose camera file describes `camera`. A device also records to
     /// the file `oni`.
     pub(super) fn open(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Self, Failure> {
+        note!("preparing the camera");
         let signals = sender(&rig.camera).map(|sender| {
-            tell!("camera: waiting for {sender}, {} s at most", FIRST_FRAME.as_secs());
+            note!("camera: waiting for {sender}, {} s at most", FIRST_FRAME.as_secs());
             // Nothing moves yet, and the sender may never come.
             DefaultSignals::begin()
         });
@@ -40,7 +41,7 @@ impl RunCamera {
             open_camera(&rig.camera, camera, oni.as_deref())?;
         drop(signals);
         if let Some(description) = description {
-            tell!("camera: {description}");
+            note!("camera: {description}");
         }
         for note in &notes {
             tell!("plumb: {note}");

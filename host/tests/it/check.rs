@@ -47,7 +47,7 @@ fn a_run_without_targets_is_refused_before_the_board_is_configured() {
     let emulator = Emulator::start();
     let output = plumb(&["run", &rig, "--port", &emulator.port], folder.path());
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("has no targets"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("`targets = []` has no target"), "{}", stderr(&output));
 }
 
 #[test]

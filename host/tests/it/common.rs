@@ -97,7 +97,7 @@ impl Emulator {
     /// The same with options.
     pub(crate) fn start_with(options: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_plumb"))
-            .args(["emulate", "--json"])
+            .args(["emulate", "--json", "-v"])
             .args(options)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

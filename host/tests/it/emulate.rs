@@ -212,6 +212,7 @@ fn a_rig_file_of_the_environment_and_a_seed_without_losses_do_not_reach_an_emula
         .args(["emulate", "--json", "--lost", "0.1", "--link-seed", "3"])
         .env("PLUMB_RIG", "absent.toml")
         .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     let (mut lines, mut port) = (BufReader::new(child.stdout.take().unwrap()), String::new());
@@ -222,4 +223,7 @@ fn a_rig_file_of_the_environment_and_a_seed_without_losses_do_not_reach_an_emula
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let end: Value = serde_json::from_str(&end).unwrap();
     assert!(end["ball"].is_null(), "a board without a rig: {end}");
+    let mut messages = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut messages).unwrap();
+    assert_eq!(messages, "", "a board in the background writes nothing");
 }

@@ -236,3 +236,63 @@ fn a_request_without_an_end_is_refused() {
     assert!(text.contains("line 2: is too long") && text.contains("65536"), "{text}");
     assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 1);
 }
+
+#[test]
+fn a_target_that_is_mistyped_is_explained_before_the_port_is_opened() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    for (words, named) in [
+        (
+            &["0,4", "0.2", "0.3"][..],
+            "invalid value '0,4' for '<X>': must be a number, -100 to 100 m; write 0.4",
+        ),
+        (
+            &["0.4", "0.2"],
+            "the command line lacks <Z>; usage: plumb goto [OPTIONS] [RIG] <X> <Y> <Z>",
+        ),
+        (&["0.4"], "the command line lacks <Y>, <Z>; usage:"),
+        (&[], "the command line lacks <X>, <Y>, <Z>; usage:"),
+        (&["0.4", "0.2", "-1"], "z = -1 m is below the 0.05 m of `workspace.min`"),
+        (&["0.9", "0.2", "0.3"], "x = 0.9 m is above the 0.8 m of `workspace.max`"),
+    ] {
+        let goto = [&["goto", &rig] as &[&str], words, &["--port", "/dev/no-such-port"]].concat();
+        let output = plumb(&goto, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(named), "{words:?}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn targets_of_a_file_outside_the_workspace_are_named_with_their_lines() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| {
+        text.replace("targets = [[0.400, 0.400, 0.150]]", "targets = [[0.4, 0.4, 0.7]]")
+    });
+    let fine = rigs().join("paper.toml").to_str().unwrap().to_owned();
+    fs::write(folder.path().join("way.csv"), "0.4,0.2,0.25\n9,0.2,0.3\n0.4,0.2,0.01\n").unwrap();
+    fs::write(folder.path().join("path.csv"), "x,y,z\n0.5,0.3,0.3\n0.5,0.9,0.3\n").unwrap();
+    for (rig, more, named) in [
+        (&rig, &[][..], &["rig.toml:5: error: `targets", "z = 0.7 m is above the 0.6 m of"][..]),
+        (&fine, &["--waypoints", "way.csv"], &["way.csv:2: [9.0, 0.2, 0.3] m", "way.csv:3:"]),
+        (&fine, &["--path", "path.csv"], &["path.csv: line 3: [0.5000, 0.9000, 0.3000] m"]),
+    ] {
+        let run = [&["run", rig, "--port", "/dev/no-such-port"] as &[&str], more].concat();
+        let output = plumb(&run, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {}", stderr(&output));
+        for named in named {
+            assert!(stderr(&output).contains(named), "{named}: {}", stderr(&output));
+        }
+    }
+}
+
+#[test]
+fn a_port_that_is_no_port_is_named_as_what_it_is() {
+    let folder = folder();
+    fs::write(folder.path().join("port"), "").unwrap();
+    for (port, kind) in [("port", "a regular file"), (".", "a folder")] {
+        let output = plumb(&["board", "status", "--port", port], folder.path());
+        assert_eq!(output.status.code(), Some(2));
+        let named = format!("plumb: {port}: this is {kind}, not a serial port; name the port");
+        assert!(stderr(&output).contains(&named), "{}", stderr(&output));
+    }
+}

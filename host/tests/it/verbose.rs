@@ -58,3 +58,21 @@ fn a_closed_standard_error_changes_no_result() {
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(output.stdout, demo(&[]).stdout);
 }
+
+#[test]
+fn quiet_leaves_out_the_result_of_a_run_that_reached_its_targets_and_nothing_else() {
+    let folder = folder();
+    let run = |options: &[&str], out| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+        command.args(["demo", "--virtual-time", "--quiet", "--out", out]).args(options);
+        command.current_dir(folder.path()).output().unwrap()
+    };
+    let reached = run(&[], "reached");
+    assert_eq!((reached.status.code(), stderr(&reached).as_str()), (Some(0), ""));
+    assert_eq!(json(&reached)["reached"], true);
+    let late = run(&["--timeout", "0.5"], "late");
+    assert_eq!(late.status.code(), Some(1));
+    assert!(stderr(&late).contains("not reached in time: "), "{}", stderr(&late));
+    let both = demo(&["-v", "--quiet"]);
+    assert_eq!(both.status.code(), Some(2), "{}", stderr(&both));
+}

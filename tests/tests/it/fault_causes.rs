@@ -147,6 +147,7 @@ fn a_program_that_wakes_late_is_the_cause_of_a_silent_host() {
     let Some(FaultCause::LateHost { longest, .. }) = fault.cause else { panic!("{fault:?}") };
     assert_eq!(fault.fault, Fault::HostSilent);
     assert!((650..=800).contains(&longest.as_millis()), "{fault}");
+    assert!(fault.to_string().contains("(this computer is overloaded or was asleep: "), "{fault}");
     assert!(fault.advice().contains("processor"), "{}", fault.advice());
 }
 
@@ -172,4 +173,15 @@ fn a_camera_that_stalls_has_no_other_cause() {
     let fault = fault_after(Trouble::Stall);
     assert_eq!(fault, Fault::PositionLost.into());
     assert!(fault.advice().contains("camera"), "{}", fault.advice());
+}
+
+#[test]
+fn late_wake_ups_without_a_fault_stand_in_the_summary() {
+    let late = |trouble| run(trouble).expect("no fault").late_wakeups;
+    assert_eq!(late(Trouble::Old(0.0)), None);
+    let Some(late) = late(Trouble::Asleep(Duration::from_millis(200))) else {
+        panic!("a program that slept for 0.2 s");
+    };
+    assert!(late.times == 1 && (0.15..0.3).contains(&late.longest_s), "{late:?}");
+    assert!(late.to_string().starts_with("this computer is overloaded: "), "{late}");
 }

@@ -82,8 +82,15 @@ fn a_target_outside_the_workspace_is_refused_and_the_drive_goes_on() {
         if number == 30 { outside.map(target).to_vec() } else { vec![] }
     });
     let refusals: Vec<_> = seen.outcomes().into_iter().map(|(_, outcome)| outcome).collect();
-    let refused = CommandOutcome::Refused(CommandRefusal::TargetOutside);
-    assert_eq!(refusals, [refused, refused, refused, CommandOutcome::Accepted]);
+    let axes: Vec<_> = refusals[..3]
+        .iter()
+        .map(|outcome| match outcome {
+            CommandOutcome::Refused(CommandRefusal::TargetOutside(outside)) => outside.axis,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(axes, ['z', 'x', 'y']);
+    assert_eq!(refusals[3..], [CommandOutcome::Accepted]);
     assert!(summary.reached && summary.legs.len() == 1, "{summary:?}");
 }
 

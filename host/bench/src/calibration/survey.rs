@@ -37,11 +37,17 @@ impl Survey {
     );
 }
 
-/// Calibrates the cameras of rigs with the numbers from 0.
+/// Calibrates the cameras of rigs with the numbers from 0. Calls `progress` with the number of rigs
+/// that are done after each one.
 ///
 /// # Errors
 /// If a rig is invalid, or the calibrations of one camera fail too often.
-pub fn survey(way: CalibrationWay, rigs: u64, seed: u64) -> Result<Survey, TrialError> {
+pub fn survey(
+    way: CalibrationWay,
+    rigs: u64,
+    seed: u64,
+    mut progress: impl FnMut(u64),
+) -> Result<Survey, TrialError> {
     let suite = Suite::new(SuiteName::QuasiStatic);
     let (mut rotations, mut positions, mut held_out) = (Vec::new(), Vec::new(), Vec::new());
     let (mut refused, mut good) = (0, 0);
@@ -55,6 +61,7 @@ pub fn survey(way: CalibrationWay, rigs: u64, seed: u64) -> Result<Survey, Trial
         held_out.extend(trial.found.held_out());
         refused += trial.refused;
         good += usize::from(trial.found.grade() == Grade::Good);
+        progress(rig + 1);
     }
     Ok(Survey {
         way: way.as_str(),
@@ -96,7 +103,9 @@ mod tests {
     #[test]
     fn each_way_finds_the_direction_of_a_few_cameras() {
         for way in CalibrationWay::ALL {
-            let survey = survey(way, 6, 1).unwrap();
+            let mut done = Vec::new();
+            let survey = survey(way, 6, 1, |rigs| done.push(rigs)).unwrap();
+            assert_eq!(done, [1, 2, 3, 4, 5, 6]);
             assert!(survey.rotation_deg[2] < 4.0, "{survey}");
             assert!(survey.position_m[2] < 0.04, "{survey}");
         }

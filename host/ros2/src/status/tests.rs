@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use plumb_protocol::message::Fault;
 use plumb_runtime::observer::PathPoint;
 use plumb_runtime::operator::CommandRefusal;
+use plumb_runtime::rig::{Outside, Side};
 
 use super::*;
 
@@ -91,7 +92,9 @@ fn a_camera_that_is_silent_is_an_error() {
 #[test]
 fn a_refused_command_is_reported_until_the_next() {
     let mut status = RunStatus::new(Instant::now());
-    let refused = CommandOutcome::Refused(CommandRefusal::TargetOutside);
+    let (value_m, limit_m) = (7.0, 0.6);
+    let outside = Outside { axis: 'z', value_m, side: Side::Above, limit_m };
+    let refused = CommandOutcome::Refused(CommandRefusal::TargetOutside(outside));
     status.note_event(&command(OperatorCommand::Target(target(7.0)), refused));
     let report = status.commands(false);
     assert_eq!(report.level, Level::Warn);

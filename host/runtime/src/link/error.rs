@@ -46,6 +46,17 @@ pub enum LinkError {
         /// Its path.
         port: String,
     },
+    /// The path is of something that is no serial port.
+    #[error(
+        "{port}: this is {kind}, not a serial port; name the port of the board \
+         (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)"
+    )]
+    NotAPort {
+        /// Its path.
+        port: String,
+        /// What it is, with its article.
+        kind: &'static str,
+    },
     /// Another program uses the port.
     #[error("{port}: another program uses this serial port{users}")]
     Busy {

@@ -9,6 +9,7 @@ use plumb_protocol::message::Fault;
 use super::KEEP_ALIVE;
 use super::error::Damage;
 use crate::board_fault::{BoardFault, FaultCause};
+use crate::wakeups::LateWakeups;
 
 /// Time for which counts are kept: one and a half times the longest deadline that a rig may have.
 const KEPT: Duration = Duration::from_millis(7500);
@@ -19,7 +20,7 @@ const DAMAGE_WINDOW: Duration = Duration::from_secs(2);
 
 /// Time between two messages to the board above which this program woke late: three times the
 /// longest that a program in time leaves.
-const LATE: Duration = KEEP_ALIVE.saturating_mul(3);
+pub const LATE: Duration = KEEP_ALIVE.saturating_mul(3);
 
 /// Least share of damaged frames that explains a fault: one in this number.
 const DAMAGED_ONE_IN: u32 = 4;
@@ -36,6 +37,10 @@ pub(super) struct Evidence {
     board_count: Option<u16>,
     /// Late wake-ups, by the time without a message, ms.
     late: Recent,
+    /// All late wake-ups since `counted_from`.
+    late_wakeups: LateWakeups,
+    /// Begin of the count of late wake-ups.
+    counted_from: Duration,
     /// Positions that the board refused for their age.
     old: Recent,
     /// Ages with which positions were sent, ms.
@@ -49,8 +54,22 @@ impl Evidence {
         if silence > LATE {
             self.late.add(now, milliseconds(silence));
         }
+        let counted = silence.min(now.saturating_sub(self.counted_from));
+        if counted > LATE {
+            self.late_wakeups.add(counted);
+        }
         self.last_tx = now;
         self.sent.add(now, 1);
+    }
+
+    /// Begins to count all late wake-ups at `now`.
+    pub(super) fn count_late_wakeups(&mut self, now: Duration) {
+        (self.late_wakeups, self.counted_from) = (LateWakeups::default(), now);
+    }
+
+    /// Returns the late wake-ups since the count began; `None` where there was none.
+    pub(super) fn late_wakeups(&self) -> Option<LateWakeups> {
+        (self.late_wakeups.times > 0).then_some(self.late_wakeups)
     }
 
     /// Returns the time since the last message was sent.
@@ -153,4 +172,27 @@ impl Recent {
 
 fn milliseconds(time: Duration) -> u32 {
     u32::try_from(time.as_millis()).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn late_wakeups_are_counted_from_the_begin_of_the_count() {
+        let mut evidence = Evidence::default();
+        let ms = Duration::from_millis;
+        evidence.sent(ms(1000));
+        evidence.count_late_wakeups(ms(4000));
+        // The time before the count is not of the run: a camera was opened then.
+        evidence.sent(ms(4050));
+        assert_eq!(evidence.late_wakeups(), None);
+        for now in [4200, 4201, 4500, 5000] {
+            evidence.sent(ms(now));
+        }
+        let expected = LateWakeups { times: 2, longest_s: 0.5 };
+        assert_eq!(evidence.late_wakeups(), Some(expected));
+        evidence.count_late_wakeups(ms(5000));
+        assert_eq!(evidence.late_wakeups(), None);
+    }
 }

@@ -2,6 +2,7 @@
 //! the port open.
 
 use std::io::{ErrorKind, Read, Write};
+use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use std::{fmt, fs};
@@ -63,9 +64,19 @@ impl Serial {
         Ok(Self { name: name.to_owned(), port, opened: Instant::now() })
     }
 
+    /// Returns whether a program is at the other end, such as an emulated board.
+    pub fn is_pseudo_terminal(&self) -> bool {
+        is_pseudo_terminal(Path::new(&self.name))
+    }
+
     fn lost(&self, source: std::io::Error) -> LinkError {
         LinkError::Lost { port: self.name.clone(), source }
     }
+}
+
+/// Returns whether the terminal at `path`, which may be a link, is a pseudo-terminal.
+fn is_pseudo_terminal(path: &Path) -> bool {
+    path.canonicalize().is_ok_and(|path| path.starts_with("/dev/pts"))
 }
 
 /// Returns the USB ports of the boards that are plugged in, by their product name.
@@ -91,8 +102,23 @@ fn open_error(name: &str, source: serialport::Error) -> LinkError {
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => LinkError::Permission { port },
         // The kind of a port that another program has locked (EBUSY, flock).
         serialport::ErrorKind::NoDevice => LinkError::Busy { users: PortUsers::of(name), port },
-        _ => LinkError::Open { port, source },
+        _ => match other_kind(Path::new(name)) {
+            Some(kind) => LinkError::NotAPort { port, kind },
+            None => LinkError::Open { port, source },
+        },
     }
+}
+
+/// Returns what is at `path`, with its article, where that is no device.
+fn other_kind(path: &Path) -> Option<&'static str> {
+    let kind = fs::metadata(path).ok()?.file_type();
+    let kinds = [
+        (kind.is_file(), "a regular file"),
+        (kind.is_dir(), "a folder"),
+        (kind.is_socket(), "a socket"),
+        (kind.is_fifo(), "a pipe"),
+    ];
+    kinds.into_iter().find_map(|(is_it, name)| is_it.then_some(name))
 }
 
 impl Transport for Serial {
@@ -267,6 +293,16 @@ mod tests {
         assert_eq!(error.kind(), ErrorKind::TimedOut);
         assert!(now.get() <= 2 * WRITE_TIMEOUT, "{:?}", now.get());
         write(&[0; 2]).unwrap();
+    }
+
+    #[test]
+    fn a_pseudo_terminal_is_known_by_its_path_also_behind_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let (terminal, file) = (folder.path().join("board"), folder.path().join("file"));
+        symlink("/dev/pts", &terminal).unwrap();
+        fs::write(&file, "").unwrap();
+        assert!(is_pseudo_terminal(&terminal));
+        assert!(!is_pseudo_terminal(&file) && !is_pseudo_terminal(Path::new("/dev/null")));
     }
 
     /// Adds a process that has `file` open.

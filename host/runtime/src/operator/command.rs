@@ -7,7 +7,7 @@ use plumb_protocol::message::{Command, Jog, Refusal};
 use plumb_protocol::units::{Rate, Steps16};
 use thiserror::Error;
 
-use crate::rig::{MotionError, MotionRules};
+use crate::rig::{MotionError, MotionRules, Outside};
 
 /// Command of an operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,8 +59,8 @@ pub enum CommandOutcome {
 #[non_exhaustive]
 pub enum CommandRefusal {
     /// The target is outside the workspace of the rig file. The board has not received it.
-    #[error("the target is outside the workspace of the rig file")]
-    TargetOutside,
+    #[error("the target is outside the workspace of the rig file: {0}")]
+    TargetOutside(Outside),
     /// The target is outside the triangle of the motors. The board has not received it.
     #[error("the target is outside the triangle of the motors, where a cable is slack")]
     TargetSlack,
@@ -141,8 +141,8 @@ impl OperatorCommand {
             Self::Target(target) => {
                 let target = rules.target(target.into());
                 Command::Target(target.map_err(|error| match error {
-                    MotionError::Triangle => CommandRefusal::TargetSlack,
-                    _ => CommandRefusal::TargetOutside,
+                    MotionError::Workspace(outside) => CommandRefusal::TargetOutside(outside),
+                    _ => CommandRefusal::TargetSlack,
                 })?)
             }
             Self::Hold => Command::Hold,

@@ -51,6 +51,15 @@ pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>
     findings
 }
 
+/// Returns the errors of the targets of `rig`, which the file at `path` describes: none at all, or
+/// one outside the workspace.
+pub fn wrong_targets(path: &Path, rig: &Rig) -> Vec<Finding> {
+    match read_text(path, MAX_BYTES) {
+        Ok(text) => targets(&Document::new(path, &text, REFERENCE), rig),
+        Err(error) => vec![unreadable(path, error.to_string())],
+    }
+}
+
 /// Returns what is not plausible about `camera`, which a camera file with this `text` describes, as
 /// the camera of `rig`: its lens, and what it would see of the workspace. The file is not read.
 pub fn implausible(rig: &Rig, text: &str, camera: &Camera) -> Vec<Finding> {
@@ -151,16 +160,15 @@ fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
         return vec![document.out_of_range(&["targets"], "has no target")];
     }
     let rules = rig.motion_rules();
-    let is_outside = |target: &[Coordinate; 3]| {
-        rules.target(target.map(Coordinate::get)) == Err(MotionError::Workspace)
-    };
-    let outside = rig.targets.iter().enumerate().filter(|(_, target)| is_outside(target));
-    let findings = outside.map(|(index, target)| {
-        let [x, y, z] = target.map(|coordinate| coordinate.get());
-        let problem =
-            format!("has a target outside the workspace, number {}, [{x}, {y}, {z}]", index + 1);
+    let findings = rig.targets.iter().enumerate().filter_map(|(index, target)| {
+        let target = target.map(Coordinate::get);
+        let Err(MotionError::Workspace(outside)) = rules.target(target) else { return None };
+        let problem = format!(
+            "has a target outside the workspace, number {}, {target:?}: {outside}",
+            index + 1
+        );
         let keys = ["targets", "workspace.min", "workspace.max"];
-        document.finding(Severity::Error, &keys, problem)
+        Some(document.finding(Severity::Error, &keys, problem))
     });
     findings.collect()
 }

@@ -1,6 +1,8 @@
 //! Motions of the ball that a rig allows, as far as its file tells, and the tables `[jog]` and
 //! `[path]` with limits of motions.
 
+use std::fmt;
+
 use nalgebra::{Point3, Vector3};
 use plumb_protocol::config::{JogLimits, PathLimits};
 use plumb_protocol::units::{Micrometres, PathAcceleration, PathJerk, Point, Rate, Speed, Steps16};
@@ -13,9 +15,13 @@ use super::quantity::{
     ReferenceSpeed,
 };
 use super::{Box3, Rig};
+use crate::rounding::round;
 
 /// Names of the motors.
 const MOTORS: [char; 3] = ['A', 'B', 'C'];
+
+/// Names of the axes of the rig frame.
+const AXES: [char; 3] = ['x', 'y', 'z'];
 
 /// Distance beyond the border of the workspace at which a target still is inside, metres: half of
 /// the board's unit.
@@ -35,8 +41,8 @@ pub struct MotionRules {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum MotionError {
     /// The place is outside the workspace.
-    #[error("that is outside the workspace of the rig file")]
-    Workspace,
+    #[error("that is outside the workspace of the rig file: {0}")]
+    Workspace(Outside),
     /// The place is outside the triangle of the motors.
     #[error("that is outside the triangle of the motors, where a cable is slack")]
     Triangle,
@@ -53,6 +59,40 @@ pub enum MotionError {
         /// Limit, full steps/s.
         limit: f64,
     },
+}
+
+/// Coordinate of a place beyond the workspace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outside {
+    /// Name of the axis.
+    pub axis: char,
+    /// Coordinate, metres.
+    pub value_m: f64,
+    /// Side of the workspace on which it is.
+    pub side: Side,
+    /// Border of the workspace on this side, metres.
+    pub limit_m: f64,
+}
+
+/// Side of the workspace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Below `workspace.min`.
+    Below,
+    /// Above `workspace.max`.
+    Above,
+}
+
+impl fmt::Display for Outside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (side, key) = match self.side {
+            Side::Below => ("below", "min"),
+            Side::Above => ("above", "max"),
+        };
+        let Self { axis, value_m, limit_m, .. } = self;
+        let value_m = round(*value_m, 1e6);
+        write!(f, "{axis} = {value_m} m is {side} the {limit_m} m of `workspace.{key}`")
+    }
 }
 
 impl Rig {
@@ -92,10 +132,10 @@ impl MotionRules {
     /// # Errors
     /// Where it is outside the workspace or the triangle of the motors.
     pub(crate) fn target(&self, target: [f64; 3]) -> Result<Point, MotionError> {
-        let point = Point::from_metres(target).ok_or(MotionError::Workspace)?;
         self.check_workspace(target.into(), ROUNDING_M)?;
         self.check_triangle(target.into())?;
-        Ok(point)
+        // A workspace reaches to 4 m, the board's units to 2147 m.
+        Ok(Point::from_metres(target).unwrap_or_default())
     }
 
     /// Returns whether the rules know where the motors are. Else they know the workspace only.
@@ -107,10 +147,17 @@ impl MotionRules {
     /// in metres.
     fn check_workspace(&self, place: Point3<f64>, margin: f64) -> Result<(), MotionError> {
         let Box3 { min, max } = &self.workspace;
-        let is_inside = (0..3).all(|axis| {
-            (min[axis].get() - margin..=max[axis].get() + margin).contains(&place[axis])
+        let outside = (0..3).find_map(|index| {
+            let (axis, value_m) = (AXES[index], place[index]);
+            let (low, high) = (min[index].get(), max[index].get());
+            if (low - margin..=high + margin).contains(&value_m) {
+                return None;
+            }
+            let (side, limit_m) =
+                if value_m < low { (Side::Below, low) } else { (Side::Above, high) };
+            Some(Outside { axis, value_m, side, limit_m })
         });
-        is_inside.then_some(()).ok_or(MotionError::Workspace)
+        outside.map_or(Ok(()), |outside| Err(MotionError::Workspace(outside)))
     }
 
     fn check_triangle(&self, place: Point3<f64>) -> Result<(), MotionError> {
@@ -204,7 +251,10 @@ mod tests {
     fn workspace_triangle_and_motors_are_checked() {
         let rig = Rig::paper().unwrap();
         assert_eq!(check(&rig, [0.54, 0.22, 0.4], 0.1), Ok(()));
-        assert_eq!(check(&rig, [0.54, 0.22, 0.7], 0.1), Err(MotionError::Workspace));
+        let error = check(&rig, [0.54, 0.22, 0.7], 0.1).unwrap_err().to_string();
+        let named = "that is outside the workspace of the rig file: z = 0.7 m is above the 0.6 m \
+                     of `workspace.max`";
+        assert_eq!(error, named);
         // In the workspace, beside the line from C to A.
         assert_eq!(check(&rig, [0.1, 0.5, 0.4], 0.1), Err(MotionError::Triangle));
         let error = check(&rig, [0.54, 0.22, 0.1], 1.0).unwrap_err();
@@ -215,6 +265,7 @@ mod tests {
     fn a_rig_of_unknown_size_has_a_workspace_only() {
         let rig = Rig { simulation: None, ..Rig::paper().unwrap() };
         assert_eq!(check(&rig, [0.1, 0.5, 0.4], 9.0), Ok(()));
-        assert_eq!(check(&rig, [0.0, 0.5, 0.4], 0.0), Err(MotionError::Workspace));
+        let error = check(&rig, [0.0, 0.5, 0.4], 0.0).unwrap_err().to_string();
+        assert!(error.ends_with("x = 0 m is below the 0.1 m of `workspace.min`"), "{error}");
     }
 }

@@ -6,7 +6,6 @@ use plumb_path::tracker::{Course, TargetTracker};
 use plumb_path::trajectory::Moment;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Reference, State, Telemetry};
-use plumb_protocol::units::Point;
 
 use super::core::record::SentPosition;
 use super::path::LEAST_PERIOD_S;
@@ -180,11 +179,6 @@ impl TargetDrive {
 
     /// Checks a place of the target, metres.
     fn check(&self, position: Point3<f64>) -> Result<(), MotionError> {
-        let point = Point::from_metres(position.into());
-        let is_inside = point.is_some_and(|point| self.rules.workspace.contains(point));
-        if !is_inside {
-            return Err(MotionError::Workspace);
-        }
         self.rules.motion.check(position, Vector3::zeros())
     }
 

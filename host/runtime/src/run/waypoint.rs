@@ -70,8 +70,8 @@ impl Route {
                     let waypoint = Waypoint { target: point.to_metres(), ..*waypoint };
                     inside.push(CheckedWaypoint { point, waypoint });
                 }
-                Err(MotionError::Triangle) => slack.push(rounded),
-                Err(_) => outside.push(rounded),
+                Err(MotionError::Workspace(border)) => outside.push((rounded, border)),
+                Err(_) => slack.push(rounded),
             }
         }
         if !outside.is_empty() {
@@ -118,7 +118,7 @@ pub enum WaypointError {
 }
 
 /// Mistake in a line of a file of waypoints.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum WaypointMistake {
     /// The line has too few or too many columns.
     #[error("{line}: {count} columns, but the first line names {most}")]
@@ -155,6 +155,16 @@ pub enum WaypointMistake {
         /// Reason.
         why: String,
     },
+    /// The place is one that the rig does not allow.
+    #[error("{line}: {target:?} m: {error}")]
+    Place {
+        /// Line, from 1.
+        line: u64,
+        /// Place, metres.
+        target: [f64; 3],
+        /// Broken rule.
+        error: MotionError,
+    },
 }
 
 /// Number of mistakes of a file that a message lists.
@@ -188,14 +198,18 @@ const TOLERANCE: Range = Distance::RANGE;
 /// are x, y, z. Dwell time and tolerance may be left out or empty.
 ///
 /// # Errors
-/// Where the file cannot be read, names other columns, has no waypoints, or a field is wrong; all
-/// wrong fields at once.
-pub fn read_waypoints(path: &Path) -> Result<Vec<Waypoint>, WaypointError> {
-    parse_waypoints(path, &read_text(path, MAX_BYTES)?)
+/// Where the file cannot be read, names other columns, has no waypoints, or a field is wrong or a
+/// place not allowed by `rules`; all wrong fields and places at once.
+pub fn read_waypoints(path: &Path, rules: &MotionRules) -> Result<Vec<Waypoint>, WaypointError> {
+    parse_waypoints(path, &read_text(path, MAX_BYTES)?, rules)
 }
 
 /// Parses the text of the file `path`.
-fn parse_waypoints(path: &Path, text: &str) -> Result<Vec<Waypoint>, WaypointError> {
+fn parse_waypoints(
+    path: &Path,
+    text: &str,
+    rules: &MotionRules,
+) -> Result<Vec<Waypoint>, WaypointError> {
     let mut table = Table::of(text);
     let columns = table.take_names().map(|names| Columns::named(&names)).transpose();
     let path = path.to_owned();
@@ -205,7 +219,14 @@ fn parse_waypoints(path: &Path, text: &str) -> Result<Vec<Waypoint>, WaypointErr
     };
     let (mut waypoints, mut mistakes) = (Vec::new(), Vec::new());
     for row in table.rows() {
-        waypoints.extend(parse_row(row, &table, columns.as_ref(), &mut mistakes));
+        let Some(waypoint) = parse_row(row, &table, columns.as_ref(), &mut mistakes) else {
+            continue;
+        };
+        let (line, target) = (row.line, waypoint.target);
+        match rules.target(target) {
+            Ok(_) => waypoints.push(waypoint),
+            Err(error) => mistakes.push(WaypointMistake::Place { line, target, error }),
+        }
     }
     if !mistakes.is_empty() {
         Err(WaypointError::Mistakes { path, mistakes })
@@ -304,7 +325,8 @@ mod tests {
     use crate::rig::Rig;
 
     fn parse(text: &str) -> Result<Vec<Waypoint>, String> {
-        parse_waypoints(Path::new("way.csv"), text).map_err(|error| error.to_string())
+        let rules = Rig::paper().unwrap().motion_rules();
+        parse_waypoints(Path::new("way.csv"), text, &rules).map_err(|error| error.to_string())
     }
 
     #[test]

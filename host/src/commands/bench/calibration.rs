@@ -1,11 +1,13 @@
 //! `plumb bench calibration`: the error of the camera's pose by each way of `plumb calibrate`.
 
 use std::process::ExitCode;
+use std::time::Instant;
 
 use clap::Parser;
 use plumb_bench::calibration::{CalibrationWay, Survey, survey};
 
 use crate::commands::print::{self, tell};
+use crate::commands::progress::ProgressLine;
 use crate::commands::{Failure, failed_because, numbers};
 
 /// Accuracy of the camera's pose by each way of `plumb calibrate`, on random rigs
@@ -42,11 +44,18 @@ pub(super) fn main(args: &CalibrationArgs) -> Result<ExitCode, Failure> {
     let ways = if args.way.is_empty() { &CalibrationWay::ALL[..] } else { &args.way };
     tell!("{}", Survey::HEADING);
     for &way in ways {
-        let survey = survey(way, args.rigs, args.seed).map_err(failed_because)?;
+        let survey = with_progress(way, args)?;
         tell!("{survey}");
         if args.json {
             print::result(serde_json::to_string(&survey)?)?;
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Measures a way, and tells a terminal the progress.
+fn with_progress(way: CalibrationWay, args: &CalibrationArgs) -> Result<Survey, Failure> {
+    let (mut line, name, rigs) = (ProgressLine::start(), way.as_str(), args.rigs);
+    let progress = |done| line.show(format_args!("{name}: rig {done} of {rigs}"), Instant::now());
+    survey(way, rigs, args.seed, progress).map_err(failed_because)
 }

@@ -1,11 +1,12 @@
 //! `plumb bench control`: speed of the laws on simulated rigs.
 
 use std::fs::{self, File};
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
+use std::time::Instant;
 
 use clap::{Parser, ValueEnum};
 use plumb_bench::UnknownName;
@@ -17,7 +18,8 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::rig::LawSettings;
 use plumb_runtime::rig::quantity::Mean;
 
-use crate::commands::print::{self, Reader, message, tell};
+use crate::commands::print::{self, Reader, tell};
+use crate::commands::progress::ProgressLine;
 use crate::commands::{Failure, bad_input, failed, failed_because, numbers};
 
 /// Gain γ of the law interval in the benchmarks, 1/s: fast without oscillation at 30 Hz.
@@ -265,16 +267,9 @@ fn with_progress<T>(
     args: &ControlArgs,
     run: impl FnOnce(&mut dyn FnMut(u64)) -> Result<T, BenchError>,
 ) -> Result<T, Failure> {
-    let terminal = std::io::stderr().is_terminal();
-    let result = run(&mut |done| {
-        if terminal {
-            message(format_args!("\r{} {done}/{} ", controller.name(), args.rigs));
-        }
-    });
-    if terminal {
-        message(format_args!("\r\x1b[K"));
-    }
-    Ok(result?)
+    let mut line = ProgressLine::start();
+    let (name, rigs) = (controller.name(), args.rigs);
+    Ok(run(&mut |done| line.show(format_args!("{name}: rig {done} of {rigs}"), Instant::now()))?)
 }
 
 /// Returns the first ones of a list of failed runs.

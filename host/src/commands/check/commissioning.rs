@@ -11,6 +11,7 @@ use plumb_runtime::commission::{
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
+use plumb_runtime::wakeups::{RealClock, WakeupCheck};
 use plumb_vision::camera::Camera;
 use serde::Serialize;
 
@@ -41,6 +42,10 @@ pub(super) struct RigLine {
     yaw_deg: f64,
     /// Whether the rig file was corrected.
     written: bool,
+    /// Greatest lateness of the program's wake-ups before the jogs, milliseconds; left out with an
+    /// emulated board.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    latest_wakeup_ms: Option<f64>,
 }
 
 /// Examines the rig of the options.
@@ -52,11 +57,21 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     if !(args.yes || ask(words::QUESTION)?) {
         return Err(bad_input("nothing has moved: the check needs a yes"));
     }
-    let link = connect(&rig, args.port.open(&rig.board)?)?;
+    let port = args.port.open(&rig.board)?;
+    // An emulated board shares the computer, and needs no time of it.
+    let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
+    let link = connect(&rig, port)?;
     let report = jog_and_look(args, &rig, camera, link)?;
     words::tell_report(&report);
     let written = offer_correction(args, &rig, &report)?;
-    Ok(RigLine::new(&report, written))
+    Ok(RigLine::new(&report, written, wakeups))
+}
+
+/// Measures how late the computer wakes this program, and prints it.
+fn measure_wakeups() -> WakeupCheck {
+    let wakeups = WakeupCheck::measure(&mut RealClock::start());
+    tell!("{wakeups}");
+    wakeups
 }
 
 /// Opens the camera, jogs the motors and watches the ball.
@@ -100,7 +115,7 @@ fn offer_correction(args: &Args, rig: &Rig, report: &Report) -> Result<bool, Fai
 }
 
 impl RigLine {
-    fn new(report: &Report, written: bool) -> Self {
+    fn new(report: &Report, written: bool, wakeups: Option<WakeupCheck>) -> Self {
         let micrometres = |metres: f64| (metres * 1e6).round() / 1e3;
         Self {
             right: report.is_right(),
@@ -111,6 +126,7 @@ impl RigLine {
             alternatives: report.alternatives.iter().map(Explanation::faults).collect(),
             yaw_deg: (report.yaw_deg * 10.0).round() / 10.0,
             written,
+            latest_wakeup_ms: wakeups.map(|it| it.latest.as_micros() as f64 / 1e3),
         }
     }
 }

@@ -95,6 +95,7 @@ impl ExitClass for LinkError {
             Self::Absent { .. }
             | Self::Busy { .. }
             | Self::Permission { .. }
+            | Self::NotAPort { .. }
             | Self::Open { .. }
             | Self::Ports { .. }
             | Self::Refused { refusal: Refusal::Config(_), .. } => BAD_INPUT,

@@ -98,8 +98,9 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
 /// Splits `[RIG] [MOTOR DISTANCE]`.
 fn split(words: [Option<String>; 3]) -> Result<(PathBuf, Option<[String; 2]>), Failure> {
     const USAGE: &str = "plumb jog [RIG] [MOTOR DISTANCE]";
-    let count = if words.iter().flatten().count() < 2 { 0 } else { 2 };
-    let (rig, rest) = split_rig(words, count, USAGE)?;
+    let names: &[&str] =
+        if words.iter().flatten().count() < 2 { &[] } else { &["MOTOR", "DISTANCE"] };
+    let (rig, rest) = split_rig(words, names, USAGE)?;
     Ok((rig, rest.try_into().ok()))
 }
 

@@ -14,7 +14,7 @@ use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
 
 use super::super::Failure;
-use super::super::print::tell;
+use super::super::print::note;
 use super::Ros2Options;
 
 pub(in super::super) use plumb_ros2::Namespace;
@@ -73,7 +73,7 @@ impl Ros2Options {
         let network = Network::choose(self.ros2_domain, self.ros2_interface)?;
         let settings = Ros2Settings { namespace: namespace.clone(), network, camera: camera.pose };
         let output = Ros2Output::start(&settings, operator.clone())?;
-        tell!(
+        note!(
             "ROS 2: {namespace} in domain {} (the run goes on until Ctrl-C); stop: \
              ros2 service call {}/stop std_srvs/srv/Trigger",
             network.domain,

@@ -14,7 +14,7 @@ use plumb_runtime::run::Summary;
 use plumb_vision::camera::Camera;
 
 use super::super::address::with_port;
-use super::super::print::tell;
+use super::super::print::{note, tell};
 use super::super::{Failure, failed};
 use super::{DEFAULT_ADDRESS, ViewerOptions};
 
@@ -52,7 +52,7 @@ impl ViewerOptions {
         }
         let output = FoxgloveOutput::start(&settings, rig, camera)?;
         if let (Some(address), Some(port)) = (self.foxglove, output.port()) {
-            tell!("live server for viewers: ws://{}", SocketAddr::new(address.ip(), port));
+            note!("live server for viewers: ws://{}", SocketAddr::new(address.ip(), port));
         }
         let queue = QueueSettings {
             name: "output for viewers",

@@ -54,12 +54,12 @@ pub fn run(input: &[u8]) {
 
 fn trajectory(file: &PathFile, run: Run) -> Result<Trajectory, PathError> {
     match file {
-        PathFile::Waypoints { places, speeds } => {
+        PathFile::Waypoints { places, speeds, .. } => {
             let (places, speeds) = (places.clone(), speeds.clone());
             let waypoints = Waypoints { places, speeds, tolerance: TOLERANCE };
             Trajectory::through(&waypoints, &LIMITS, run)
         }
-        PathFile::Samples(samples) => Trajectory::through_samples(samples, run),
+        PathFile::Samples { samples, .. } => Trajectory::through_samples(samples, run),
     }
 }
 

@@ -1,0 +1,160 @@
+//! Late wake-ups: an overloaded computer lets this program sleep longer than it asks.
+
+use std::fmt;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+/// Late wake-ups of a run: times without a message to the board above [`LATE`](crate::link::LATE).
+/// The text is for people.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct LateWakeups {
+    /// Their number.
+    pub times: u64,
+    /// Longest time without a message to the board, seconds.
+    pub longest_s: f64,
+}
+
+impl LateWakeups {
+    /// Adds a late wake-up after a time without a message.
+    pub(crate) fn add(&mut self, silence: Duration) {
+        self.times += 1;
+        self.longest_s = self.longest_s.max(silence.as_secs_f64());
+    }
+}
+
+impl fmt::Display for LateWakeups {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { times, longest_s } = self;
+        write!(
+            f,
+            "this computer is overloaded: the program woke late {times} times, and was silent for \
+             {longest_s:.1} s at most. Check what else uses its processor or disk, and whether it \
+             sleeps."
+        )
+    }
+}
+
+/// Clock whose time passes while a program sleeps.
+pub trait SleepClock {
+    /// Returns the time, which never runs backwards.
+    fn now(&self) -> Duration;
+
+    /// Sleeps for `time`, or longer where the computer is busy.
+    fn sleep(&mut self, time: Duration);
+}
+
+/// Real time.
+#[derive(Debug)]
+pub struct RealClock(Instant);
+
+impl RealClock {
+    /// Returns a clock whose time begins now.
+    pub fn start() -> Self {
+        Self(Instant::now())
+    }
+}
+
+impl SleepClock for RealClock {
+    fn now(&self) -> Duration {
+        self.0.elapsed()
+    }
+
+    fn sleep(&mut self, time: Duration) {
+        std::thread::sleep(time);
+    }
+}
+
+/// Sleep of a measurement, which is the longest one of the control loop.
+const SLEEP: Duration = Duration::from_millis(20);
+
+/// Number of wake-ups of a measurement: one second.
+const WAKEUPS: u32 = 50;
+
+/// Lateness from which a computer is overloaded: a third of the deadline of a usual rig
+/// (`deadlines.host = 0.3`) is gone before the work of a picture begins.
+const OVERLOADED: Duration = Duration::from_millis(100);
+
+/// Lateness of the wake-ups of this program. The text is for people.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WakeupCheck {
+    /// Number of wake-ups.
+    pub count: u32,
+    /// Greatest lateness.
+    pub latest: Duration,
+}
+
+impl WakeupCheck {
+    /// Sleeps 50 times for 20 ms and measures how late the program wakes.
+    pub fn measure(clock: &mut impl SleepClock) -> Self {
+        let latest = (0..WAKEUPS).map(|_| {
+            let begin = clock.now();
+            clock.sleep(SLEEP);
+            clock.now().saturating_sub(begin).saturating_sub(SLEEP)
+        });
+        Self { count: WAKEUPS, latest: latest.max().unwrap_or_default() }
+    }
+
+    /// Returns whether the computer is overloaded.
+    pub fn is_overloaded(&self) -> bool {
+        self.latest >= OVERLOADED
+    }
+}
+
+impl fmt::Display for WakeupCheck {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let latest = self.latest.as_secs_f64() * 1e3;
+        let count = self.count;
+        if self.is_overloaded() {
+            write!(
+                f,
+                "this computer is overloaded: the program woke {latest:.0} ms late. The board \
+                 stops where nothing comes for `deadlines.host`. Check what else uses the \
+                 processor or disk before you run the rig."
+            )
+        } else {
+            write!(f, "this computer keeps time: {count} wake-ups, {latest:.1} ms late at most")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Clock of a computer that is late by `lateness` for every tenth sleep.
+    struct Busy {
+        now: Duration,
+        sleeps: u32,
+        lateness: Duration,
+    }
+
+    impl SleepClock for Busy {
+        fn now(&self) -> Duration {
+            self.now
+        }
+
+        fn sleep(&mut self, time: Duration) {
+            self.sleeps += 1;
+            let late = if self.sleeps.is_multiple_of(10) { self.lateness } else { Duration::ZERO };
+            self.now += time + late;
+        }
+    }
+
+    fn measured(lateness_ms: u64) -> WakeupCheck {
+        let lateness = Duration::from_millis(lateness_ms);
+        let mut clock = Busy { now: Duration::ZERO, sleeps: 0, lateness };
+        let check = WakeupCheck::measure(&mut clock);
+        assert_eq!((check.latest, check.count), (lateness, 50));
+        check
+    }
+
+    #[test]
+    fn a_computer_that_wakes_the_program_late_is_overloaded() {
+        let text = measured(3).to_string();
+        assert_eq!(text, "this computer keeps time: 50 wake-ups, 3.0 ms late at most");
+        assert!(!measured(99).is_overloaded());
+        let text = measured(180).to_string();
+        assert!(text.starts_with("this computer is overloaded: the program woke 180 ms"), "{text}");
+    }
+}

@@ -1,0 +1,153 @@
+//! Progress of a run on the terminal: the frame, the target, the ball and the board's state.
+
+use plumb_cameras::record::Overflow;
+use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
+
+use super::super::print::message;
+use super::super::progress::is_shown;
+
+/// Progress lines that may wait for the terminal.
+const PROGRESS_CAPACITY: usize = 2;
+
+/// Progress line on a terminal, renewed in place.
+struct TerminalLine {
+    /// Number of targets of the run; `None` where it has no list of them.
+    targets: Option<usize>,
+    /// Number of the present target, from 1; 0 before the first.
+    number: usize,
+}
+
+impl TerminalLine {
+    /// Returns the line of a frame, of about 80 characters.
+    fn text(&self, record: &FrameRecord) -> String {
+        let goal = match record.path {
+            Some(path) => format!("from the path, speed {:3.0} %", path.pace * 100.0),
+            None => "to go".to_owned(),
+        };
+        let ball = match (record.position(), record.error()) {
+            (Some(p), Some(error)) => {
+                let (x, y, z, error_mm) = (p.x, p.y, p.z, error * 1e3);
+                format!("ball ({x:.3}, {y:.3}, {z:.3}) m, {error_mm:6.1} mm {goal}")
+            }
+            _ => "no ball".to_owned(),
+        };
+        let board = record.board_state().map(|state| state.to_string()).unwrap_or_default();
+        format!("{:7.2} s  {}{ball}  {board}", record.time, self.target())
+    }
+
+    /// Returns the present target among those of the run.
+    fn target(&self) -> String {
+        match (self.number, self.targets) {
+            (0, _) => String::new(),
+            // An operator may set more targets than the list has.
+            (number, Some(count)) if number <= count => format!("target {number} of {count}  "),
+            (number, _) => format!("target {number}  "),
+        }
+    }
+}
+
+impl Observer for TerminalLine {
+    fn frame(&mut self, record: &FrameRecord) {
+        message(format_args!("\r\x1b[2K{}", self.text(record)));
+    }
+
+    fn event(&mut self, record: &EventRecord) {
+        if let RunEvent::TargetSet { number, .. } = record.event {
+            self.number = number + 1;
+        }
+    }
+}
+
+/// Progress on standard error, where that is a terminal. Lines that the terminal has no time for
+/// are left out.
+pub(super) struct Progress(Option<BoundedObserver<TerminalLine>>);
+
+impl Progress {
+    /// Starts the progress of a run through so many targets; `None` where it has no list of them.
+    pub(super) fn start(targets: Option<usize>) -> std::io::Result<Self> {
+        let settings = QueueSettings {
+            name: "progress",
+            capacity: PROGRESS_CAPACITY,
+            overflow: Overflow::Drop,
+            with_frames: false,
+        };
+        let line = || BoundedObserver::new(TerminalLine { targets, number: 0 }, settings);
+        is_shown().then(line).transpose().map(Self)
+    }
+
+    /// Returns whether there is a terminal to write to.
+    pub(super) fn is_on(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Ends the line.
+    pub(super) fn close(self) {
+        if let Some(queue) = self.0 {
+            let _failed = queue.close();
+            message(format_args!("\n"));
+        }
+    }
+}
+
+impl Observer for Progress {
+    fn frame(&mut self, record: &FrameRecord) {
+        if let Some(queue) = &mut self.0 {
+            queue.frame(record);
+        }
+    }
+
+    fn event(&mut self, record: &EventRecord) {
+        if let Some(queue) = &mut self.0 {
+            queue.event(record);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+    use plumb_protocol::message::State;
+
+    use super::*;
+
+    /// Returns a frame without a ball, at 4.1 s.
+    fn record() -> FrameRecord {
+        FrameRecord {
+            number: 123,
+            time: 4.1,
+            frame: None,
+            observation: None,
+            target: Point3::origin(),
+            board: None,
+            fault_cause: None,
+            state: Some(State::Seeking),
+            filtered_error: None,
+            ground_truth: None,
+            path: None,
+        }
+    }
+
+    fn set(number: usize) -> EventRecord {
+        let event = RunEvent::TargetSet { number, target: Point3::origin() };
+        EventRecord { time: 0.0, event }
+    }
+
+    #[test]
+    fn the_line_has_the_target_among_all_and_the_state_of_the_board() {
+        let mut line = TerminalLine { targets: Some(2), number: 0 };
+        assert_eq!(line.text(&record()), "   4.10 s  no ball  seeking");
+        line.event(&set(1));
+        assert_eq!(line.text(&record()), "   4.10 s  target 2 of 2  no ball  seeking");
+        // One of the operator.
+        line.event(&set(2));
+        assert_eq!(line.text(&record()), "   4.10 s  target 3  no ball  seeking");
+    }
+
+    #[test]
+    fn targets_that_are_repeated_or_move_have_no_number_of_all() {
+        let mut line = TerminalLine { targets: None, number: 0 };
+        line.event(&set(6));
+        assert_eq!(line.text(&record()), "   4.10 s  target 7  no ball  seeking");
+    }
+}
