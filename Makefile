@@ -72,7 +72,7 @@ lint: ## check formatting, clippy, documentation, dependency rules, shell script
 quick: ## what to run after an edit: format, clippy and the tests of the crates that changed
 	@scripts/quick $(ARGS)
 
-docs: ## the book, in target/book (needs mdbook: cargo install mdbook)
+docs: ## the book, in target/book (ARGS="serve")
 	@scripts/docs $(ARGS)
 
 sbom: ## list the crates of program and firmware: target/sbom (needs cargo-cyclonedx)
