@@ -322,11 +322,15 @@ fn checked(place: usize, number: Option<f64>) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rig::Rig;
+    use crate::rig::quantity::Corner;
+    use crate::rig::{Box3, Rig};
 
     fn parse(text: &str) -> Result<Vec<Waypoint>, String> {
-        let rules = Rig::paper().unwrap().motion_rules();
-        parse_waypoints(Path::new("way.csv"), text, &rules).map_err(|error| error.to_string())
+        let [min, max] = [-4.0, 4.0].map(|border| [Corner::constant(border); 3]);
+        let workspace = Box3 { min, max };
+        let wide = Rig { workspace, simulation: None, ..Rig::paper().unwrap() };
+        parse_waypoints(Path::new("way.csv"), text, &wide.motion_rules())
+            .map_err(|error| error.to_string())
     }
 
     #[test]
@@ -367,6 +371,7 @@ mod tests {
             ("x,y,z,dwell\n1,1,1,-1\n", "way.csv:2: column 4 (dwell): '-1': -1.0 must be 0 to"),
             ("x,y,z,tolerance\n1,1,1,0\n", "way.csv:2: column 4 (tolerance): '0'"),
             ("x,y,z\n", "way.csv: no waypoints"),
+            ("1,1,1\n1,1,-5\n", "way.csv:2: [1.0, 1.0, -5.0] m: that is outside the workspace"),
         ] {
             let error = parse(text).unwrap_err();
             assert!(error.contains(named), "{error}");
