@@ -9,9 +9,9 @@ pub const LONGEST_STEP_S: f64 = 10.0;
 /// Model of a rig whose ball follows the motors: [`QuasiStatic`](super::QuasiStatic) or
 /// [`Elastic`](super::Elastic).
 pub trait Plant {
-    /// Advances time by `dt_s` seconds (0 to [`LONGEST_STEP_S`]), during which the motors turn from their last
-    /// positions to `motors` (full steps since the start, + pays out, fractions allowed; order A,
-    /// B, C).
+    /// Advances time by `dt_s` seconds (0 to [`LONGEST_STEP_S`]), during which the motors turn from
+    /// their last positions to `motors` (full steps since the start, + pays out, fractions allowed;
+    /// order A, B, C).
     ///
     /// # Errors
     /// If a number is not finite or out of range, a cable is reeled in completely, or rigid cables

@@ -1,8 +1,8 @@
 //! Threads that call the library, and values that live on one.
 //!
-//! The threads never end. The library keeps the number of each thread that called it, and asks the system
-//! about them later (`pthread_kill` with signal 0, in `xnOSDoesThreadExistByID`). A number whose
-//! thread has ended, and whose memory was returned, is a crash.
+//! The threads never end. The library keeps the number of each thread that called it, and asks the
+//! system about them later (`pthread_kill` with signal 0, in `xnOSDoesThreadExistByID`). A number
+//! whose thread has ended, and whose memory was returned, is a crash.
 
 use std::fmt;
 use std::io;

@@ -13,7 +13,8 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use super::chunk::Chunk;
 use super::error::McapError;
 
-/// Longest record and chunk that is read, bytes: a raw colour picture of 8192 x 8192, and a reserve.
+/// Longest record and chunk that is read, bytes: a raw colour picture of 8192 x 8192, and a
+/// reserve.
 const LONGEST_RECORD: usize = 1 << 28;
 
 /// Least number of bytes that are read from the file at once.

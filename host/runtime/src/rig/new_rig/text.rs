@@ -45,8 +45,8 @@ impl Writer {
         self.text.push_str(&format!("{last} = {value}\n"));
     }
 
-    /// Writes a key as [`key`](Self::key) does, with a value that the calibration replaces, together
-    /// with this comment behind it.
+    /// Writes a key as [`key`](Self::key) does, with a value that the calibration replaces. So it
+    /// does with the comment behind it: "a guess", and `meaning`.
     fn guess(&mut self, name: &str, value: &str, meaning: &str) {
         self.key(name, &format!("{value}  # a guess{meaning}"));
     }
