@@ -50,21 +50,20 @@ pub(super) struct Evidence {
 impl Evidence {
     /// Notes that a message is sent at `now`.
     pub(super) fn sent(&mut self, now: Duration) {
-        let silence = self.silence(now);
+        let silence = self.counted_silence(now);
         if silence > LATE {
             self.late.add(now, milliseconds(silence));
-        }
-        let counted = silence.min(now.saturating_sub(self.counted_from));
-        if counted > LATE {
-            self.late_wakeups.add(counted);
+            self.late_wakeups.add(silence);
         }
         self.last_tx = now;
         self.sent.add(now, 1);
     }
 
-    /// Begins to count all late wake-ups at `now`.
+    /// Begins to count late wake-ups at `now`: what was before, such as the preparation of the
+    /// detector, explains no fault.
     pub(super) fn count_late_wakeups(&mut self, now: Duration) {
-        (self.late_wakeups, self.counted_from) = (LateWakeups::default(), now);
+        (self.late, self.late_wakeups, self.counted_from) =
+            (Recent::default(), LateWakeups::default(), now);
     }
 
     /// Returns the late wake-ups since the count began; `None` where there was none.
@@ -75,6 +74,11 @@ impl Evidence {
     /// Returns the time since the last message was sent.
     pub(super) fn silence(&self, now: Duration) -> Duration {
         now.saturating_sub(self.last_tx)
+    }
+
+    /// Returns the time since the last message was sent, or since the count of late wake-ups began.
+    fn counted_silence(&self, now: Duration) -> Duration {
+        self.silence(now).min(now.saturating_sub(self.counted_from))
     }
 
     /// Notes that a position is sent, of a frame taken `age` ago.
@@ -126,7 +130,7 @@ impl Evidence {
 
     /// Returns the late wake-ups, if this program was silent for at least `least`.
     fn late_host(&self, least: Duration, from: Duration, now: Duration) -> Option<FaultCause> {
-        let present = self.silence(now);
+        let present = self.counted_silence(now);
         let late = self.late.since(from).map(|ms| Duration::from_millis(ms.into()));
         let silences = || late.clone().chain((present > LATE).then_some(present));
         let longest = silences().max()?;
@@ -176,6 +180,8 @@ fn milliseconds(time: Duration) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use plumb_protocol::units::Milliseconds;
+
     use super::*;
 
     #[test]
@@ -194,5 +200,23 @@ mod tests {
         assert_eq!(evidence.late_wakeups(), Some(expected));
         evidence.count_late_wakeups(ms(5000));
         assert_eq!(evidence.late_wakeups(), None);
+    }
+
+    #[test]
+    fn a_silence_before_the_run_explains_no_fault() {
+        let (mut evidence, ms) = (Evidence::default(), Duration::from_millis);
+        evidence.sent(ms(1000));
+        // The detector was prepared for 3 s.
+        evidence.count_late_wakeups(ms(4000));
+        evidence.sent(ms(4010));
+        evidence.sent(ms(4060));
+        let [host, position, max_age] = [300, 500, 250].map(Milliseconds);
+        let deadlines = Deadlines { host, position, max_age };
+        let cause = |evidence: &Evidence, now| {
+            evidence.explain(Fault::PositionLost, &deadlines, ms(now)).cause
+        };
+        assert_eq!(cause(&evidence, 4100), None);
+        evidence.sent(ms(4460));
+        assert!(matches!(cause(&evidence, 4500), Some(FaultCause::LateHost { times: 1, .. })));
     }
 }

@@ -310,13 +310,12 @@ fn parse_row(
 /// is wrong.
 fn checked(place: usize, number: Option<f64>) -> Result<f64, String> {
     let value = number.ok_or_else(|| "must be a number".to_owned())?;
-    let (range, hint) = match COLUMNS[place] {
-        "tolerance" => (TOLERANCE, ""),
-        "dwell" => (DWELL, ""),
-        _ if value.is_finite() => (Coordinate::RANGE, "; are these millimetres?"),
-        _ => (Coordinate::RANGE, ""),
+    let range = match COLUMNS[place] {
+        "tolerance" => TOLERANCE,
+        "dwell" => DWELL,
+        _ => Coordinate::RANGE,
     };
-    range.check(value).map_err(|error| format!("{error}{hint}"))
+    range.check(value).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
@@ -365,7 +364,7 @@ mod tests {
             ("t,x,y,z\n0,0.4,0.3,0.2\n", "way.csv:1: the columns are 't,x,y,z'"),
             ("x,y,y\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,y'"),
             ("x,y,dwell\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,dwell'"),
-            ("420,240,300\n", "are these millimetres?"),
+            ("420,240,300\n", "is it in millimetres?"),
             ("0.4,o.3,0.2\n", "way.csv:1: column 2 (y): 'o.3': must be a number"),
             ("0.4,0.3,inf\n", "way.csv:1: column 3 (z): 'inf'"),
             ("x,y,z,dwell\n1,1,1,-1\n", "way.csv:2: column 4 (dwell): '-1': -1.0 must be 0 to"),
