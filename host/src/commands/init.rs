@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use plumb_cameras::stream::StreamAddress;
-use plumb_runtime::rig::new_rig::{DriverKind, NewFiles};
+use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -67,7 +67,7 @@ pub(crate) struct Args {
     ball: Option<f64>,
     /// Hue of the ball, 0 to 360 degrees, or one of red, orange, yellow, green, cyan, blue, purple,
     /// pink
-    #[arg(long, value_name = "COLOUR", value_parser = colour::hue)]
+    #[arg(long, value_name = "COLOUR", value_parser = colour::hue, conflicts_with = "simulated")]
     colour: Option<f64>,
     /// Source of the pictures
     #[arg(long, value_enum)]
@@ -170,18 +170,29 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     if let Some(straps) = &files.straps {
         tell!("straps of each driver for {} microsteps: {straps}", rig.microsteps);
     }
-    tell!(
-        "next: read the comments in both files, find the lens of a webcam or a stream with \
-         `plumb calibrate {0} --lens`, find the camera's pose with `plumb calibrate {0} --board`, \
-         then `plumb check {0} --file-only`",
-        rig_path.display()
-    );
+    tell!("next: {}", next_step(&rig, &rig_path));
     if args.json {
         let straps = files.straps.map(|straps| straps.to_string());
         let line = Line { rig: &rig_path, camera: &camera_path, straps };
         print::result(serde_json::to_string(&line)?)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns what to do with the files, for a person.
+fn next_step(rig: &NewRig, path: &Path) -> String {
+    let path = path.display();
+    if rig.camera == NewCamera::Simulated {
+        return format!(
+            "`plumb emulate {path} --link board &`, then `plumb run {path} --port board`; \
+             `kill %1` ends the emulated board"
+        );
+    }
+    format!(
+        "read the comments in both files, find the lens of a webcam or a stream with `plumb \
+         calibrate {path} --lens`, find the camera's pose with `plumb calibrate {path} --board`, \
+         then `plumb check {path} --file-only`"
+    )
 }
 
 /// Writes both files, or none.

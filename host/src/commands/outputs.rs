@@ -217,7 +217,13 @@ impl Closed {
                 if let Some(targets) = &summary.targets {
                     tell!("{targets}");
                 }
-                tell!("ball seen in {} of {frames} pictures", summary.located);
+                let advice = if summary.located == 0 && frames > 0 {
+                    ": compare [ball] of the camera file with the ball (diameter and hue) and look \
+                     at the light; `plumb replay RECORDING --debug DIR` shows each stage"
+                } else {
+                    ""
+                };
+                tell!("ball seen in {} of {frames} pictures{advice}", summary.located);
                 tell!("run folder: {folder}");
                 Ok(())
             }

@@ -33,6 +33,8 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let ball_diameter = length(args.ball, "Diameter of the ball", usual_ball, dialogue)?;
     let ball_hue = match args.colour {
         Some(hue) => hue,
+        // The simulated ball is red.
+        None if args.simulated => usual.ball_hue,
         None => {
             let question =
                 format!("Colour of the ball ({}, or its hue in degrees)", colour::names());
@@ -120,7 +122,9 @@ fn motors<I: BufRead, O: Write>(
         None => {
             let names = DriverKind::ALL.map(DriverKind::name).join(", ");
             let question = format!("Motor drivers ({names})");
-            let parse = |text: &str| DriverName::from_str(text, true);
+            let parse = |text: &str| {
+                DriverName::from_str(text, true).map_err(|_| format!("must be one of {names}"))
+            };
             dialogue.ask(&question, usual.driver.name(), parse)?.into()
         }
     };
@@ -153,8 +157,11 @@ fn camera<I: BufRead, O: Write>(
         (None, Some(_), _) => CameraName::Recording,
         (None, None, Some(_)) => CameraName::Stream,
         (None, None, None) => {
-            let question = "Camera (openni, realsense, webcam, ros2, recording, stream)";
-            dialogue.ask(question, "openni", |text| CameraName::from_str(text, true))?
+            let names = "openni, realsense, webcam, ros2, recording, stream";
+            let parse = |text: &str| {
+                CameraName::from_str(text, true).map_err(|_| format!("must be one of {names}"))
+            };
+            dialogue.ask(&format!("Camera ({names})"), "openni", parse)?
         }
     };
     if name != CameraName::Recording && args.recording.is_some() {
