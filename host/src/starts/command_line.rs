@@ -158,7 +158,7 @@ impl Folder {
             "board status" | "board bootloader" => format!("{command} --port {NO_PORT}"),
             "board flash" => format!("{command} {} --port {NO_PORT}", self.path("plumb.uf2")),
             "report" => format!("report --port {NO_PORT} --out {new}"),
-            "init" => format!("init {new} --yes --simulated"),
+            "init" => format!("init {new} --yes"),
             "calibrate" => {
                 let motors = "--motors --pixel 100,100 --pixel 500,100 --pixel 300,50";
                 return [
