@@ -67,7 +67,10 @@ pub enum RunLogError {
         source: serde_json::Error,
     },
     /// The folder is not that of a run, or its files have another content.
-    #[error("{} is not a folder of a run that can be drawn", .folder.display())]
+    #[error(
+        "{} is not a folder of a run that can be drawn: name one run, such as runs/run-0001",
+        .folder.display()
+    )]
     NotARun {
         /// The folder.
         folder: PathBuf,

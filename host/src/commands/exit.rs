@@ -8,11 +8,13 @@ use std::fmt;
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue};
 use plumb_config::error_chain::ErrorChain;
 use serde_json::json;
 use thiserror::Error;
 
 use super::print::{result, tell};
+use super::rig_args::no_rig;
 
 pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, exit_code_of};
 
@@ -89,6 +91,9 @@ impl Failure {
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
 pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
+    if let Some(failure) = missing_rig(error) {
+        return failure.report();
+    }
     // Help that nobody reads is no failure.
     let _closed_pipe = error.print();
     let code = if error.use_stderr() { BAD_INPUT } else { 0 };
@@ -98,6 +103,19 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
         print_json(code, message.trim().trim_start_matches("error: "));
     }
     ExitCode::from(code)
+}
+
+/// Returns the failure of a command line without the rig file that its command needs.
+fn missing_rig(error: &clap::Error) -> Option<Failure> {
+    let missing = match error.get(ContextKind::InvalidArg)? {
+        ContextValue::Strings(names) => names.iter().any(|name| name == "<RIG>"),
+        _ => false,
+    };
+    let is_it = missing && error.kind() == clap::error::ErrorKind::MissingRequiredArgument;
+    is_it.then(|| {
+        let usage = error.get(ContextKind::Usage).map(ContextValue::to_string);
+        no_rig(usage.unwrap_or_default().trim_start_matches("Usage: "))
+    })
 }
 
 /// Prints an error as a line of JSON where the command line asks for JSON.

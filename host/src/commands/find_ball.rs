@@ -52,7 +52,12 @@ pub(super) fn find_ball(
             Err(error) => lost = Some(failed_because(error)),
         }
     }
-    let unseen = || failed("the camera does not show the ball, so that its place cannot be held");
+    let unseen = || {
+        failed(
+            "the camera does not show the ball, so that its place cannot be held; hang it into the \
+             picture, and compare [ball] of the camera file with it: diameter and hue",
+        )
+    };
     // A camera whose last frames are lost does not tell where the ball is.
     Err(lost.unwrap_or_else(unseen))
 }

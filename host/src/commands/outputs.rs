@@ -203,8 +203,12 @@ impl Closed {
             None if is_quiet() && summary.reached => Ok(()),
             None => {
                 let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
+                let targets = match summary.legs.len() {
+                    0 | 1 => String::new(),
+                    _ => format!(", {} targets reached", summary.targets_reached),
+                };
                 tell!(
-                    "{}: {frames} frames, {time:.1} s{}",
+                    "{}: {frames} frames, {time:.1} s{targets}{}",
                     summary.ending,
                     error.unwrap_or_default()
                 );

@@ -16,11 +16,14 @@ pub(crate) const RIG_VARIABLE: &str = "PLUMB_RIG";
 /// Baud rate of a board without a rig file, bit/s.
 const DEFAULT_BAUD: u32 = 115_200;
 
+/// Endings of the names of lists of places.
+const LISTS: [&str; 5] = ["csv", "gcode", "nc", "ngc", "jsonl"];
+
 /// The rig file of a command that needs one.
 #[derive(Args)]
 pub(crate) struct RigArg {
     /// Rig file (TOML, SI units)
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true, value_parser = rig_path)]
     pub(crate) rig: PathBuf,
 }
 
@@ -145,10 +148,29 @@ pub(crate) fn split_rig(
     }
     match std::env::var_os(RIG_VARIABLE).filter(|path: &OsString| !path.is_empty()) {
         Some(rig) => Ok((rig.into(), words)),
-        None => Err(bad_input(format!(
-            "no rig file is named: put it first, or set {RIG_VARIABLE}; usage: {usage}"
-        ))),
+        None => Err(no_rig(usage)),
     }
+}
+
+/// Returns the failure of a command line without a rig file.
+pub(super) fn no_rig(usage: &str) -> Failure {
+    bad_input(format!("no rig file is named: put it first, or set {RIG_VARIABLE}; usage: {usage}"))
+}
+
+/// Returns the path of a rig file from the command line.
+///
+/// # Errors
+/// Where its name is that of a list of places.
+fn rig_path(text: &str) -> Result<PathBuf, String> {
+    let ending = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
+    if LISTS.iter().any(|list| ending == *list) {
+        return Err(
+            "a list of places is no rig file: `plumb run RIG --waypoints FILE` or `--path \
+                    FILE` drives through it"
+                .to_owned(),
+        );
+    }
+    Ok(text.into())
 }
 
 /// Returns whether a word of the command line names a file, and is no value.

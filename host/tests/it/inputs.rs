@@ -263,6 +263,23 @@ fn a_target_that_is_mistyped_is_explained_before_the_port_is_opened() {
 }
 
 #[test]
+fn a_command_line_without_a_rig_file_or_with_another_file_is_told_what_to_do() {
+    let folder = folder();
+    for command in [&["run"][..], &["hold"], &["check", "--file-only"], &["calibrate", "--board"]] {
+        let output = plumb(command, folder.path());
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
+        let says = "no rig file is named: put it first, or set PLUMB_RIG; usage: plumb ";
+        assert!(text.contains(says) && text.contains("<RIG>"), "{command:?}: {text}");
+    }
+    for list in ["mine.csv", "PATH.GCODE"] {
+        let output = plumb(&["run", list], folder.path());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains("--waypoints FILE"), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn targets_of_a_file_outside_the_workspace_are_named_with_their_lines() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| {

@@ -195,7 +195,9 @@ pub(super) fn camera_file(rig: &NewRig, limits: &Limits) -> String {
     for (name, value) in [("fx", 525.0), ("fy", 525.0), ("cx", 319.5), ("cy", 239.5)] {
         file.guess(&format!("intrinsics.{name}"), &number(value), "");
     }
-    file.key("intrinsics.depth_scale", &number(1000.0));
+    let has_depth = rig.camera != NewCamera::Webcam;
+    let depth_scale = if has_depth { number(1000.0) } else { "\"none\"".to_owned() };
+    file.key("intrinsics.depth_scale", &depth_scale);
     let mut place = limits.workspace.at([0.5; 3]);
     place.x += CAMERA_DISTANCE_M;
     file.table("pose", "");
