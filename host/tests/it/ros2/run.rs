@@ -160,7 +160,7 @@ fn a_stop_works_for_both_kinds_of_clients_and_under_a_flood_of_targets() {
     flooding.send(&json!({"flood": place, "frame": "hall/left/rig"}));
     plain.until_status("/hall/left: run", "seeking");
     thread::sleep(Duration::from_secs(2));
-    let answer = plain.call("stop");
+    let answer = plain.call_again("stop").0;
     assert_eq!(answer["success"], true, "{answer}");
     let flood_s = begin.elapsed().as_secs_f64();
     flooding.send(&json!({"calm": true}));
@@ -171,11 +171,11 @@ fn a_stop_works_for_both_kinds_of_clients_and_under_a_flood_of_targets() {
     let refused = plain.until_status("/hall/left: commands", "/hall/left/resume");
     assert_eq!(refused["values"]["targets"], "refused since a stop", "{refused}");
     // The other way to call a service.
-    assert_eq!(flooding.call("resume")["success"], true);
+    assert_eq!(flooding.call_again("resume").0["success"], true);
     thread::sleep(ANEW);
     flooding.send(&target(place, "hall/left/rig"));
     flooding.until_held("/hall/left", place);
-    assert_eq!(flooding.call("stop")["success"], true);
+    assert_eq!(flooding.call_again("stop").0["success"], true);
     right.assert_ball_at(PAPER);
     let (left, right) = (left_run.end(), right_run.end());
     assert_eq!(endings(&right), ["reached"], "{right}");
