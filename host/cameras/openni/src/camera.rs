@@ -39,9 +39,7 @@ impl Camera {
         let (start, timeouts) = (Instant::now(), settings.timeouts);
         let (openni, of_target) = (openni.clone(), target.clone());
         let open = move || Reader::open(&openni, &of_target, &settings, start);
-        let reader = OnThread::open(target.name(), timeouts.open, open)?;
-        let description = |reader: &mut Reader| reader.opened().clone();
-        let opened = reader.call("describing it", timeouts.open, description)?;
+        let (reader, opened) = OnThread::open(target.name(), timeouts.open, open)?;
         Ok(Self { opened, timeouts, reader: Some(reader), start, ended: None })
     }
 

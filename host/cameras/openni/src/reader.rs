@@ -29,7 +29,6 @@ pub(crate) struct Reader {
     start: Instant,
     /// Time without a picture after which the camera is silent.
     timeout: Duration,
-    opened: Opened,
     /// Is dropped before the device, from whose streams it completes its file.
     recorder: Option<Recorder>,
     device: Device,
@@ -43,7 +42,7 @@ pub(crate) struct Reader {
 
 impl Reader {
     /// Opens `target` and starts it, with its own recording where `settings` ask for it. `start` is
-    /// the start of the clock that stamps live pictures.
+    /// the start of the clock that stamps live pictures. Returns its description too.
     ///
     /// # Errors
     /// Where there is no such camera, or it does not accept a setting.
@@ -52,7 +51,7 @@ impl Reader {
         target: &Target,
         settings: &Settings,
         start: Instant,
-    ) -> Result<Self, OpenniError> {
+    ) -> Result<(Self, Opened), OpenniError> {
         let mut device = Device::open(openni, target, settings)?;
         let recorder = match &settings.record {
             Some(path) => Some(Recorder::start(&device, path)?),
@@ -66,23 +65,19 @@ impl Reader {
             notes.push(format!("{error}; they are paired by their time stamps"));
         }
         let rate = f64::from(device.colour.mode.rate.max(1));
-        Ok(Self {
+        let opened = opened(&device, notes);
+        let reader = Self {
             is_recording: target.is_recording(),
             start,
             timeout: settings.timeouts.picture,
-            opened: opened(&device, notes),
             recorder,
             device,
             pairing: Pairing::new(PAIR_PERIODS / rate),
             clocks: SensorClocks::new(settings.latency),
             last: [-1; 2],
             waiting: VecDeque::new(),
-        })
-    }
-
-    /// Returns the description of the camera or recording.
-    pub(crate) fn opened(&self) -> &Opened {
-        &self.opened
+        };
+        Ok((reader, opened))
     }
 
     /// Returns the next pair, `None` at the end of a recording.

@@ -68,35 +68,33 @@ pub(crate) struct OnThread<T> {
 }
 
 impl<T: 'static> OnThread<T> {
-    /// Opens the camera or recording `uri` on a thread, with `open`.
+    /// Opens the camera or recording `uri` on a thread, with `open`. Returns its second result too.
     ///
     /// # Errors
     /// As `open`; where it takes longer than `limit`, or the system has no thread left.
-    pub(crate) fn open(
+    pub(crate) fn open<R: Send + 'static>(
         uri: String,
         limit: Duration,
-        open: impl FnOnce() -> Result<T, OpenniError> + Send + 'static,
-    ) -> Result<Self, OpenniError> {
+        open: impl FnOnce() -> Result<(T, R), OpenniError> + Send + 'static,
+    ) -> Result<(Self, R), OpenniError> {
         let (calls, received) = mpsc::channel::<Call<T>>();
         let (done, opened) = mpsc::channel();
-        let work = move || {
-            let (value, result) = match open() {
-                Ok(value) => (Some(value), Ok(())),
-                Err(error) => (None, Err(error)),
-            };
-            // The caller may have given up. Then there are no calls.
-            let _ = done.send(result);
-            if let Some(mut value) = value {
+        // The caller may have given up, and then there are no calls.
+        let work = move || match open() {
+            Ok((mut value, result)) => {
+                let _ = done.send(Ok(result));
                 received.into_iter().for_each(|call| call(&mut value));
+            }
+            Err(error) => {
+                let _ = done.send(Err(error));
             }
         };
         let ended = match run(work) {
             Ok(ended) => ended,
             Err(error) => return Err(OpenniError::Open { uri, error: error.to_string() }),
         };
-        let thread = Self { uri, calls, ended };
-        thread.answer(&opened, "opening it", limit)??;
-        Ok(thread)
+        let result = answer(&uri, &opened, "opening it", limit)??;
+        Ok((Self { uri, calls, ended }, result))
     }
 
     /// Returns the result of `function`, which is called on the thread.
@@ -116,7 +114,7 @@ impl<T: 'static> OnThread<T> {
         };
         // A thread that has panicked receives no calls, and gives no answer.
         let _ = self.calls.send(Box::new(call));
-        self.answer(&result, what, limit)
+        answer(&self.uri, &result, what, limit)
     }
 
     /// Closes the camera or recording.
@@ -124,18 +122,8 @@ impl<T: 'static> OnThread<T> {
     /// # Errors
     /// Where that takes longer than `limit`. It then stays open.
     pub(crate) fn close(self, limit: Duration) -> Result<(), OpenniError> {
-        let Self { uri, calls, ended } = self;
-        drop(calls);
-        answer(&uri, &ended, "closing it", limit)
-    }
-
-    fn answer<R>(
-        &self,
-        result: &Receiver<R>,
-        what: &'static str,
-        limit: Duration,
-    ) -> Result<R, OpenniError> {
-        answer(&self.uri, result, what, limit)
+        drop(self.calls);
+        answer(&self.uri, &self.ended, "closing it", limit)
     }
 }
 
@@ -189,7 +177,8 @@ mod tests {
     #[test]
     fn a_value_is_made_called_and_dropped_on_one_thread() {
         let (dropped, end) = mpsc::channel();
-        let value = OnThread::open("a".to_owned(), LONG, || Ok(Value(dropped))).unwrap();
+        let open = || Ok((Value(dropped), ()));
+        let (value, ()) = OnThread::open("a".to_owned(), LONG, open).unwrap();
         let thread = value.call("a call", LONG, |_| thread::current().id()).unwrap();
         assert_ne!(thread, thread::current().id());
         assert_eq!(value.close(LONG), Ok(()));
@@ -199,7 +188,8 @@ mod tests {
     #[test]
     fn a_call_that_does_not_return_is_an_error_and_the_value_is_dropped_when_it_does() {
         let (dropped, end) = mpsc::channel();
-        let value = OnThread::open("a".to_owned(), LONG, || Ok(Value(dropped))).unwrap();
+        let open = || Ok((Value(dropped), ()));
+        let (value, ()) = OnThread::open("a".to_owned(), LONG, open).unwrap();
         let (free, blocked) = mpsc::channel::<()>();
         let error = value.call("a call", SHORT, move |_| blocked.recv()).unwrap_err();
         assert!(error.to_string().contains("does not return from a call"), "{error}");
@@ -216,7 +206,7 @@ mod tests {
         let (free, blocked) = mpsc::channel::<()>();
         let slow = move || {
             let _ = blocked.recv();
-            Ok(Value(dropped))
+            Ok((Value(dropped), ()))
         };
         let error = OnThread::open("a".to_owned(), SHORT, slow).unwrap_err();
         assert!(error.to_string().contains("opening it"), "{error}");
