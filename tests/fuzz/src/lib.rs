@@ -12,4 +12,6 @@
 pub mod campaign;
 pub mod corpus;
 pub mod generator;
+#[cfg(feature = "host")]
+mod recording;
 pub mod target;

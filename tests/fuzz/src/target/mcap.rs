@@ -2,13 +2,12 @@
 
 use std::fs;
 
-use plumb_cameras::camera_file;
 use plumb_cameras::ros2::Ros2CameraSettings;
-use plumb_frame::source::CameraSource;
 use plumb_ros2::McapRecording;
 use tempfile::TempDir;
 
 use super::Target;
+use crate::recording;
 
 /// This target.
 pub const TARGET: Target = Target {
@@ -33,8 +32,7 @@ pub const TARGET: Target = Target {
     ],
 };
 
-/// Column and row in the middle of the corpus's pictures, which have 4x2 pixels: intrinsics with
-/// another principal point are those of another size.
+/// Column and row in the middle of the corpus's pictures, which have 4x2 pixels.
 const MIDDLE: (f64, f64) = (1.5, 0.5);
 
 thread_local! {
@@ -52,13 +50,9 @@ fn frames(input: &[u8]) -> Option<usize> {
     FOLDER.with(|folder| {
         let path = folder.as_ref()?.path().join("recording.mcap");
         fs::write(&path, input).ok()?;
-        let mut intrinsics = camera_file::paper().ok()?.intrinsics;
-        (intrinsics.cx, intrinsics.cy) = MIDDLE;
+        let intrinsics = recording::intrinsics(MIDDLE)?;
         let settings = Ros2CameraSettings::default();
-        let mut recording = McapRecording::open(&path, intrinsics, &settings).ok()?;
-        // Each message is a frame or an error.
-        let all = std::iter::from_fn(|| recording.next_frame().transpose());
-        Some(all.filter(Result::is_ok).count())
+        Some(recording::whole_frames(McapRecording::open(&path, intrinsics, &settings).ok()?))
     })
 }
 

@@ -2,12 +2,11 @@
 
 use std::fs;
 
-use plumb_cameras::camera_file;
 use plumb_cameras::tum::TumFolder;
-use plumb_frame::source::CameraSource;
 use tempfile::TempDir;
 
 use super::Target;
+use crate::recording;
 
 /// This target.
 pub const TARGET: Target = Target {
@@ -23,8 +22,7 @@ pub const TARGET: Target = Target {
 /// Files of the folder, in their order in the input.
 const FILES: [&str; 4] = ["rgb.txt", "depth.txt", "1.png", "2.png"];
 
-/// Column and row in the middle of the corpus's pictures, which have 4x3 pixels: intrinsics with
-/// another principal point are those of another size.
+/// Column and row in the middle of the corpus's pictures, which have 4x3 pixels.
 const MIDDLE: (f64, f64) = (1.5, 1.0);
 
 thread_local! {
@@ -46,12 +44,8 @@ fn frames(input: &[u8]) -> Option<usize> {
         for name in FILES {
             fs::write(folder.join(name), contents.next().unwrap_or_default()).ok()?;
         }
-        let mut intrinsics = camera_file::paper().ok()?.intrinsics;
-        (intrinsics.cx, intrinsics.cy) = MIDDLE;
-        let mut recording = TumFolder::open(folder, intrinsics).ok()?;
-        // Each line of a list is a frame or an error.
-        let all = std::iter::from_fn(|| recording.next_frame().transpose());
-        Some(all.filter(Result::is_ok).count())
+        let intrinsics = recording::intrinsics(MIDDLE)?;
+        Some(recording::whole_frames(TumFolder::open(folder, intrinsics).ok()?))
     })
 }
 
