@@ -18,7 +18,7 @@ use plumb_runtime::run::{ControlLoopError, RunError, Summary};
 use plumb_runtime::run_log::RunLog;
 
 use super::interrupt::DefaultSignals;
-use super::print::{is_quiet, message, note, tell};
+use super::print::{is_quiet, note, renew, tell};
 use super::viewers::Viewers;
 use super::{FAILED, Failure, both, failed, failed_because};
 use run_progress::Progress;
@@ -143,8 +143,11 @@ impl Observer for Outputs {
             return;
         }
         // In place of the progress line, which comes again with the next picture.
-        let begin = if self.progress.is_on() { "\r\x1b[2K" } else { "" };
-        message(format_args!("{begin}{text}\n"));
+        if self.progress.is_on() {
+            renew(format_args!("{text}\n"));
+        } else {
+            tell!("{text}");
+        }
     }
 
     fn end(&mut self, summary: &Summary) {

@@ -51,6 +51,11 @@ pub(crate) fn message(text: fmt::Arguments<'_>) {
     let _lost = io::stderr().write_all(text.to_string().as_bytes());
 }
 
+/// Writes `text` as [`message`] does, in place of the present line of the terminal.
+pub(crate) fn renew(text: fmt::Arguments<'_>) {
+    message(format_args!("\r\x1b[2K{text}"));
+}
+
 /// Writes a line of results to standard output. A closed pipe is no error: its reader needs no more
 /// lines.
 ///

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};
 
-use super::print::{is_quiet, message};
+use super::print::{is_quiet, renew};
 
 /// Returns whether progress is shown: standard error is a terminal, and `--quiet` is absent.
 pub(crate) fn is_shown() -> bool {
@@ -35,7 +35,7 @@ impl ProgressLine {
     /// Shows `text` at `now` in place of the text before. Leaves it out where that is too new.
     pub(crate) fn show(&mut self, text: fmt::Arguments<'_>, now: Instant) {
         if self.is_due(now) {
-            message(format_args!("\r\x1b[2K{text}"));
+            renew(text);
         }
     }
 
@@ -52,7 +52,7 @@ impl ProgressLine {
     /// Removes the text: a message follows.
     pub(crate) fn clear(&mut self) {
         if self.shown.take().is_some() {
-            message(format_args!("\r\x1b[2K"));
+            renew(format_args!(""));
         }
     }
 }

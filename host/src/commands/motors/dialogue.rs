@@ -10,7 +10,7 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
-use super::super::print::{message, tell};
+use super::super::print::{message, renew, tell};
 use super::super::{Failure, bad_input, failed};
 use super::keys::{Key, KeyDecoder, KeyJogger, Motion, NAMES};
 use super::terminal::{KeyMode, is_terminal};
@@ -91,7 +91,7 @@ fn turn(
         }
         let line = line(keys.motor(), &(&telemetry).into());
         if line != shown {
-            message(format_args!("\r\x1b[2K{line}"));
+            renew(format_args!("{line}"));
             shown = line;
         }
         thread::sleep(POLL_INTERVAL);

@@ -1,11 +1,11 @@
-//! Progress of a run on the terminal: the frame, the target, the ball and the board's state.
+//! Progress of a run on the terminal: the time, the target, the ball and the board's state.
 
 use plumb_cameras::record::Overflow;
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 
-use super::super::print::message;
-use super::super::progress::is_shown;
+use crate::commands::print::{message, renew};
+use crate::commands::progress::is_shown;
 
 /// Progress lines that may wait for the terminal.
 const PROGRESS_CAPACITY: usize = 2;
@@ -49,7 +49,7 @@ impl TerminalLine {
 
 impl Observer for TerminalLine {
     fn frame(&mut self, record: &FrameRecord) {
-        message(format_args!("\r\x1b[2K{}", self.text(record)));
+        renew(format_args!("{}", self.text(record)));
     }
 
     fn event(&mut self, record: &EventRecord) {
