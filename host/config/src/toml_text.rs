@@ -1,4 +1,4 @@
-//! Change of values in the text of a TOML file: everything else stays as it is.
+//! Changes values in the text of a TOML file, and leaves the rest as it is.
 
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
