@@ -15,6 +15,8 @@ const MOST_BYTES: u64 = 64 << 20;
 /// Names of the files that a run writes into its folder, and their types. Nothing else is served.
 const NAMES: &[(&str, &str)] = &[
     ("summary.json", "application/json"),
+    ("first.jpg", "image/jpeg"),
+    ("last.jpg", "image/jpeg"),
     ("figure4.svg", "image/svg+xml"),
     ("figure5.svg", "image/svg+xml"),
     ("deviation.svg", "image/svg+xml"),

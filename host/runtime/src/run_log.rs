@@ -1,13 +1,15 @@
 //! Run log: a folder with `run.csv` (a row a frame), `summary.json`, `figure4.svg` (x, y, z and |e|
 //! over the time) and `figure5.svg` (the path in space), named after the paper's figures. A run
 //! that loses frames has `lost.csv` too (a row a loss). `figures.json` has what the figures show
-//! besides the rows, so that [`LoggedRun`] can draw them again.
+//! besides the rows, so that [`LoggedRun`] can draw them again. [`RunPictures`] adds the first and
+//! the last picture.
 
 mod comparison;
 mod figures;
 mod log;
 mod logged_run;
 mod output_dir;
+mod pictures;
 mod row;
 
 use std::path::PathBuf;
@@ -20,6 +22,7 @@ pub use comparison::{ComparisonLog, LawCurve};
 pub use log::{FigureSettings, RunLog};
 pub use logged_run::{LoggedRun, compare};
 pub use output_dir::OutputDir;
+pub use pictures::{FIRST_PICTURE, LAST_PICTURE, RunPictures};
 pub use row::{LogDetection, LogPath, LogRow};
 
 /// Failure to create or write the run log.
@@ -84,6 +87,14 @@ pub enum RunLogError {
         path: PathBuf,
         /// Cause.
         source: DrawingAreaErrorKind<std::io::Error>,
+    },
+    /// A picture could not be encoded.
+    #[error("cannot encode {}", .path.display())]
+    Picture {
+        /// The JPEG file.
+        path: PathBuf,
+        /// Cause.
+        source: BoxedError,
     },
 }
 

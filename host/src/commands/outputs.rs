@@ -15,7 +15,7 @@ use plumb_runtime::observer::{
     EventKind, EventRecord, FrameRecord, FrameRecorder, Observer, RunEvent, Tone,
 };
 use plumb_runtime::run::{ControlLoopError, RunError, Summary};
-use plumb_runtime::run_log::RunLog;
+use plumb_runtime::run_log::{RunLog, RunPictures};
 
 use super::interrupt::DefaultSignals;
 use super::print::{is_quiet, note, renew, tell};
@@ -32,6 +32,7 @@ pub(super) struct Outputs {
     log: BoundedObserver<RunLog>,
     folder: PathBuf,
     recorder: Option<FrameRecorder>,
+    pictures: RunPictures,
     viewers: Viewers,
     /// The last fault that was printed, with its advice.
     told: Option<BoardFault>,
@@ -66,7 +67,8 @@ impl Outputs {
         let log = BoundedObserver::new(log, settings)?;
         let progress = Progress::start(targets)?;
         let recorder = recorder.map(FrameRecorder::new);
-        Ok(Self { progress, log, folder, recorder, viewers, told: None })
+        let pictures = RunPictures::default();
+        Ok(Self { progress, log, folder, recorder, pictures, viewers, told: None })
     }
 
     /// Returns the run folder.
@@ -85,6 +87,9 @@ impl Outputs {
                 None,
             ),
         };
+        let pictures = self.pictures.write(&self.folder);
+        let unwritten =
+            unwritten.or_else(|| pictures.err().map(|error| ErrorChain(&error).to_string()));
         let recording = self.recorder.map(FrameRecorder::finish).transpose();
         let recording = recording.map_err(failed_because);
         let viewers = self.viewers.close();
@@ -129,6 +134,7 @@ impl Observer for Outputs {
         if let Some(recorder) = &mut self.recorder {
             recorder.frame(record);
         }
+        self.pictures.frame(record);
         self.viewers.frame(record);
         self.progress.frame(record);
     }

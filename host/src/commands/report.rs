@@ -25,7 +25,8 @@ use privacy::Privacy;
 ///
 /// The names of this computer and of its user, the folders of paths, web addresses and the values
 /// of keys such as `token` are removed. Nothing moves, and nothing is sent: the command prints what
-/// is in the file. What is missing is named in it, with the reason.
+/// is in the file. What is missing is named in it, with the reason. The first and the last picture
+/// of the run are in it: they show the room.
 #[derive(Parser)]
 #[command(
     after_help = examples![
@@ -69,7 +70,7 @@ pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
     let file = args.out.display();
     tell!("{file} has, without names of this computer and its user, folders and addresses:");
     for part in &parts {
-        tell!("{:>9} bytes  {}: {}", part.text.len(), part.name, part.content);
+        tell!("{:>9} bytes  {}: {}", part.bytes().len(), part.name, part.content);
     }
     tell!("Look into it before you send it: tar xzf {file}");
     if args.json {

@@ -11,11 +11,11 @@ use serde_json::Value;
 use crate::common::{Emulator, folder, json, plumb, rig_file, stderr};
 
 /// Unpacks a report. Returns a function that reads a part of it.
-fn unpack(folder: &Path, file: &str) -> impl Fn(&str) -> String {
+fn unpack(folder: &Path, file: &str) -> impl Fn(&str) -> Vec<u8> {
     let unpacked = Command::new("tar").args(["xzf", file]).current_dir(folder).status().unwrap();
     assert!(unpacked.success());
     let parts = folder.join("plumb-report");
-    move |name| fs::read_to_string(parts.join(name)).unwrap()
+    move |name| fs::read(parts.join(name)).unwrap()
 }
 
 #[test]
@@ -48,9 +48,12 @@ fn a_report_has_the_board_the_files_and_the_last_run_without_private_words() {
         "run/figures.json",
         "run/figure4.svg",
         "run/figure5.svg",
+        "run/first.jpg",
+        "run/last.jpg",
     ];
     assert_eq!(json(&output)["parts"], Value::from(names.to_vec()));
-    let part = unpack(folder.path(), "plumb-report.tar.gz");
+    let bytes = unpack(folder.path(), "plumb-report.tar.gz");
+    let part = |name: &str| String::from_utf8_lossy(&bytes(name)).into_owned();
     for name in names {
         assert!(stderr(&output).contains(&format!("bytes  {name}: ")), "{}", stderr(&output));
         for word in ["alice", "10.0.0.7", "token=7", "lab/rig", "\"7\""] {
@@ -69,6 +72,12 @@ fn a_report_has_the_board_the_files_and_the_last_run_without_private_words() {
         let run = fs::read_to_string(folder.path().join("runs/demo-0002").join(file)).unwrap();
         assert_eq!(part(&format!("run/{file}")), run);
     }
+    for file in ["first.jpg", "last.jpg"] {
+        let picture = fs::read(folder.path().join("runs/demo-0002").join(file)).unwrap();
+        assert!(picture.starts_with(&[0xff, 0xd8]));
+        assert_eq!(bytes(&format!("run/{file}")), picture);
+    }
+    assert_ne!(bytes("run/first.jpg"), bytes("run/last.jpg"));
 }
 
 #[test]
@@ -78,7 +87,8 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     let port = ["--port", "/dev/plumb-no-such-port"];
     let output = plumb(&[&["report", &rig], &port[..]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let part = unpack(folder.path(), "plumb-report.tar.gz");
+    let bytes = unpack(folder.path(), "plumb-report.tar.gz");
+    let part = |name: &str| String::from_utf8(bytes(name)).unwrap();
     let text = part("report.txt");
     for reason in [
         "missing: board.json: /dev/plumb-no-such-port: ",

@@ -80,8 +80,15 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-import", uses: &["plumb-frame"], tests_use: &[] },
     Rule {
         name: "plumb-runtime",
-        uses: &["plumb-cameras", "plumb-config", "plumb-frame", "plumb-path", "plumb-protocol"],
-        tests_use: &["plumb-pictures", "plumb-vision"],
+        uses: &[
+            "plumb-cameras",
+            "plumb-config",
+            "plumb-frame",
+            "plumb-path",
+            "plumb-pictures",
+            "plumb-protocol",
+        ],
+        tests_use: &["plumb-vision"],
     },
     Rule {
         name: "plumb-foxglove",

@@ -128,7 +128,9 @@ impl ExitClass for RunLogError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Io { source, .. } => file_exit_code(source),
-            Self::Csv { .. } | Self::Json { .. } | Self::Figure { .. } => FAILED,
+            Self::Csv { .. } | Self::Json { .. } | Self::Figure { .. } | Self::Picture { .. } => {
+                FAILED
+            }
             _ => BAD_INPUT,
         }
     }

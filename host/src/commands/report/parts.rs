@@ -5,10 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::discovery::discover;
-use plumb_config::bounded_read::{ReadError, read_text};
+use plumb_config::bounded_read::{ReadError, read, read_text};
 use plumb_protocol::RELEASE;
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
+use plumb_runtime::run_log::{FIRST_PICTURE, LAST_PICTURE};
 use serde_json::Value;
 
 use super::privacy::Privacy;
@@ -38,13 +39,36 @@ const RUN_FILES: [(&str, &str, &str); 6] = [
     ("figure5.svg", "run/figure5.svg", "figure: the path in space"),
 ];
 
+/// Pictures in a run's folder, with their names in the report.
+const PICTURES: [(&str, &str, &str); 2] = [
+    (FIRST_PICTURE, "run/first.jpg", "the first picture of the run"),
+    (LAST_PICTURE, "run/last.jpg", "the last picture of the run"),
+];
+
 /// A file of the report.
 pub(super) struct Part {
     /// Name in the report.
     pub(super) name: &'static str,
     /// What it has, in words.
     pub(super) content: &'static str,
-    pub(super) text: String,
+    pub(super) body: Body,
+}
+
+/// Bytes of a part.
+pub(super) enum Body {
+    /// Text, which may have private words.
+    Text(String),
+    /// A picture, as it is.
+    Picture(Vec<u8>),
+}
+
+impl Part {
+    pub(super) fn bytes(&self) -> &[u8] {
+        match &self.body {
+            Body::Text(text) => text.as_bytes(),
+            Body::Picture(bytes) => bytes,
+        }
+    }
 }
 
 /// Parts so far.
@@ -57,7 +81,7 @@ pub(super) struct Parts {
 
 impl Parts {
     fn add(&mut self, name: &'static str, content: &'static str, text: String) {
-        self.parts.push(Part { name, content, text });
+        self.parts.push(Part { name, content, body: Body::Text(text) });
     }
 
     /// Adds a file, or the reason why it cannot be read.
@@ -155,6 +179,14 @@ impl Parts {
                 self.add_file(name, content, &folder.join(file));
             }
         }
+        for (file, name, content) in PICTURES {
+            match read(&folder.join(file), MAX_BYTES) {
+                Ok(bytes) => {
+                    self.parts.push(Part { name, content, body: Body::Picture(bytes) });
+                }
+                Err(error) => self.miss(name, &Failure::from(error)),
+            }
+        }
         Ok(())
     }
 
@@ -162,16 +194,17 @@ impl Parts {
     /// what is missing.
     pub(super) fn finish(mut self, privacy: &Privacy) -> Vec<Part> {
         for part in &mut self.parts {
-            part.text = match part.name.rsplit('.').next() {
-                Some("csv") => privacy.without_names(&last_rows(&part.text)),
+            let Body::Text(text) = &mut part.body else { continue };
+            *text = match part.name.rsplit('.').next() {
+                Some("csv") => privacy.without_names(&last_rows(text)),
                 // Their paths and addresses are those of the format.
-                Some("svg") => privacy.without_names(&part.text),
-                _ => privacy.applied_to(&part.text),
+                Some("svg") => privacy.without_names(text),
+                _ => privacy.applied_to(text),
             };
         }
         let text = privacy.applied_to(&overview(&self.missing));
         let content = "versions, and what is missing";
-        self.parts.insert(0, Part { name: "report.txt", content, text });
+        self.parts.insert(0, Part { name: "report.txt", content, body: Body::Text(text) });
         self.parts
     }
 }
