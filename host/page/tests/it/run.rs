@@ -7,6 +7,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use crate::common::{Client, connect, page};
 use nalgebra::Point3;
@@ -22,6 +23,10 @@ use plumb_sim::simulated::VirtualBoard;
 use plumb_vision::detect::DetectorKind;
 use serde_json::Value;
 use tungstenite::Message;
+
+/// Limits for a page that answers when it is due in the script: between two acts a busy computer
+/// needs longer than a page may be silent.
+const PATIENT: Limits = Limits { silence: Duration::from_secs(600), ..Limits::DEFAULT };
 
 fn rig() -> Rig {
     Rig { law: LawSettings::default(), ..Rig::paper().unwrap() }
@@ -175,7 +180,7 @@ impl Observer for Person {
 #[test]
 fn commands_of_a_page_reach_the_board() {
     let (sender, receiver) = operator();
-    let (mut page, address) = page("127.0.0.1", Limits::DEFAULT, Some(sender));
+    let (mut page, address) = page("127.0.0.1", PATIENT, Some(sender));
     let script = vec![
         (20, Act::Send(r#"{"type":"stop"}"#)),
         (50, Act::Send(r#"{"type":"resume","stop":1}"#)),
@@ -220,7 +225,7 @@ fn travelled(reports: &[Option<BoardReport>], from: usize) -> f64 {
 /// the motor turned, full steps.
 fn abandoned_jog(departure: Departure) -> f64 {
     let (sender, receiver) = operator();
-    let (mut page, address) = page("127.0.0.1", Limits::DEFAULT, Some(sender));
+    let (mut page, address) = page("127.0.0.1", PATIENT, Some(sender));
     let mut person = Person::new(
         address,
         vec![
