@@ -7,6 +7,7 @@ pub mod bench;
 pub mod chip;
 pub mod commissioning;
 pub mod defects;
+pub mod in_time;
 pub mod links;
 pub mod live_camera;
 pub mod noise;

@@ -3,9 +3,14 @@
 
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
+use std::error::Error;
+use std::path::Path;
+
 use nalgebra::Point3;
 use plumb_openni::{IntrinsicsSource, OpenNi, OpenniSource, Settings, Target};
 use plumb_openni_driver::{Control, ControlFile};
+use plumb_runtime::run::Summary;
+use plumb_tests::in_time::in_time;
 use plumb_tests::live_camera::LiveRig;
 
 #[test]
@@ -18,25 +23,30 @@ fn a_run_with_libopenni2_reaches_the_papers_target() {
             return println!("skipped: {error}");
         }
     };
-    let rig = LiveRig::serve().expect("the paper's rig");
-    let diameter = rig.camera.ball_diameter;
-    let scene =
-        |ball: Point3<f64>| Control { ball: Some(ball.into()), diameter, ..Control::default() };
-    let path = folder.path().join("control");
-    let mut control = ControlFile::create(&path, &scene(rig.start())).expect("a control file");
-    let uri = control.uri();
-
-    let openni = OpenNi::load_from(&library).expect("the library");
-    let settings = Settings { latency: 0.005, ..Settings::default() };
-    let mut source =
-        OpenniSource::open(&openni, &Target::Uri(uri), settings, IntrinsicsSource::FieldOfView)
-            .expect("the camera");
-    let intrinsics = *source.intrinsics();
-    let show = |ball| control.write(&scene(ball)).expect("the control file");
-    let (summary, error) = rig.run(&mut source, intrinsics, show).expect("an unbroken run");
+    let (summary, error) =
+        in_time(|| paper_task(&library, folder.path())).expect("an unbroken run");
     assert!(summary.reached, "{summary:?}");
     // 114 periods by the law, without latency.
     assert!(summary.located > 60 && summary.lost < summary.frames / 10, "{summary:?}");
     assert!(error < 0.010, "{error} m from the target: {summary:?}");
     println!("{summary:?}, {:.2} mm from the target", error * 1e3);
+}
+
+/// Does the task with a new board. The control file of the camera is in `folder`. Returns the
+/// summary and the ball's distance from the target, metres.
+fn paper_task(library: &Path, folder: &Path) -> Result<(Summary, f64), Box<dyn Error>> {
+    let rig = LiveRig::serve()?;
+    let diameter = rig.camera.ball_diameter;
+    let scene =
+        |ball: Point3<f64>| Control { ball: Some(ball.into()), diameter, ..Control::default() };
+    let mut control = ControlFile::create(&folder.join("control"), &scene(rig.start()))?;
+    let uri = control.uri();
+
+    let openni = OpenNi::load_from(library)?;
+    let settings = Settings { latency: 0.005, ..Settings::default() };
+    let mut source =
+        OpenniSource::open(&openni, &Target::Uri(uri), settings, IntrinsicsSource::FieldOfView)?;
+    let intrinsics = *source.intrinsics();
+    let show = |ball| control.write(&scene(ball)).expect("the control file");
+    rig.run(&mut source, intrinsics, show)
 }
