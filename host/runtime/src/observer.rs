@@ -44,6 +44,35 @@ pub trait Observer {
     }
 }
 
+/// An observer that a run may lack: `None` receives nothing.
+impl<O: Observer> Observer for Option<O> {
+    fn frame(&mut self, record: &FrameRecord) {
+        if let Some(observer) = self {
+            observer.frame(record);
+        }
+    }
+
+    fn event(&mut self, event: &EventRecord) {
+        if let Some(observer) = self {
+            observer.event(event);
+        }
+    }
+
+    fn end(&mut self, summary: &Summary) {
+        if let Some(observer) = self {
+            observer.end(summary);
+        }
+    }
+
+    fn failure(&mut self) -> Option<BoxedError> {
+        self.as_mut()?.failure()
+    }
+
+    fn dropped(&self) -> u64 {
+        self.as_ref().map_or(0, O::dropped)
+    }
+}
+
 /// Everything that is known about one frame.
 #[derive(Debug, Clone)]
 pub struct FrameRecord {

@@ -19,7 +19,7 @@ use plumb_runtime::run_log::{RunLog, RunPictures};
 
 use super::interrupt::DefaultSignals;
 use super::print::{is_quiet, note, renew, tell};
-use super::viewers::Viewers;
+use super::viewers::{self, Viewers};
 use super::{FAILED, Failure, both, failed, failed_because};
 use run_progress::Progress;
 
@@ -65,7 +65,7 @@ impl Outputs {
         let settings =
             QueueSettings { name: "run log", capacity: LOG_CAPACITY, overflow, with_frames: false };
         let log = BoundedObserver::new(log, settings)?;
-        let progress = Progress::start(targets)?;
+        let progress = run_progress::start(targets)?;
         let recorder = recorder.map(FrameRecorder::new);
         let pictures = RunPictures::default();
         Ok(Self { progress, log, folder, recorder, pictures, viewers, told: None })
@@ -92,7 +92,7 @@ impl Outputs {
             unwritten.or_else(|| pictures.err().map(|error| ErrorChain(&error).to_string()));
         let recording = self.recorder.map(FrameRecorder::finish).transpose();
         let recording = recording.map_err(failed_because);
-        let viewers = self.viewers.close();
+        let viewers = viewers::close(self.viewers);
         let Self { folder, told, .. } = self;
         let closed = Closed { folder, told, dropped_rows, unwritten, rows, recording, viewers };
         (closed, self.progress)
@@ -114,12 +114,12 @@ impl Outputs {
         let (closed, progress) = self.close();
         let _signals = DefaultSignals::begin();
         // The result does not wait for a terminal that only messages go to.
-        let (printed, ended) = if progress.is_on() && !stdout().is_terminal() {
+        let (printed, ended) = if progress.is_some() && !stdout().is_terminal() {
             let printed = print(&summary);
-            progress.close();
+            run_progress::close(progress);
             (printed, closed.report(&summary, error.as_ref()))
         } else {
-            progress.close();
+            run_progress::close(progress);
             let ended = closed.report(&summary, error.as_ref());
             (print(&summary), ended)
         };
@@ -131,9 +131,7 @@ impl Outputs {
 impl Observer for Outputs {
     fn frame(&mut self, record: &FrameRecord) {
         self.log.frame(record);
-        if let Some(recorder) = &mut self.recorder {
-            recorder.frame(record);
-        }
+        self.recorder.frame(record);
         self.pictures.frame(record);
         self.viewers.frame(record);
         self.progress.frame(record);
@@ -149,7 +147,7 @@ impl Observer for Outputs {
             return;
         }
         // In place of the progress line, which comes again with the next picture.
-        if self.progress.is_on() {
+        if self.progress.is_some() {
             renew(format_args!("{text}\n"));
         } else {
             tell!("{text}");
@@ -166,8 +164,7 @@ impl Observer for Outputs {
     }
 
     fn dropped(&self) -> u64 {
-        let frames = self.recorder.as_ref().map_or(0, Observer::dropped);
-        self.log.dropped() + frames + self.viewers.dropped()
+        self.log.dropped() + self.recorder.dropped() + self.viewers.dropped()
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-pub(super) use output::Viewers;
+pub(super) use output::{Viewers, close};
 
 #[derive(Args)]
 pub(super) struct ViewerOptions {

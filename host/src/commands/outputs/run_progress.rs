@@ -11,7 +11,7 @@ use crate::commands::progress::is_shown;
 const PROGRESS_CAPACITY: usize = 2;
 
 /// Progress line on a terminal, renewed in place.
-struct TerminalLine {
+pub(super) struct TerminalLine {
     /// Number of targets of the run; `None` where it has no list of them.
     targets: Option<usize>,
     /// Number of the present target, from 1; 0 before the first.
@@ -59,48 +59,27 @@ impl Observer for TerminalLine {
     }
 }
 
-/// Progress on standard error, where that is a terminal. Lines that the terminal has no time for
-/// are left out.
-pub(super) struct Progress(Option<BoundedObserver<TerminalLine>>);
+/// Progress on standard error; `None` where that is no terminal. Lines that the terminal has no
+/// time for are left out.
+pub(super) type Progress = Option<BoundedObserver<TerminalLine>>;
 
-impl Progress {
-    /// Starts the progress of a run through so many targets; `None` where it has no list of them.
-    pub(super) fn start(targets: Option<usize>) -> std::io::Result<Self> {
-        let settings = QueueSettings {
-            name: "progress",
-            capacity: PROGRESS_CAPACITY,
-            overflow: Overflow::Drop,
-            with_frames: false,
-        };
-        let line = || BoundedObserver::new(TerminalLine { targets, number: 0 }, settings);
-        is_shown().then(line).transpose().map(Self)
-    }
-
-    /// Returns whether there is a terminal to write to.
-    pub(super) fn is_on(&self) -> bool {
-        self.0.is_some()
-    }
-
-    /// Ends the line.
-    pub(super) fn close(self) {
-        if let Some(queue) = self.0 {
-            let _failed = queue.close();
-            message(format_args!("\n"));
-        }
-    }
+/// Starts the progress of a run through so many targets; `None` where it has no list of them.
+pub(super) fn start(targets: Option<usize>) -> std::io::Result<Progress> {
+    let settings = QueueSettings {
+        name: "progress",
+        capacity: PROGRESS_CAPACITY,
+        overflow: Overflow::Drop,
+        with_frames: false,
+    };
+    let line = || BoundedObserver::new(TerminalLine { targets, number: 0 }, settings);
+    is_shown().then(line).transpose()
 }
 
-impl Observer for Progress {
-    fn frame(&mut self, record: &FrameRecord) {
-        if let Some(queue) = &mut self.0 {
-            queue.frame(record);
-        }
-    }
-
-    fn event(&mut self, record: &EventRecord) {
-        if let Some(queue) = &mut self.0 {
-            queue.event(record);
-        }
+/// Ends the line.
+pub(super) fn close(progress: Progress) {
+    if let Some(queue) = progress {
+        let _failed = queue.close();
+        message(format_args!("\n"));
     }
 }
 

@@ -6,11 +6,9 @@ use std::path::PathBuf;
 use plumb_cameras::record::Overflow;
 use plumb_config::error_chain::ErrorChain;
 use plumb_foxglove::{FoxgloveOutput, FoxgloveSettings};
-use plumb_frame::source::BoxedError;
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
-use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
+use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
-use plumb_runtime::run::Summary;
 use plumb_vision::camera::Camera;
 
 use super::super::address::with_port;
@@ -31,8 +29,8 @@ pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
     with_port(text, DEFAULT_ADDRESS)
 }
 
-/// Observer for viewers; without effect where no option asks for one.
-pub(in super::super) struct Viewers(Option<BoundedObserver<FoxgloveOutput>>);
+/// Observer for viewers; `None` where no option asks for one.
+pub(in super::super) type Viewers = Option<BoundedObserver<FoxgloveOutput>>;
 
 impl ViewerOptions {
     /// Starts the outputs of a run that the options ask for. In virtual time nothing is late, and
@@ -48,7 +46,7 @@ impl ViewerOptions {
     ) -> Result<Viewers, Failure> {
         let settings = FoxgloveSettings { mcap: self.mcap.clone(), server: self.foxglove };
         if settings == FoxgloveSettings::default() {
-            return Ok(Viewers(None));
+            return Ok(None);
         }
         let output = FoxgloveOutput::start(&settings, rig, camera)?;
         if let (Some(address), Some(port)) = (self.foxglove, output.port()) {
@@ -60,54 +58,22 @@ impl ViewerOptions {
             overflow,
             with_frames: true,
         };
-        Ok(Viewers(Some(BoundedObserver::new(output, queue)?)))
+        Ok(Some(BoundedObserver::new(output, queue)?))
     }
 }
 
-impl Viewers {
-    /// Completes the MCAP file and ends the server.
-    ///
-    /// # Errors
-    /// Where the file could not be written.
-    pub(in super::super) fn close(self) -> Result<(), Failure> {
-        let Some(queue) = self.0 else { return Ok(()) };
-        let dropped = queue.dropped();
-        if dropped > 0 {
-            tell!("plumb: the viewers lack {dropped} frames: the disk is slow");
-        }
-        match queue.close() {
-            Ok(_) => Ok(()),
-            Err(error) => {
-                Err(failed(format!("the MCAP file is not complete: {}", ErrorChain(&error))))
-            }
-        }
+/// Completes the MCAP file and ends the server.
+///
+/// # Errors
+/// Where the file could not be written.
+pub(in super::super) fn close(viewers: Viewers) -> Result<(), Failure> {
+    let Some(queue) = viewers else { return Ok(()) };
+    let dropped = queue.dropped();
+    if dropped > 0 {
+        tell!("plumb: the viewers lack {dropped} frames: the disk is slow");
     }
-}
-
-impl Observer for Viewers {
-    fn frame(&mut self, record: &FrameRecord) {
-        if let Some(queue) = &mut self.0 {
-            queue.frame(record);
-        }
-    }
-
-    fn event(&mut self, event: &EventRecord) {
-        if let Some(queue) = &mut self.0 {
-            queue.event(event);
-        }
-    }
-
-    fn end(&mut self, summary: &Summary) {
-        if let Some(queue) = &mut self.0 {
-            queue.end(summary);
-        }
-    }
-
-    fn failure(&mut self) -> Option<BoxedError> {
-        self.0.as_mut()?.failure()
-    }
-
-    fn dropped(&self) -> u64 {
-        self.0.as_ref().map_or(0, Observer::dropped)
+    match queue.close() {
+        Ok(_) => Ok(()),
+        Err(error) => Err(failed(format!("the MCAP file is not complete: {}", ErrorChain(&error)))),
     }
 }
