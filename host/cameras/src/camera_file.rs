@@ -111,6 +111,10 @@ impl Pose {
     }
 }
 
+/// What to do where pictures do not show the ball, for messages.
+pub const COMPARE_BALL: &str =
+    "compare [ball] of the camera file with the ball (diameter and hue), and look at the light";
+
 /// Table `[ball]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -18,6 +18,7 @@ mod response;
 #[cfg(test)]
 mod tests;
 
+use plumb_cameras::camera_file::COMPARE_BALL;
 use plumb_frame::detect::DetectError;
 use plumb_frame::source::SourceError;
 use thiserror::Error;
@@ -57,8 +58,7 @@ pub enum ExaminationError {
     /// The ball was not seen before a motor turned.
     #[error(
         "the ball is seen in {seen} of {frames} pictures, {with_depth} of them with depth; hang it \
-         into the picture, 0.5 to 2 m from the camera, and compare [ball] of the camera file with \
-         it: diameter and hue"
+         into the picture, 0.5 to 2 m from the camera; {COMPARE_BALL}"
     )]
     BallNotSeen {
         /// Pictures.

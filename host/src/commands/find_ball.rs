@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use plumb_cameras::camera_file::COMPARE_BALL;
 use plumb_frame::source::CameraSource;
 use plumb_vision::detect::BallDetector;
 
@@ -53,10 +54,10 @@ pub(super) fn find_ball(
         }
     }
     let unseen = || {
-        failed(
+        failed(format!(
             "the camera does not show the ball, so that its place cannot be held; hang it into the \
-             picture, and compare [ball] of the camera file with it: diameter and hue",
-        )
+             picture; {COMPARE_BALL}"
+        ))
     };
     // A camera whose last frames are lost does not tell where the ball is.
     Err(lost.unwrap_or_else(unseen))

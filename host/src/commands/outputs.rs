@@ -7,6 +7,7 @@ use std::io::{IsTerminal, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use plumb_cameras::camera_file::COMPARE_BALL;
 use plumb_cameras::record::{Overflow, Recorder, Recording};
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::board_fault::BoardFault;
@@ -228,10 +229,11 @@ impl Closed {
                     tell!("{targets}");
                 }
                 let advice = if summary.located == 0 && frames > 0 {
-                    ": compare [ball] of the camera file with the ball (diameter and hue) and look \
-                     at the light; `plumb replay RECORDING --debug DIR` shows each stage"
+                    format!(
+                        ": {COMPARE_BALL}; `plumb replay RECORDING --debug DIR` shows each stage"
+                    )
                 } else {
-                    ""
+                    String::new()
                 };
                 tell!("ball seen in {} of {frames} pictures{advice}", summary.located);
                 tell!("run folder: {folder}");
