@@ -14,8 +14,9 @@ mod tests;
 use std::path::Path;
 
 use plumb_cameras::settings::CameraSettings;
+use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::{Coordinate, NumberError};
-use plumb_config::toml_file::{TomlFileError, parse_toml, read_toml};
+use plumb_config::toml_file::{MAX_BYTES, TomlFileError, parse_toml};
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::units::Point;
 use serde::Deserialize;
@@ -25,7 +26,7 @@ use quantity::Conversion;
 
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
-pub use self::motion::{MotionError, MotionRules, Outside, Side};
+pub use self::motion::{MotionError, MotionRules, Outside, Side, WrongTarget};
 pub use self::motors::Motors;
 pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};
@@ -117,7 +118,16 @@ impl Rig {
     /// # Errors
     /// Where it cannot be read or is not a rig file.
     pub fn read(path: &Path) -> Result<Self, TomlFileError> {
-        let mut rig: Self = read_toml(path)?;
+        Self::parse(path, &read_text(path, MAX_BYTES)?)
+    }
+
+    /// Parses the text of the rig file at `path`, as [`read`](Self::read). The file is not read;
+    /// errors name it.
+    ///
+    /// # Errors
+    /// Where it is not the text of a rig file.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, TomlFileError> {
+        let mut rig: Self = parse_toml(path, text)?;
         if let Some(folder) = path.parent() {
             rig.camera.relative_to(folder);
         }
@@ -140,6 +150,12 @@ impl Rig {
         let checked = |[x, y, z]: [f64; 3]| Ok([x.try_into()?, y.try_into()?, z.try_into()?]);
         self.targets = targets.iter().copied().map(checked).collect::<Result<_, _>>()?;
         Ok(())
+    }
+
+    /// Returns the targets that the rig does not allow.
+    pub fn wrong_targets(&self) -> Vec<WrongTarget> {
+        let targets = self.targets.iter().map(|target| target.map(Coordinate::get));
+        self.motion_rules().wrong_targets(targets)
     }
 
     /// Returns the configuration of the board, in its own units.

@@ -10,6 +10,7 @@ mod reached;
 mod repetition;
 mod targets;
 mod waypoint;
+mod waypoint_file;
 
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::detect::DetectError;
@@ -41,7 +42,8 @@ pub use control_loop::{DEFAULT_TIMEOUT, RunParts};
 pub use path::{PathPlan, PathPlanError};
 pub use repetition::RepeatedPicture;
 pub use targets::TargetUse;
-pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
+pub use waypoint::Waypoint;
+pub use waypoint_file::{WaypointError, WaypointMistake, read_waypoints};
 
 /// Source of targets that move.
 type BoxedTargets = Box<dyn TargetSource>;
@@ -117,7 +119,10 @@ fn route(rig: &Rig) -> Result<Route, RunError> {
 /// # Errors
 /// Where there are none, or one is outside the workspace or the triangle of the motors.
 pub fn check_targets(rig: &Rig) -> Result<(), RunError> {
-    route(rig).map(drop)
+    match rig.targets.is_empty() {
+        true => Err(RunError::NoTargets),
+        false => waypoint::check(&rig.wrong_targets()),
+    }
 }
 
 impl<T: Transport> Run<T> {

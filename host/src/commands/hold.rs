@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_runtime::rig::Rig;
+use plumb_runtime::run::check_targets;
 
 use super::Failure;
 use super::rig_args::RigArg;
@@ -24,5 +25,7 @@ pub(crate) struct Args {
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let file = &args.rig.rig;
-    drive(file, Rig::read(file)?, &Goal::PresentPlace, &args.options)
+    let rig = Rig::read(file)?;
+    check_targets(&rig)?;
+    drive(file, rig, &Goal::PresentPlace, &args.options)
 }

@@ -118,8 +118,9 @@ pub(super) struct Common {
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let file = &args.rig.rig;
-    let rig = Rig::read(file)?;
-    if let Some(finding) = wrong_targets(file, &rig).first() {
+    let text = read_text(file, MAX_BYTES)?;
+    let rig = Rig::parse(file, &text)?;
+    if let Some(finding) = wrong_targets(file, &text, &rig).first() {
         return Err(bad_input(finding));
     }
     let goal = args.goal(&rig)?;
@@ -156,6 +157,7 @@ pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
     }
     let mut rig = Rig::read(&file)?;
     rig.set_targets(&[target])?;
+    check_targets(&rig)?;
     drive(&file, rig, &Goal::Targets, &args.options)
 }
 
@@ -183,7 +185,6 @@ pub(super) fn drive(
     if let Some(law) = &options.law {
         rig.law = law.clone();
     }
-    check_targets(&rig)?;
     let text = read_text(&rig.camera.file, MAX_BYTES)?;
     let camera = camera_file::parse(&rig.camera.file, &text)?;
     if !rig.motion_rules().know_the_motors() {

@@ -13,7 +13,6 @@ use plumb_cameras::camera_file;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
-use plumb_config::quantity::Coordinate;
 use plumb_config::reference::{Key, keys};
 use plumb_config::toml_file::{MAX_BYTES, Mistake, diagnose, place};
 use plumb_frame::camera::Camera;
@@ -21,7 +20,7 @@ use plumb_frame::source::BoxedError;
 use serde::Serialize;
 
 use super::quantity::Conversion;
-use super::{MotionError, REFERENCE, Rig, Simulation};
+use super::{MotionError, REFERENCE, Rig, Simulation, WrongTarget};
 
 pub use self::board::BoardCheck;
 
@@ -51,13 +50,10 @@ pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>
     findings
 }
 
-/// Returns the errors of the targets of `rig`, which the file at `path` describes: none at all, or
-/// one outside the workspace.
-pub fn wrong_targets(path: &Path, rig: &Rig) -> Vec<Finding> {
-    match read_text(path, MAX_BYTES) {
-        Ok(text) => targets(&Document::new(path, &text, REFERENCE), rig),
-        Err(error) => vec![unreadable(path, error.to_string())],
-    }
+/// Returns the errors of the targets of `rig`, which the file at `path` with this `text` describes:
+/// none at all, or one that the rig does not allow. The file is not read.
+pub fn wrong_targets(path: &Path, text: &str, rig: &Rig) -> Vec<Finding> {
+    targets(&Document::new(path, text, REFERENCE), rig)
 }
 
 /// Returns what is not plausible about `camera`, which a camera file with this `text` describes, as
@@ -154,23 +150,30 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
     findings
 }
 
-/// Returns the errors of the targets: none at all, or one outside the workspace.
+/// Returns the errors of the targets: none at all, or one outside the workspace or the triangle of
+/// the motors.
 fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     if rig.targets.is_empty() {
         return vec![document.out_of_range(&["targets"], "has no target")];
     }
-    let rules = rig.motion_rules();
-    let findings = rig.targets.iter().enumerate().filter_map(|(index, target)| {
-        let target = target.map(Coordinate::get);
-        let Err(MotionError::Workspace(outside)) = rules.target(target) else { return None };
-        let problem = format!(
-            "has a target outside the workspace, number {}, {target:?}: {outside}",
-            index + 1
-        );
-        let keys = ["targets", "workspace.min", "workspace.max"];
-        Some(document.finding(Severity::Error, &keys, problem))
-    });
-    findings.collect()
+    let error = |WrongTarget { number, target, error }: WrongTarget| match error {
+        MotionError::Workspace(outside) => {
+            let problem = format!(
+                "has a target outside the workspace, number {number}, {target:?}: {outside}"
+            );
+            let keys = ["targets", "workspace.min", "workspace.max"];
+            document.finding(Severity::Error, &keys, problem)
+        }
+        MotionError::Triangle | MotionError::MotorRate { .. } => {
+            let problem = format!(
+                "put target {number}, {target:?}, outside the triangle of the motors: a cable is \
+                 slack there"
+            );
+            let keys = ["targets", size::motors_key(rig)];
+            document.finding(Severity::Error, &keys, problem)
+        }
+    };
+    rig.wrong_targets().into_iter().map(error).collect()
 }
 
 /// Returns the errors of the table `[camera]`.

@@ -61,6 +61,17 @@ pub enum MotionError {
     },
 }
 
+/// Target that the rig does not allow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrongTarget {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Its place, metres.
+    pub target: [f64; 3],
+    /// Broken rule.
+    pub error: MotionError,
+}
+
 /// Coordinate of a place beyond the workspace.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outside {
@@ -136,6 +147,18 @@ impl MotionRules {
         self.check_triangle(target.into())?;
         // A workspace reaches to 4 m, the board's units to 2147 m.
         Ok(Point::from_metres(target).unwrap_or_default())
+    }
+
+    /// Returns the targets (metres) that the rules do not allow, in their order.
+    pub(crate) fn wrong_targets(
+        &self,
+        targets: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Vec<WrongTarget> {
+        let wrong = |(number, target)| {
+            let error = self.target(target).err()?;
+            Some(WrongTarget { number, target, error })
+        };
+        (1..).zip(targets).filter_map(wrong).collect()
     }
 
     /// Returns whether the rules know where the motors are. Else they know the workspace only.

@@ -1,17 +1,9 @@
-//! Waypoints: targets with a dwell time and a tolerance, and the file that lists them.
+//! Waypoints, and the route of a run through them.
 
-use std::path::{Path, PathBuf};
-
-use plumb_config::bounded_read::{ReadError, read_text};
-use plumb_config::quantity::{Coordinate, Range};
-use plumb_config::toml_file::MAX_BYTES;
-use plumb_path::table::{Row, Table};
 use plumb_protocol::units::Point;
-use thiserror::Error;
 
 use super::RunError;
-use crate::rig::quantity::Distance;
-use crate::rig::{MotionError, MotionRules};
+use crate::rig::{MotionError, MotionRules, WrongTarget};
 use crate::rounding::round;
 
 /// Target of a run.
@@ -62,336 +54,37 @@ impl Route {
         if waypoints.is_empty() {
             return Err(RunError::NoTargets);
         }
-        let (mut inside, mut outside, mut slack) = (Vec::new(), Vec::new(), Vec::new());
-        for waypoint in waypoints {
-            let rounded = waypoint.target.map(|metres| round(metres, 1e6));
-            match rules.target(waypoint.target) {
-                Ok(point) => {
-                    let waypoint = Waypoint { target: point.to_metres(), ..*waypoint };
-                    inside.push(CheckedWaypoint { point, waypoint });
-                }
-                Err(MotionError::Workspace(border)) => outside.push((rounded, border)),
-                Err(_) => slack.push(rounded),
-            }
-        }
-        if !outside.is_empty() {
-            return Err(RunError::TargetsOutside(outside));
-        }
-        if !slack.is_empty() {
-            return Err(RunError::TargetsSlack(slack));
-        }
-        Ok(Self { waypoints: inside, is_repeated })
-    }
-}
-
-/// Mistake in a file of waypoints.
-#[derive(Debug, Error)]
-pub enum WaypointError {
-    /// The file cannot be read.
-    #[error("waypoints")]
-    Read(#[from] ReadError),
-    /// The file has no waypoints.
-    #[error("{}: no waypoints; each line is x, y, z", .0.display())]
-    Empty(PathBuf),
-    /// The first line names other columns.
-    #[error(
-        "{}:{line}: the columns are '{found}', but must be x, y, z, and may be dwell and \
-         tolerance; a file with times is a path: --path",
-        .path.display()
-    )]
-    Names {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// Columns found.
-        found: String,
-    },
-    /// Lines of the file have mistakes.
-    #[error("{}", listed(.path, .mistakes))]
-    Mistakes {
-        /// The file.
-        path: PathBuf,
-        /// The mistakes, in the order of the lines; at least one.
-        mistakes: Vec<WaypointMistake>,
-    },
-}
-
-/// Mistake in a line of a file of waypoints.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum WaypointMistake {
-    /// The line has too few or too many columns.
-    #[error("{line}: {count} columns, but the first line names {most}")]
-    Columns {
-        /// Line, from 1.
-        line: u64,
-        /// Number of columns.
-        count: usize,
-        /// Number of columns that the first line names.
-        most: usize,
-    },
-    /// The line has other columns than x, y, z, and no line names them.
-    #[error(
-        "{line}: {count} columns without names; 3 are x, y, z. For others the first line has the \
-         names: x,y,z,dwell,tolerance"
-    )]
-    Unnamed {
-        /// Line, from 1.
-        line: u64,
-        /// Number of columns.
-        count: usize,
-    },
-    /// A field is no number, or out of range.
-    #[error("{line}: column {column} ({name}): '{value}': {why}")]
-    Field {
-        /// Line, from 1.
-        line: u64,
-        /// Column, from 1.
-        column: usize,
-        /// Name of the column.
-        name: &'static str,
-        /// The field.
-        value: String,
-        /// Reason.
-        why: String,
-    },
-    /// The place is one that the rig does not allow.
-    #[error("{line}: {target:?} m: {error}")]
-    Place {
-        /// Line, from 1.
-        line: u64,
-        /// Place, metres.
-        target: [f64; 3],
-        /// Broken rule.
-        error: MotionError,
-    },
-}
-
-/// Number of mistakes of a file that a message lists.
-const MAX_LISTED: usize = 20;
-
-/// Returns a line for each mistake, without those above [`MAX_LISTED`].
-fn listed(path: &Path, mistakes: &[WaypointMistake]) -> String {
-    let shown = mistakes.iter().take(MAX_LISTED);
-    let mut lines: Vec<String> =
-        shown.map(|mistake| format!("{}:{mistake}", path.display())).collect();
-    if let Some(more) = mistakes.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
-        lines.push(format!("{}: {more} more mistakes", path.display()));
-    }
-    lines.join("\n")
-}
-
-/// Names of the columns.
-const COLUMNS: [&str; 5] = ["x", "y", "z", "dwell", "tolerance"];
-
-/// Number of the first columns, without which a line is no place.
-const COORDINATES: usize = 3;
-
-/// Range of a dwell time: up to a day.
-const DWELL: Range = Range::new(0.0, 86_400.0, "s");
-
-/// Range of a tolerance.
-const TOLERANCE: Range = Distance::RANGE;
-
-/// Reads a file of waypoints: x, y, z in metres in the rig frame, the dwell time in seconds, the
-/// tolerance in metres. The first line names the columns, in any order; where it does not, there
-/// are x, y, z. Dwell time and tolerance may be left out or empty.
-///
-/// # Errors
-/// Where the file cannot be read, names other columns, has no waypoints, or a field is wrong or a
-/// place not allowed by `rules`; all wrong fields and places at once.
-pub fn read_waypoints(path: &Path, rules: &MotionRules) -> Result<Vec<Waypoint>, WaypointError> {
-    parse_waypoints(path, &read_text(path, MAX_BYTES)?, rules)
-}
-
-/// Parses the text of the file `path`.
-fn parse_waypoints(
-    path: &Path,
-    text: &str,
-    rules: &MotionRules,
-) -> Result<Vec<Waypoint>, WaypointError> {
-    let mut table = Table::of(text);
-    let columns = table.take_names().map(|names| Columns::named(&names)).transpose();
-    let path = path.to_owned();
-    let columns = match columns {
-        Ok(columns) => columns,
-        Err((line, found)) => return Err(WaypointError::Names { path, line, found }),
-    };
-    let (mut waypoints, mut mistakes) = (Vec::new(), Vec::new());
-    for row in table.rows() {
-        let Some(waypoint) = parse_row(row, &table, columns.as_ref(), &mut mistakes) else {
-            continue;
+        check(&rules.wrong_targets(waypoints.iter().map(|waypoint| waypoint.target)))?;
+        let checked = |waypoint: &Waypoint| {
+            let point = rules.target(waypoint.target).ok()?;
+            let waypoint = Waypoint { target: point.to_metres(), ..*waypoint };
+            Some(CheckedWaypoint { point, waypoint })
         };
-        let (line, target) = (row.line, waypoint.target);
-        match rules.target(target) {
-            Ok(_) => waypoints.push(waypoint),
-            Err(error) => mistakes.push(WaypointMistake::Place { line, target, error }),
-        }
-    }
-    if !mistakes.is_empty() {
-        Err(WaypointError::Mistakes { path, mistakes })
-    } else if waypoints.is_empty() {
-        Err(WaypointError::Empty(path))
-    } else {
-        Ok(waypoints)
+        Ok(Self { waypoints: waypoints.iter().filter_map(checked).collect(), is_repeated })
     }
 }
 
-/// Columns of a file, each by its place in [`COLUMNS`].
-struct Columns(Vec<usize>);
-
-impl Columns {
-    /// Returns the columns of a line of names, or its number and text where they are others: each
-    /// once, and all coordinates.
-    fn named(names: &Row) -> Result<Self, (u64, String)> {
-        let place = |name: &String| COLUMNS.iter().position(|column| column == name);
-        let places: Vec<usize> = names.fields.iter().filter_map(place).collect();
-        let times = |column: usize| places.iter().filter(|place| **place == column).count();
-        let is_complete = (0..COLUMNS.len()).all(|column| match column < COORDINATES {
-            true => times(column) == 1,
-            false => times(column) <= 1,
-        });
-        match is_complete && places.len() == names.fields.len() {
-            true => Ok(Self(places)),
-            false => Err((names.line, names.fields.join(","))),
+/// Returns the error of a run whose targets are wrong.
+pub(super) fn check(wrong: &[WrongTarget]) -> Result<(), RunError> {
+    let (mut outside, mut slack) = (Vec::new(), Vec::new());
+    for WrongTarget { target, error, .. } in wrong {
+        let target = target.map(|metres| round(metres, 1e6));
+        match error {
+            MotionError::Workspace(border) => outside.push((target, *border)),
+            MotionError::Triangle | MotionError::MotorRate { .. } => slack.push(target),
         }
     }
-
-    /// Returns the least number of fields of a line: the last coordinate is among them.
-    fn least(&self) -> usize {
-        let last = self.0.iter().rposition(|place| *place < COORDINATES);
-        last.map_or(COORDINATES, |index| index + 1)
+    match (outside.is_empty(), slack.is_empty()) {
+        (false, _) => Err(RunError::TargetsOutside(outside)),
+        (true, false) => Err(RunError::TargetsSlack(slack)),
+        (true, true) => Ok(()),
     }
-}
-
-/// Parses a line. Adds its mistakes to `mistakes`; `None` if it has one.
-fn parse_row(
-    row: &Row,
-    table: &Table,
-    columns: Option<&Columns>,
-    mistakes: &mut Vec<WaypointMistake>,
-) -> Option<Waypoint> {
-    let (line, count) = (row.line, row.fields.len());
-    let unnamed = Columns((0..COORDINATES).collect());
-    let named = columns.unwrap_or(&unnamed);
-    let Columns(places) = named;
-    let most = places.len();
-    if !(named.least()..=most).contains(&count) {
-        mistakes.push(match columns {
-            Some(_) => WaypointMistake::Columns { line, count, most },
-            None => WaypointMistake::Unnamed { line, count },
-        });
-        return None;
-    }
-    let before = mistakes.len();
-    let mut values = [None; COLUMNS.len()];
-    for (index, (field, &place)) in row.fields.iter().zip(places).enumerate() {
-        // Dwell time and tolerance may be empty.
-        if place >= COORDINATES && field.is_empty() {
-            continue;
-        }
-        match checked(place, table.number(field)) {
-            Ok(value) => values[place] = Some(value),
-            Err(why) => mistakes.push(WaypointMistake::Field {
-                line,
-                column: index + 1,
-                name: COLUMNS[place],
-                value: field.clone(),
-                why,
-            }),
-        }
-    }
-    let [Some(x), Some(y), Some(z), dwell_s, tolerance_m] = values else { return None };
-    let waypoint = Waypoint { target: [x, y, z], dwell_s: dwell_s.unwrap_or(0.0), tolerance_m };
-    (mistakes.len() == before).then_some(waypoint)
-}
-
-/// Checks the number of a column, by its place in [`COLUMNS`]. Returns the reason in words where it
-/// is wrong.
-fn checked(place: usize, number: Option<f64>) -> Result<f64, String> {
-    let value = number.ok_or_else(|| "must be a number".to_owned())?;
-    let range = match COLUMNS[place] {
-        "tolerance" => TOLERANCE,
-        "dwell" => DWELL,
-        _ => Coordinate::RANGE,
-    };
-    range.check(value).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rig::quantity::Corner;
-    use crate::rig::{Box3, Rig};
-
-    fn parse(text: &str) -> Result<Vec<Waypoint>, String> {
-        let [min, max] = [-4.0, 4.0].map(|border| [Corner::constant(border); 3]);
-        let workspace = Box3 { min, max };
-        let wide = Rig { workspace, simulation: None, ..Rig::paper().unwrap() };
-        parse_waypoints(Path::new("way.csv"), text, &wide.motion_rules())
-            .map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn dwell_and_tolerance_may_be_left_out() {
-        let text = "x, y, z, dwell, tolerance\n# a comment\n\n0.4,0.3,0.2\n0.5, -0.1, 0.3, 2\n\
-                    0.4,0.3,0.2,,0.02\n";
-        let at = |target, dwell_s, tolerance_m| Waypoint { target, dwell_s, tolerance_m };
-        let expected = vec![
-            at([0.4, 0.3, 0.2], 0.0, None),
-            at([0.5, -0.1, 0.3], 2.0, None),
-            at([0.4, 0.3, 0.2], 0.0, Some(0.02)),
-        ];
-        assert_eq!(parse(text), Ok(expected));
-    }
-
-    #[test]
-    fn columns_come_in_any_order_and_numbers_with_a_decimal_comma() {
-        let target = [0.4, -0.1, 0.2];
-        let expected = vec![Waypoint { target, dwell_s: 2.0, tolerance_m: None }];
-        assert_eq!(parse("\u{feff}Dwell;Z;Y;X\n2;0,2;-0,1;0,4\n"), Ok(expected));
-        assert_eq!(parse("0,4;-0,1;0,2\n"), Ok(vec![Waypoint::new(target)]));
-    }
-
-    #[test]
-    fn a_mistake_is_named_with_its_line_and_column() {
-        for (text, named) in [
-            ("0.4,0.3,0.2\n0.4,0,3,0.2,1,1\n", "way.csv:2: 6 columns without names"),
-            ("0.2,0.3,0.24,0.3\n", "way.csv:1: 4 columns without names; 3 are x, y, z"),
-            ("x,y,z\n0.4,0.3\n", "way.csv:2: 2 columns"),
-            ("x,y,z\n0.4,0.3,0.2,1\n", "way.csv:2: 4 columns, but the first line names 3"),
-            ("dwell,z,y,x\n1,0.4,0.3\n", "way.csv:2: 3 columns, but the first line names 4"),
-            ("t,x,y,z\n0,0.4,0.3,0.2\n", "way.csv:1: the columns are 't,x,y,z'"),
-            ("x,y,y\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,y'"),
-            ("x,y,dwell\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,dwell'"),
-            ("420,240,300\n", "is it in millimetres?"),
-            ("0.4,o.3,0.2\n", "way.csv:1: column 2 (y): 'o.3': must be a number"),
-            ("0.4,0.3,inf\n", "way.csv:1: column 3 (z): 'inf'"),
-            ("x,y,z,dwell\n1,1,1,-1\n", "way.csv:2: column 4 (dwell): '-1': -1.0 must be 0 to"),
-            ("x,y,z,tolerance\n1,1,1,0\n", "way.csv:2: column 4 (tolerance): '0'"),
-            ("x,y,z\n", "way.csv: no waypoints"),
-            ("1,1,1\n1,1,-5\n", "way.csv:2: [1.0, 1.0, -5.0] m: that is outside the workspace"),
-        ] {
-            let error = parse(text).unwrap_err();
-            assert!(error.contains(named), "{error}");
-        }
-    }
-
-    #[test]
-    fn all_mistakes_of_a_file_are_named_at_once() {
-        let error =
-            parse("x,y,z,dwell,tolerance\n0.4,o.3,nan,-1\n0.4,0.3,0.2\n0.4\n0.4,0.3,0.2,,-2\n")
-                .unwrap_err();
-        let lines: Vec<&str> = error.lines().collect();
-        let places = ["2: column 2", "2: column 3", "2: column 4", "4: 1 columns", "5: column 5"];
-        assert_eq!(lines.len(), places.len(), "{error}");
-        for (line, place) in lines.iter().zip(places) {
-            assert!(line.starts_with(&format!("way.csv:{place}")), "{error}");
-        }
-        let error = parse(&"0.4,0.3\n".repeat(1000)).unwrap_err();
-        assert_eq!(error.lines().count(), MAX_LISTED + 1, "{error}");
-        assert!(error.ends_with("980 more mistakes"), "{error}");
-    }
+    use crate::rig::Rig;
 
     fn route_error(rig: &Rig, targets: &[[f64; 3]]) -> String {
         let targets: Vec<Waypoint> = targets.iter().copied().map(Waypoint::new).collect();

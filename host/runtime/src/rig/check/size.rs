@@ -1,11 +1,10 @@
-//! Plausibility of a rig file: workspace, targets and travel against the rough size of the rig.
+//! Plausibility of a rig file: workspace and travel against the rough size of the rig.
 
 use nalgebra::{Point2, Point3};
-use plumb_config::quantity::Coordinate;
 
 use super::{Document, Finding, Severity};
 use crate::rig::quantity::{Corner, TravelLimit};
-use crate::rig::{FULL_STEPS_PER_REVOLUTION, MotionError, Rig};
+use crate::rig::{FULL_STEPS_PER_REVOLUTION, Rig};
 
 /// Travel beyond which the limits protect little, in multiples of what the workspace takes.
 const LARGEST_TRAVEL: f64 = 2.0;
@@ -68,8 +67,12 @@ impl RoughSize {
     }
 }
 
-/// Returns what is wrong about the places of a rig of this rough size: errors of the targets, which
-/// a run refuses, and warnings.
+/// Returns the key of the motors' places in the rig file.
+pub(super) fn motors_key(rig: &Rig) -> &'static str {
+    RoughSize::of(rig).map_or("size.motors", |size| size.key)
+}
+
+/// Returns the warnings about the places of a rig of this rough size.
 pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     let warning = |keys: &[&str], problem: &str| document.finding(Severity::Warning, keys, problem);
     let Some(size) = RoughSize::of(rig) else {
@@ -84,19 +87,6 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
         found.push(warning(&[size.key], problem));
     }
     found.extend(workspace_warnings(document, rig, &size));
-    let rules = rig.motion_rules();
-    let outside = |target: &[Coordinate; 3]| {
-        rules.target(target.map(Coordinate::get)) == Err(MotionError::Triangle)
-    };
-    for (index, target) in rig.targets.iter().enumerate().filter(|(_, target)| outside(target)) {
-        let [x, y, z] = target.map(Coordinate::get);
-        let problem = format!(
-            "put target {}, [{x}, {y}, {z}], outside the triangle of the motors: a cable is slack \
-             there",
-            index + 1
-        );
-        found.push(document.finding(Severity::Error, &["targets", size.key], &problem));
-    }
     found.extend(travel_warning(document, rig, &size));
     found
 }

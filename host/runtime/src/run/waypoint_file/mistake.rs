@@ -1,0 +1,105 @@
+//! Mistakes in a file of waypoints.
+
+use std::path::{Path, PathBuf};
+
+use plumb_config::bounded_read::ReadError;
+use thiserror::Error;
+
+use crate::rig::MotionError;
+
+/// Mistake in a file of waypoints.
+#[derive(Debug, Error)]
+pub enum WaypointError {
+    /// The file cannot be read.
+    #[error("waypoints")]
+    Read(#[from] ReadError),
+    /// The file has no waypoints.
+    #[error("{}: no waypoints; each line is x, y, z", .0.display())]
+    Empty(PathBuf),
+    /// The first line names other columns.
+    #[error(
+        "{}:{line}: the columns are '{found}', but must be x, y, z, and may be dwell and \
+         tolerance; a file with times is a path: --path",
+        .path.display()
+    )]
+    Names {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// Columns found.
+        found: String,
+    },
+    /// Lines of the file have mistakes.
+    #[error("{}", listed(.path, .mistakes))]
+    Mistakes {
+        /// The file.
+        path: PathBuf,
+        /// The mistakes, in the order of the lines; at least one.
+        mistakes: Vec<WaypointMistake>,
+    },
+}
+
+/// Mistake in a line of a file of waypoints.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum WaypointMistake {
+    /// The line has too few or too many columns.
+    #[error("{line}: {count} columns, but the first line names {most}")]
+    Columns {
+        /// Line, from 1.
+        line: u64,
+        /// Number of columns.
+        count: usize,
+        /// Number of columns that the first line names.
+        most: usize,
+    },
+    /// The line has other columns than x, y, z, and no line names them.
+    #[error(
+        "{line}: {count} columns without names; 3 are x, y, z. For others the first line has the \
+         names: x,y,z,dwell,tolerance"
+    )]
+    Unnamed {
+        /// Line, from 1.
+        line: u64,
+        /// Number of columns.
+        count: usize,
+    },
+    /// A field is no number, or out of range.
+    #[error("{line}: column {column} ({name}): '{value}': {why}")]
+    Field {
+        /// Line, from 1.
+        line: u64,
+        /// Column, from 1.
+        column: usize,
+        /// Name of the column.
+        name: &'static str,
+        /// The field.
+        value: String,
+        /// Reason.
+        why: String,
+    },
+    /// The place is one that the rig does not allow.
+    #[error("{line}: {target:?} m: {error}")]
+    Place {
+        /// Line, from 1.
+        line: u64,
+        /// Place, metres.
+        target: [f64; 3],
+        /// Broken rule.
+        error: MotionError,
+    },
+}
+
+/// Number of mistakes of a file that a message lists.
+pub(super) const MAX_LISTED: usize = 20;
+
+/// Returns a line for each mistake, without those above [`MAX_LISTED`].
+fn listed(path: &Path, mistakes: &[WaypointMistake]) -> String {
+    let shown = mistakes.iter().take(MAX_LISTED);
+    let mut lines: Vec<String> =
+        shown.map(|mistake| format!("{}:{mistake}", path.display())).collect();
+    if let Some(more) = mistakes.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
+        lines.push(format!("{}: {more} more mistakes", path.display()));
+    }
+    lines.join("\n")
+}
