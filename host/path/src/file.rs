@@ -3,11 +3,13 @@
 //! The first line of a CSV file names the columns: `x,y,z` for waypoints, or `t,x,y,z` for places
 //! with time stamps; metres in the rig frame, and seconds. A line that is repeated is a pause.
 
+use std::mem::discriminant;
+
 use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::gcode;
-use crate::table::{self, Table};
+use crate::table::{self, DECIMAL_COMMAS, Table, and_more};
 use crate::trajectory::{MAX_COORDINATE_M, Sample};
 
 pub use crate::gcode::{CodeMistake, CodeProblem};
@@ -88,6 +90,14 @@ pub enum LineMistake {
         /// Number of columns of the header.
         expected: usize,
     },
+    /// The commas are the decimal sign too.
+    #[error("line {line}: {DECIMAL_COMMAS}{}", and_more(*.more, "line"))]
+    DecimalCommas {
+        /// Line, from 1.
+        line: u64,
+        /// Number of further lines like this one.
+        more: usize,
+    },
     /// A field is no finite number.
     #[error("line {line}, column {name}: '{value}' is no finite number")]
     Field {
@@ -101,7 +111,8 @@ pub enum LineMistake {
     /// A coordinate is far out of range.
     #[error(
         "line {line}, column {name}: {value} m is out of range, ±{MAX_COORDINATE_M} (metres); are \
-         these millimetres?"
+         these millimetres?{}",
+        and_more(*.more, "number")
     )]
     Range {
         /// Line, from 1.
@@ -110,6 +121,8 @@ pub enum LineMistake {
         name: &'static str,
         /// Coordinate, metres.
         value: f64,
+        /// Number of further coordinates out of range.
+        more: usize,
     },
     /// The time is not above that of the line before.
     #[error("line {line}: the time {time} s is not above that of the line before")]
@@ -119,6 +132,28 @@ pub enum LineMistake {
         /// Time, seconds.
         time: f64,
     },
+}
+
+impl LineMistake {
+    /// Returns the number of further mistakes that one mistake of this kind stands for; `None` for
+    /// a kind of which each is listed.
+    fn more(&mut self) -> Option<&mut usize> {
+        match self {
+            Self::DecimalCommas { more, .. } | Self::Range { more, .. } => Some(more),
+            _ => None,
+        }
+    }
+
+    /// Adds the mistake to `mistakes`, or counts it where one of its kind is there for all.
+    fn add_to(mut self, mistakes: &mut Vec<Self>) {
+        let kind = discriminant(&self);
+        let is_for_all = self.more().is_some();
+        let first = mistakes.iter_mut().find(|it| is_for_all && discriminant(*it) == kind);
+        match first.and_then(Self::more) {
+            Some(more) => *more += 1,
+            None => mistakes.push(self),
+        }
+    }
 }
 
 /// Number of mistakes that a message lists.
@@ -217,23 +252,27 @@ fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
 
 /// Returns the place of a line. Adds its mistakes to `mistakes`; `None` if it has one.
 fn row(
-    table::Row { line, fields }: &table::Row,
+    row: &table::Row,
     table: &Table,
     columns: Columns,
     mistakes: &mut Vec<LineMistake>,
 ) -> Option<Row> {
-    let line = *line;
+    let (line, fields) = (row.line, &row.fields);
     let names = columns.names();
     if fields.len() != names.len() {
         let (count, expected) = (fields.len(), names.len());
-        mistakes.push(LineMistake::Columns { line, count, expected });
+        let mistake = match table.has_decimal_commas(row, expected) {
+            true => LineMistake::DecimalCommas { line, more: 0 },
+            false => LineMistake::Columns { line, count, expected },
+        };
+        mistake.add_to(mistakes);
         return None;
     }
     let mut values = Vec::new();
     for (&name, field) in names.iter().zip(fields) {
         match table.number(field).filter(|value| value.is_finite()) {
             Some(value) if name != "t" && value.abs() > MAX_COORDINATE_M => {
-                mistakes.push(LineMistake::Range { line, name, value });
+                LineMistake::Range { line, name, value, more: 0 }.add_to(mistakes);
             }
             Some(value) => values.push(value),
             None => mistakes.push(LineMistake::Field { line, name, value: field.clone() }),
@@ -302,6 +341,20 @@ mod tests {
             let error = parse(text).unwrap_err().to_string();
             assert!(error.contains(named), "{error}");
         }
+    }
+
+    #[test]
+    fn a_mistake_of_the_whole_file_is_named_once() {
+        let lines =
+            |line: &str| parse(&format!("x,y,z\n{}", line.repeat(3))).unwrap_err().to_string();
+        assert_eq!(lines("0,4,0,5,0,2\n"), format!("line 2: {DECIMAL_COMMAS} (2 more lines too)"));
+        assert_eq!(
+            lines("420,240,30\n"),
+            "line 2, column x: 420 m is out of range, ±100 (metres); are these millimetres? \
+             (5 more numbers too)"
+        );
+        let timed = "t,x,y,z\n0,0,4,0,5,0,2\n";
+        assert_eq!(parse(timed).unwrap_err().to_string(), format!("line 2: {DECIMAL_COMMAS}"));
     }
 
     #[test]

@@ -5,6 +5,14 @@
 //! begin with `#` are left out. The crate `csv` would count the lines without them, so that a
 //! message would name a wrong one.
 
+/// What to do about a table with decimal commas between commas, for messages.
+pub const DECIMAL_COMMAS: &str = "commas are the decimal sign and separate the columns too: write \
+                                  points (0.4,0.5,0.2), or separate the columns by semicolons \
+                                  (0,4;0,5;0,2)";
+
+/// Units that a name of a column may have behind it: "x [m]", "t (s)".
+const UNITS: [&str; 2] = ["m", "s"];
+
 /// Separators, in the order in which they are looked for.
 const SEPARATORS: [char; 3] = [';', '\t', ','];
 
@@ -41,14 +49,25 @@ impl Table {
     }
 
     /// Takes the first line where it has the names of the columns: where its first field begins
-    /// with a letter. The names are in lower case.
+    /// with a letter. The names are in lower case, and without a unit that is metres or seconds.
     pub fn take_names(&mut self) -> Option<Row> {
         let first = self.rows.first()?;
         if !first.fields.first()?.starts_with(char::is_alphabetic) || is_number(&first.fields[0]) {
             return None;
         }
         let Row { line, fields } = self.rows.remove(0);
-        Some(Row { line, fields: fields.iter().map(|name| name.to_lowercase()).collect() })
+        Some(Row { line, fields: fields.iter().map(|name| column_name(name)).collect() })
+    }
+
+    /// Returns whether the commas of a line are the decimal sign too: between commas it has whole
+    /// numbers only, and too many of them for so many columns.
+    pub fn has_decimal_commas(&self, row: &Row, columns: usize) -> bool {
+        let is_whole = |field: &String| {
+            let digits = field.trim_matches('"').trim_start_matches('-');
+            !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
+        };
+        let is_too_long = (columns + 1..=2 * columns).contains(&row.fields.len());
+        self.separator == ',' && is_too_long && row.fields.iter().all(is_whole)
     }
 
     /// Returns the lines.
@@ -62,6 +81,25 @@ impl Table {
             return field.parse().ok();
         }
         field.replacen(',', ".", 1).parse().ok()
+    }
+}
+
+/// Returns the name of a column in lower case, without its unit where that is one of [`UNITS`].
+fn column_name(field: &str) -> String {
+    let name = field.to_lowercase();
+    let without_unit = [('[', ']'), ('(', ')')].iter().find_map(|&(open, close)| {
+        let (name, unit) = name.strip_suffix(close)?.split_once(open)?;
+        UNITS.contains(&unit.trim()).then(|| name.trim().to_owned())
+    });
+    without_unit.unwrap_or(name)
+}
+
+/// Returns the end of a message about a mistake that `more` further lines or fields have.
+pub fn and_more(more: usize, what: &str) -> String {
+    match more {
+        0 => String::new(),
+        1 => format!(" (1 more {what} too)"),
+        _ => format!(" ({more} more {what}s too)"),
     }
 }
 
@@ -96,6 +134,7 @@ mod tests {
             "X, Y, Z\r\n# a comment\r\n\r\n0.5, -0.25, 3\r\n",
             "x;y;z\n0,5;-0,25;3,0\n",
             "x;y;z\n0.5;-0.25;3\n",
+            "X [m], y (m), z[ m ]\n0.5, -0.25, 3\n",
             "x\ty\tz\n0,5\t-0.25\t3\n",
             "\"x\",\"y\",\"z\"\n\"0.5\",\"-0.25\",\"3\"\n",
         ] {
@@ -113,6 +152,29 @@ mod tests {
         let (_, rows) = numbers("1;1,000.5;1,0,0\n");
         assert_eq!(rows, [[Some(1.0), None, None]]);
         assert_eq!(numbers(""), (None, vec![]));
+    }
+
+    #[test]
+    fn other_units_stay_in_the_names() {
+        let (names, _) = numbers("x [mm],y (cm),z [m\n1,2,3\n");
+        assert_eq!(names.unwrap(), ["x [mm]", "y (cm)", "z [m"]);
+    }
+
+    #[test]
+    fn decimal_commas_between_commas_are_known_by_too_many_whole_numbers() {
+        for (line, is_it) in [
+            ("0,4,0,5,0,2", true),
+            ("0,4,-0,05,1", true),
+            ("\"0,4\",\"0,5\",\"0,2\"", true),
+            ("0,4,0", false),
+            ("0.4,0,5,0,2", false),
+            ("0,4,0,5,0,2,0,1", false),
+            ("0,4,0,5,a", false),
+            ("0,4;0,5;0,2;1;2;3", false),
+        ] {
+            let table = Table::of(line);
+            assert_eq!(table.has_decimal_commas(&table.rows()[0], 3), is_it, "{line}");
+        }
     }
 
     #[test]

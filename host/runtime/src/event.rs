@@ -253,6 +253,7 @@ mod tests {
             value_m: 7.0,
             side: Side::Above,
             limit_m: 0.6,
+            unit: None,
         }));
         let got = json(RunEvent::Command { number: 3, command, outcome });
         let expected = serde_json::json!({

@@ -26,7 +26,7 @@ use quantity::Conversion;
 
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
-pub use self::motion::{MotionError, MotionRules, Outside, Side, WrongTarget};
+pub use self::motion::{MotionError, MotionRules, OtherUnit, Outside, Side, WrongTarget};
 pub use self::motors::Motors;
 pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};

@@ -93,7 +93,7 @@ fn a_camera_that_is_silent_is_an_error() {
 fn a_refused_command_is_reported_until_the_next() {
     let mut status = RunStatus::new(Instant::now());
     let (value_m, limit_m) = (7.0, 0.6);
-    let outside = Outside { axis: 'z', value_m, side: Side::Above, limit_m };
+    let outside = Outside { axis: 'z', value_m, side: Side::Above, limit_m, unit: None };
     let refused = CommandOutcome::Refused(CommandRefusal::TargetOutside(outside));
     status.note_event(&command(OperatorCommand::Target(target(7.0)), refused));
     let report = status.commands(false);

@@ -4,6 +4,7 @@
 use std::fmt;
 
 use nalgebra::{Point3, Vector3};
+use plumb_config::quantity::Coordinate;
 use plumb_protocol::config::{JogLimits, PathLimits};
 use plumb_protocol::units::{Micrometres, PathAcceleration, PathJerk, Point, Rate, Speed, Steps16};
 use serde::Deserialize;
@@ -26,6 +27,10 @@ const AXES: [char; 3] = ['x', 'y', 'z'];
 /// Distance beyond the border of the workspace at which a target still is inside, metres: half of
 /// the board's unit.
 const ROUNDING_M: f64 = 0.5e-6;
+
+/// Largest coordinate of a place from which on it may be in another unit than metres: a workspace
+/// reaches to 4 m.
+const LEAST_IN_OTHER_UNIT: f64 = 10.0;
 
 /// Rules for a motion of the ball, from the rig file.
 #[derive(Debug, Clone)]
@@ -61,6 +66,16 @@ pub enum MotionError {
     },
 }
 
+impl MotionError {
+    /// Returns the unit in which the place probably is, in place of metres.
+    pub fn other_unit(&self) -> Option<OtherUnit> {
+        match self {
+            Self::Workspace(outside) => outside.unit,
+            Self::Triangle | Self::MotorRate { .. } => None,
+        }
+    }
+}
+
 /// Target that the rig does not allow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrongTarget {
@@ -83,6 +98,29 @@ pub struct Outside {
     pub side: Side,
     /// Border of the workspace on this side, metres.
     pub limit_m: f64,
+    /// Unit in which the place probably is, in place of metres.
+    pub unit: Option<OtherUnit>,
+}
+
+/// Unit of length that a place in metres was written in by mistake.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OtherUnit {
+    /// Millimetres.
+    Millimetres,
+    /// Centimetres.
+    Centimetres,
+    /// One of both.
+    Either,
+}
+
+impl fmt::Display for OtherUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Millimetres => "millimetres",
+            Self::Centimetres => "centimetres",
+            Self::Either => "millimetres or centimetres",
+        })
+    }
 }
 
 /// Side of the workspace.
@@ -102,7 +140,8 @@ impl fmt::Display for Outside {
         };
         let Self { axis, value_m, limit_m, .. } = self;
         let value_m = round(*value_m, 1e6);
-        write!(f, "{axis} = {value_m} m is {side} the {limit_m} m of `workspace.{key}`")
+        write!(f, "{axis} = {value_m} m is {side} the {limit_m} m of `workspace.{key}`")?;
+        self.unit.map_or(Ok(()), |unit| write!(f, "; is it in {unit}?"))
     }
 }
 
@@ -126,16 +165,30 @@ impl MotionRules {
     pub fn check(&self, place: Point3<f64>, velocity: Vector3<f64>) -> Result<(), MotionError> {
         self.check_workspace(place, 0.0)?;
         self.check_triangle(place)?;
-        let Some(size) = &self.size else { return Ok(()) };
-        for (position, motor) in size.motors.iter().zip(MOTORS) {
-            // The speed of the cable is the ball's along it.
-            let cable = place - position;
-            let rate = (cable.dot(&velocity) / cable.norm()).abs() / size.cable_per_step;
+        for (rate, motor) in self.rates(place, velocity).zip(MOTORS) {
             if rate > self.max_rate {
                 return Err(MotionError::MotorRate { motor, rate, limit: self.max_rate });
             }
         }
         Ok(())
+    }
+
+    /// Returns how fast the motors turn for a motion of the ball, as a share of their limit: that
+    /// of the fastest; 0 where nothing tells where they are.
+    pub fn rate_share(&self, place: Point3<f64>, velocity: Vector3<f64>) -> f64 {
+        self.rates(place, velocity).fold(0.0, f64::max) / self.max_rate
+    }
+
+    /// Returns the rates of the motors for a motion of the ball, full steps/s; none where nothing
+    /// tells where they are.
+    fn rates(&self, place: Point3<f64>, velocity: Vector3<f64>) -> impl Iterator<Item = f64> {
+        self.size.iter().flat_map(move |size| {
+            size.motors.iter().map(move |position| {
+                // The speed of the cable is the ball's along it.
+                let cable = place - position;
+                (cable.dot(&velocity) / cable.norm()).abs() / size.cable_per_step
+            })
+        })
     }
 
     /// Returns a target (metres) in the board's units.
@@ -169,18 +222,46 @@ impl MotionRules {
     /// Checks that a place is inside the workspace, or beyond its border by at most `margin`; both
     /// in metres.
     fn check_workspace(&self, place: Point3<f64>, margin: f64) -> Result<(), MotionError> {
+        let Some((index, side)) = self.outside(place, margin) else { return Ok(()) };
         let Box3 { min, max } = &self.workspace;
-        let outside = (0..3).find_map(|index| {
-            let (axis, value_m) = (AXES[index], place[index]);
-            let (low, high) = (min[index].get(), max[index].get());
-            if (low - margin..=high + margin).contains(&value_m) {
-                return None;
+        let limit = if side == Side::Below { min } else { max }[index];
+        Err(MotionError::Workspace(Outside {
+            axis: AXES[index],
+            value_m: place[index],
+            side,
+            limit_m: limit.get(),
+            unit: self.other_unit(place),
+        }))
+    }
+
+    /// Returns the first axis along which a place is outside the workspace by more than `margin`,
+    /// and its side.
+    fn outside(&self, place: Point3<f64>, margin: f64) -> Option<(usize, Side)> {
+        let Box3 { min, max } = &self.workspace;
+        (0..3).find_map(|index| match place[index] {
+            value if value < min[index].get() - margin => Some((index, Side::Below)),
+            value if value <= max[index].get() + margin => None,
+            _ => Some((index, Side::Above)),
+        })
+    }
+
+    /// Returns the unit in which a place (metres) is inside the workspace; `None` where there is
+    /// none, or the place could be one of a rig.
+    fn other_unit(&self, place: Point3<f64>) -> Option<OtherUnit> {
+        if place.iter().all(|coordinate| coordinate.abs() < LEAST_IN_OTHER_UNIT) {
+            return None;
+        }
+        let is_inside = |per_metre: f64| self.outside(place / per_metre, 0.0).is_none();
+        match (is_inside(1000.0), is_inside(100.0)) {
+            (true, false) => Some(OtherUnit::Millimetres),
+            (false, true) => Some(OtherUnit::Centimetres),
+            (true, true) => Some(OtherUnit::Either),
+            // No rig is so far from its origin.
+            (false, false) => {
+                let is_far = |it: &f64| it.is_finite() && !Coordinate::RANGE.contains(*it);
+                place.iter().any(is_far).then_some(OtherUnit::Millimetres)
             }
-            let (side, limit_m) =
-                if value_m < low { (Side::Below, low) } else { (Side::Above, high) };
-            Some(Outside { axis, value_m, side, limit_m })
-        });
-        outside.map_or(Ok(()), |outside| Err(MotionError::Workspace(outside)))
+        }
     }
 
     fn check_triangle(&self, place: Point3<f64>) -> Result<(), MotionError> {
@@ -264,6 +345,7 @@ impl PathSettings {
 
 #[cfg(test)]
 mod tests {
+    use super::super::quantity::Corner;
     use super::*;
 
     fn check(rig: &Rig, place: [f64; 3], speed: f64) -> Result<(), MotionError> {
@@ -282,6 +364,27 @@ mod tests {
         assert_eq!(check(&rig, [0.1, 0.5, 0.4], 0.1), Err(MotionError::Triangle));
         let error = check(&rig, [0.54, 0.22, 0.1], 1.0).unwrap_err();
         assert!(matches!(error, MotionError::MotorRate { motor: 'A', .. }), "{error}");
+    }
+
+    #[test]
+    fn a_place_in_another_unit_is_asked_for() {
+        let rig = Rig::paper().unwrap();
+        for (place, unit) in [
+            ([420.0, 240.0, 300.0], "; is it in millimetres?"),
+            ([42.0, 24.0, 30.0], "; is it in centimetres?"),
+            // 0.42 m is inside, and 900 m are no rig's.
+            ([900.0, 240.0, 300.0], "; is it in millimetres?"),
+            ([90.0, 24.0, 30.0], "`workspace.max`"),
+            ([2.0, 0.3, 0.3], "`workspace.max`"),
+            ([f64::NAN, 0.3, 0.3], "`workspace.max`"),
+        ] {
+            let error = check(&rig, place, 0.0).unwrap_err().to_string();
+            assert!(error.ends_with(unit), "{place:?}: {error}");
+        }
+        let [min, max] = [-4.0, 4.0].map(|border| [Corner::constant(border); 3]);
+        let wide = Rig { workspace: Box3 { min, max }, ..rig };
+        let error = check(&wide, [42.0, 24.0, 30.0], 0.0).unwrap_err().to_string();
+        assert!(error.ends_with("; is it in millimetres or centimetres?"), "{error}");
     }
 
     #[test]

@@ -59,7 +59,9 @@ fn parse_waypoints(
         let (line, target) = (row.line, waypoint.target);
         match rules.target(target) {
             Ok(_) => waypoints.push(waypoint),
-            Err(error) => mistakes.push(WaypointMistake::Place { line, target, error }),
+            Err(error) => {
+                WaypointMistake::Place { line, target, error, more: 0 }.add_to(&mut mistakes);
+            }
         }
     }
     if !mistakes.is_empty() {
@@ -111,10 +113,14 @@ fn parse_row(
     let Columns(places) = named;
     let most = places.len();
     if !(named.least()..=most).contains(&count) {
-        mistakes.push(match columns {
+        let mistake = match columns {
+            _ if table.has_decimal_commas(row, most) => {
+                WaypointMistake::DecimalCommas { line, more: 0 }
+            }
             Some(_) => WaypointMistake::Columns { line, count, most },
             None => WaypointMistake::Unnamed { line, count },
-        });
+        };
+        mistake.add_to(mistakes);
         return None;
     }
     let before = mistakes.len();
@@ -147,6 +153,8 @@ fn checked(place: usize, number: Option<f64>) -> Result<f64, String> {
     let range = match COLUMNS[place] {
         "tolerance" => TOLERANCE,
         "dwell" => DWELL,
+        // Whether the rig allows the place is checked later, with its unit.
+        _ if value.is_finite() => return Ok(value),
         _ => Coordinate::RANGE,
     };
     range.check(value).map_err(|error| error.to_string())
@@ -184,7 +192,7 @@ mod tests {
     fn columns_come_in_any_order_and_numbers_with_a_decimal_comma() {
         let target = [0.4, -0.1, 0.2];
         let expected = vec![Waypoint { target, dwell_s: 2.0, tolerance_m: None }];
-        assert_eq!(parse("\u{feff}Dwell;Z;Y;X\n2;0,2;-0,1;0,4\n"), Ok(expected));
+        assert_eq!(parse("\u{feff}Dwell [s];Z [m];Y;X (m)\n2;0,2;-0,1;0,4\n"), Ok(expected));
         assert_eq!(parse("0,4;-0,1;0,2\n"), Ok(vec![Waypoint::new(target)]));
     }
 
@@ -210,6 +218,23 @@ mod tests {
             let error = parse(text).unwrap_err();
             assert!(error.contains(named), "{error}");
         }
+    }
+
+    #[test]
+    fn a_mistake_of_the_whole_file_is_named_once() {
+        let thrice = |line: &str| parse(&format!("x,y,z\n{}", line.repeat(3))).unwrap_err();
+        let commas = "way.csv:2: commas are the decimal sign and separate the columns too: write \
+                      points (0.4,0.5,0.2), or separate the columns by semicolons (0,4;0,5;0,2)";
+        assert_eq!(thrice("0,4,0,5,0,2\n"), format!("{commas} (2 more lines too)"));
+        assert_eq!(parse("0,4,0,5,0,2\n").unwrap_err(), commas.replace(":2:", ":1:"));
+        let error = thrice("420,2400,300\n");
+        let end = "x = 420 m is above the 4 m of `workspace.max`; is it in millimetres? (2 more \
+                   lines too)";
+        assert!(error.starts_with("way.csv:2: [420.0, ") && error.ends_with(end), "{error}");
+        let error = thrice("120,24,300\n");
+        assert!(error.contains("is it in millimetres or centimetres? (2 more"), "{error}");
+        // Places that are outside in each unit are listed.
+        assert_eq!(thrice("1,1,-5\n").lines().count(), 3);
     }
 
     #[test]

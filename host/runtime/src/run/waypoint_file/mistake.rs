@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use plumb_config::bounded_read::ReadError;
+use plumb_path::table::{DECIMAL_COMMAS, and_more};
 use thiserror::Error;
 
 use crate::rig::MotionError;
@@ -18,8 +19,8 @@ pub enum WaypointError {
     Empty(PathBuf),
     /// The first line names other columns.
     #[error(
-        "{}:{line}: the columns are '{found}', but must be x, y, z, and may be dwell and \
-         tolerance; a file with times is a path: --path",
+        "{}:{line}: the columns are '{found}', but must be x, y, z in metres, and may be dwell in \
+         seconds and tolerance in metres; a file with times is a path: --path",
         .path.display()
     )]
     Names {
@@ -64,6 +65,14 @@ pub enum WaypointMistake {
         /// Number of columns.
         count: usize,
     },
+    /// The commas are the decimal sign too.
+    #[error("{line}: {DECIMAL_COMMAS}{}", and_more(*.more, "line"))]
+    DecimalCommas {
+        /// Line, from 1.
+        line: u64,
+        /// Number of further lines like this one.
+        more: usize,
+    },
     /// A field is no number, or out of range.
     #[error("{line}: column {column} ({name}): '{value}': {why}")]
     Field {
@@ -79,7 +88,7 @@ pub enum WaypointMistake {
         why: String,
     },
     /// The place is one that the rig does not allow.
-    #[error("{line}: {target:?} m: {error}")]
+    #[error("{line}: {target:?} m: {error}{}", and_more(*.more, "line"))]
     Place {
         /// Line, from 1.
         line: u64,
@@ -87,7 +96,32 @@ pub enum WaypointMistake {
         target: [f64; 3],
         /// Broken rule.
         error: MotionError,
+        /// Number of further places that are probably in the same unit.
+        more: usize,
     },
+}
+
+impl WaypointMistake {
+    /// Adds the mistake to `mistakes`, or counts it where one of them stands for all of its kind.
+    pub(super) fn add_to(self, mistakes: &mut Vec<Self>) {
+        match mistakes.iter_mut().find_map(|first| first.count_of(&self)) {
+            Some(more) => *more += 1,
+            None => mistakes.push(self),
+        }
+    }
+
+    /// Returns the number of further mistakes for which this one stands, if `other` is one.
+    fn count_of(&mut self, other: &Self) -> Option<&mut usize> {
+        match (self, other) {
+            (Self::DecimalCommas { more, .. }, Self::DecimalCommas { .. }) => Some(more),
+            (Self::Place { error, more, .. }, Self::Place { error: other, .. })
+                if error.other_unit().is_some() && error.other_unit() == other.other_unit() =>
+            {
+                Some(more)
+            }
+            _ => None,
+        }
+    }
 }
 
 /// Number of mistakes of a file that a message lists.
