@@ -92,6 +92,24 @@ pub fn check<E: Error + 'static>(
     Ok(())
 }
 
+/// Returns the factor by which all times of a trajectory with time stamps must grow for it to keep
+/// the limits; 1 where it does. `share` returns how much a motion takes of another limit that is
+/// proportional to the speed, 1 = all of it.
+pub fn slowdown(
+    trajectory: &Trajectory,
+    limits: &MotionLimits,
+    share: impl Fn(&Moment) -> f64,
+) -> f64 {
+    let needed = |time_s: f64| {
+        let moment = trajectory.at(time_s);
+        let speed = moment.velocity.norm() / limits.speed;
+        // The acceleration falls with the square of the factor.
+        let acceleration = (moment.acceleration.norm() / limits.acceleration).sqrt();
+        speed.max(acceleration).max(share(&moment))
+    };
+    times(&trajectory.breaks()).map(needed).fold(1.0, f64::max)
+}
+
 /// Returns the times to check, from the first break to the last one.
 fn times(breaks: &[f64]) -> impl Iterator<Item = f64> {
     let most = (MOST_MOMENTS / breaks.len()).clamp(1, MOST_PARTS);

@@ -12,7 +12,7 @@ use plumb_path::trajectory::{
     DEFAULT_ACCELERATION, DEFAULT_JERK, MotionLimits, PathError, Run, Trajectory, Waypoints,
 };
 use plumb_runtime::rig::{MotionRules, Rig};
-use plumb_runtime::run::PathPlan;
+use plumb_runtime::run::{PathPlan, PathPlanError};
 
 use super::print::note;
 use super::{Failure, bad_input, numbers};
@@ -80,19 +80,18 @@ impl PathArgs {
         let Some(path) = &self.path else { return Ok(None) };
         let run = if is_loop { Run::Loop } else { Run::Once };
         let limits = self.limits(rig)?;
-        let (trajectory, places) = match path.parse() {
-            Ok(kind) => (self.shape(kind, rig).trajectory(&limits, run)?, Vec::new()),
+        let (trajectory, file) = match path.parse() {
+            Ok(kind) => (self.shape(kind, rig).trajectory(&limits, run)?, FilePlaces::default()),
             Err(unknown) if !Path::new(path).exists() => {
                 return Err(bad_input(format!("--path: {unknown}; no file has this name either")));
             }
             Err(_) => self.read(Path::new(path), &limits, run)?,
         };
-        let plan = PathPlan::new(trajectory, !self.no_wait, rig);
+        let plan = PathPlan::new(trajectory.clone(), !self.no_wait, rig);
         plan.map(Some).map_err(|error| {
-            let cause = std::error::Error::source(&error).map(ToString::to_string);
-            let cause = cause.unwrap_or_default();
-            let because = first_wrong_place(&places, &rig.motion_rules());
-            bad_input(format!("{path}: {}", because.unwrap_or(format!("{error}: {cause}"))))
+            let because = first_wrong_place(&file.places, &rig.motion_rules());
+            let because = because.unwrap_or_else(|| file.explain(&error, &trajectory, rig));
+            bad_input(format!("{path}: {because}"))
         })
     }
 
@@ -130,32 +129,71 @@ impl PathArgs {
         }
     }
 
-    /// Returns the trajectory through the places of a file, and the places with their lines.
+    /// Returns the trajectory through the places of a file, and these.
     fn read(
         &self,
         file: &Path,
         limits: &MotionLimits,
         run: Run,
-    ) -> Result<(Trajectory, Vec<Place>), Failure> {
+    ) -> Result<(Trajectory, FilePlaces), Failure> {
         let text = read_text(file, MAX_BYTES)?;
         let in_file = |message: String| bad_input(format!("{}: {message}", file.display()));
         let contents = parse(&text).map_err(|error| in_file(error.to_string()))?;
-        let places = contents.places();
+        let (places, mut times) = (contents.places(), Vec::new());
         let trajectory = match contents {
             PathFile::Waypoints { places, speeds, .. } => {
                 tell_slower(&speeds, limits.speed);
                 let waypoints = Waypoints { places, speeds, tolerance: self.tolerance };
                 Trajectory::through(&waypoints, limits, run)
             }
-            PathFile::Samples { samples, .. } => Trajectory::through_samples(&samples, run),
+            PathFile::Samples { samples, .. } => {
+                times = samples.iter().map(|sample| sample.time).collect();
+                Trajectory::through_samples(&samples, run)
+            }
         };
         let trajectory = trajectory.map_err(|error: PathError| in_file(error.to_string()))?;
-        Ok((trajectory, places))
+        Ok((trajectory, FilePlaces { places, times }))
     }
 }
 
 /// Place of a file, metres, with its line, from 1.
 type Place = (u64, Point3<f64>);
+
+/// Places of the file of a path; none of a shape.
+#[derive(Default)]
+struct FilePlaces {
+    places: Vec<Place>,
+    /// Their times, seconds; none where the file has no times.
+    times: Vec<f64>,
+}
+
+impl FilePlaces {
+    /// Returns why `trajectory` through the places is not possible, for a person. Where it is too
+    /// fast by the times of the file, the text says where, and by how much.
+    fn explain(&self, error: &PathPlanError, trajectory: &Trajectory, rig: &Rig) -> String {
+        let text = format!("{error}: {}", error.rule);
+        let slower = PathPlan::slowdown(trajectory, rig);
+        if self.times.is_empty() || slower <= 1.0 {
+            return text;
+        }
+        let lines = self.lines_at(error.time_s).filter(|_| !trajectory.is_loop());
+        let lines = lines.map(|[from, to]| format!("from line {from} to line {to}, "));
+        // Rounded up.
+        let slower = (slower * 100.0).ceil() / 100.0;
+        format!(
+            "{}{text}; with all its times {slower} times as long it is slow enough",
+            lines.unwrap_or_default()
+        )
+    }
+
+    /// Returns the lines of the places before and after a time, seconds after the first.
+    fn lines_at(&self, time_s: f64) -> Option<[u64; 2]> {
+        let begin = self.times.first()?;
+        let next = self.times.partition_point(|time| time - begin <= time_s);
+        let next = next.clamp(1, self.places.len().checked_sub(1)?);
+        Some([self.places[next - 1].0, self.places[next].0])
+    }
+}
 
 /// Returns the line, the place and the broken rule of the first place that `rules` do not allow.
 fn first_wrong_place(places: &[Place], rules: &MotionRules) -> Option<String> {

@@ -44,7 +44,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("up.nc", &[], "up.nc: line 2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
         ("bad.csv", &[], "bad.csv: line 3, column y: 'o.3' is no finite number"),
         ("one.csv", &[], "one.csv: the path has 1 places, but needs 2 or more"),
-        ("fast.csv", &[], "fast.csv: the path is not possible at"),
+        ("fast.csv", &[], "fast.csv: from line 2 to line 3, the path is not possible at"),
         ("none.csv", &[], "'none.csv' is no shape"),
         ("circle", &["--size", "0.5"], "that is outside the workspace of the rig file"),
         ("circle", &["--centre", "0.2", "0.2", "0.3"], "outside the triangle of the motors"),
@@ -59,6 +59,17 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         assert!(stderr(&output).contains(named), "{path} {more:?}: {}", stderr(&output));
         assert!(!folder.path().join("run").exists(), "{path}: nothing was run");
     }
+    // The factor that the message names is enough.
+    let run = |path: &str| {
+        let run = ["run", &rig, "--port", "/dev/no-such-port", "--path", path];
+        stderr(&plumb(&run, folder.path()))
+    };
+    let text = run("fast.csv");
+    let factor = text.split("with all its times ").nth(1).unwrap().split(' ').next().unwrap();
+    let end = 0.3 * factor.parse::<f64>().unwrap();
+    let slow = format!("t,x,y,z\n0,0.5,0.3,0.3\n{end},0.5,0.3,0.4\n");
+    fs::write(folder.path().join("slow.csv"), slow).unwrap();
+    assert!(run("slow.csv").contains("there is no such serial port"), "{}", run("slow.csv"));
     let output = plumb(&["run", &rig, "--loop"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("--loop needs --path or --waypoints"), "{}", stderr(&output));

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::Point3;
-use plumb_path::check::{Breach, check};
+use plumb_path::check::{Breach, check, slowdown};
 use plumb_path::trajectory::{MotionLimits, Trajectory};
 use plumb_protocol::message::{Reference, State, Telemetry};
 use plumb_protocol::units::Point;
@@ -34,6 +34,13 @@ impl PathPlan {
         let rules = rig.motion_rules();
         check(&trajectory, &path_limits(rig), |at| rules.check(at.position, at.velocity))?;
         Ok(Self { trajectory, waits })
+    }
+
+    /// Returns the factor by which all times of a trajectory with time stamps must grow for the rig
+    /// to follow it; 1 where it is slow enough.
+    pub fn slowdown(trajectory: &Trajectory, rig: &Rig) -> f64 {
+        let rules = rig.motion_rules();
+        slowdown(trajectory, &path_limits(rig), |at| rules.rate_share(at.position, at.velocity))
     }
 
     /// Returns the trajectory.
