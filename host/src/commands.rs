@@ -55,6 +55,7 @@ use plumb_vision::detect::{BallDetector, DetectorKind};
 
 use exit::{FAILED, bad_input, failed, failed_because};
 
+pub(crate) use address::joined;
 pub(crate) use exit::{Failure, report_usage};
 pub(crate) use interrupt::outlive_file_size_limit;
 

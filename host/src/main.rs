@@ -65,7 +65,7 @@ fn main() -> ExitCode {
     if let Err(error) = commands::outlive_file_size_limit() {
         return commands::Failure::from(error).report();
     }
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_from(commands::joined(std::env::args_os())) {
         Ok(cli) => cli,
         Err(error) => return commands::report_usage(&error),
     };

@@ -19,6 +19,12 @@ fn an_address_that_cannot_be_used_is_bad_input_and_nothing_moves() {
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("try another port"), "{}", stderr(&output));
     assert!(!folder.path().join("run").exists(), "the run did not begin");
+    // A port in a word of its own.
+    let port = taken.local_addr().unwrap().port().to_string();
+    let output = plumb(&["demo", "--page", &port, "--out", "run"], folder.path());
+    let named = format!("127.0.0.1:{port}");
+    assert!(stderr(&output).contains(&named), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(2));
     for options in [&["--page=here"][..], &["--page", "--virtual-time"], &["--page", "--compare"]] {
         let output = plumb(&[&["demo"], options].concat(), folder.path());
         assert_eq!(output.status.code(), Some(2), "{options:?}");
