@@ -101,7 +101,7 @@ struct Line<'a> {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let interrupted = interrupt_flag()?;
+    let interrupted = interrupt_flag(Some("the ball"))?;
     if args.compare {
         return compare::main(&args, &interrupted);
     }

@@ -4,6 +4,7 @@ use std::ffi::c_int;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -13,6 +14,8 @@ use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
 use super::Failure;
+use super::print::{is_quiet, renew, tell};
+use super::progress::is_shown;
 
 /// Whether a signal ends the program at once.
 static ENDS_AT_ONCE: AtomicBool = AtomicBool::new(false);
@@ -33,10 +36,11 @@ pub(crate) fn outlive_file_size_limit() -> io::Result<()> {
 
 /// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set, so that the motors are ramped down and the
 /// run's folder is finished. A second signal, after [`ONE_REQUEST`], ends the program at once; a
-/// board without a host stops by itself.
+/// board without a host stops by itself. Both are reported where `moving` names what the command
+/// moves, such as "the ball".
 ///
 /// A SIGHUP that was ignored when the program began (`nohup`) stays ignored.
-pub(crate) fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
+pub(crate) fn interrupt_flag(moving: Option<&'static str>) -> Result<Arc<AtomicBool>, Failure> {
     let flag = Arc::new(AtomicBool::new(false));
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let handled = [SIGINT, SIGTERM, SIGHUP]
@@ -44,22 +48,57 @@ pub(crate) fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
         .filter(|&signal| signal != SIGHUP || !ignores(&status, signal));
     let signals = Signals::new(handled)?;
     let shared = Arc::clone(&flag);
-    thread::Builder::new().name("signals".to_owned()).spawn(move || handle(signals, &shared))?;
+    thread::Builder::new()
+        .name("signals".to_owned())
+        .spawn(move || handle(signals, &shared, moving))?;
     Ok(flag)
 }
 
 /// Sets `flag` at the first signal. Ends the program at the second, or while a
 /// [`DefaultSignals`] exists.
-fn handle(mut signals: Signals, flag: &AtomicBool) {
+fn handle(mut signals: Signals, flag: &AtomicBool, moving: Option<&str>) {
     let mut first: Option<Instant> = None;
     for signal in signals.forever() {
         let repeated = first.get_or_insert_with(Instant::now).elapsed() > ONE_REQUEST;
-        if repeated || ENDS_AT_ONCE.load(Ordering::Relaxed) {
+        let ends_at_once = ENDS_AT_ONCE.load(Ordering::Relaxed);
+        if repeated || ends_at_once {
+            if moving.is_some() && !ends_at_once {
+                let _too_slow = report(AT_ONCE.to_owned()).recv_timeout(REPORT_TIMEOUT);
+            }
             // The handled signals all have a default that ends the program.
             let _unknown_signal = emulate_default_handler(signal);
         }
-        flag.store(true, Ordering::Relaxed);
+        // The stop comes before the message.
+        let is_first = !flag.swap(true, Ordering::Relaxed);
+        if let Some(moving) = moving.filter(|_| is_first && !is_quiet()) {
+            report(format!("stopping {moving}; Ctrl-C again ends the program at once"));
+        }
     }
+}
+
+/// Message of a second signal.
+const AT_ONCE: &str = "ended at once: the board stops by itself after `deadlines.host`; `plumb \
+                       board status` says whether the motors stand";
+
+/// Longest time that a message takes from the end of the program.
+const REPORT_TIMEOUT: Duration = Duration::from_millis(50);
+
+/// Prints a line in a thread of its own: a terminal that is stopped (Ctrl-S) delays no signal. The
+/// receiver gets a message, or its end, once the line is printed.
+fn report(line: String) -> Receiver<()> {
+    let (done, printed) = channel();
+    let print = move || {
+        // In place of a progress line, and of the ^C of the terminal.
+        if is_shown() {
+            renew(format_args!("{line}\n"));
+        } else {
+            tell!("{line}");
+        }
+        let _nobody_waits = done.send(());
+    };
+    // Without a thread there is no message.
+    let _no_thread = thread::Builder::new().name("interrupt".to_owned()).spawn(print);
+    printed
 }
 
 /// Time in which a signal ends the program at once: the motors stand, the files are closed, and

@@ -196,7 +196,7 @@ pub(super) fn drive(
     let transport = options.port.open(&rig.board)?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
-    let interrupted = interrupt_flag()?;
+    let interrupted = interrupt_flag(Some("the ball"))?;
     let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
     let moving = stream.as_ref().and_then(|_| receiver.take_targets());
     let steering = Operators::start(&options.run, &rig, &camera, (sender, receiver))?;

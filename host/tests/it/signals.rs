@@ -11,10 +11,12 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
+use nix::pty::openpty;
 use nix::sys::signal::Signal;
+use nix::sys::termios::{FlowArg, tcflow};
 
 use crate::common::{
-    Emulator, folder, json, patient, plumb, program, rig_file, send, stderr, until_rows,
+    Emulator, States, folder, json, patient, plumb, program, rig_file, send, stderr, until_rows,
 };
 
 #[test]
@@ -38,6 +40,8 @@ fn signals_end_a_run_with_its_summary() {
             send(&run, signal);
             let output = run.wait_with_output().unwrap();
             assert_eq!(output.status.code(), Some(1), "{out}: {}", stderr(&output));
+            let told = "stopping the ball; Ctrl-C again ends the program at once\n";
+            assert_eq!(stderr(&output).matches(told).count(), 1, "{out}: {}", stderr(&output));
             assert_eq!(json(&output)["ending"], "interrupted", "{out}");
             let summary =
                 fs::read_to_string(folder.path().join(&out).join("summary.json")).unwrap();
@@ -53,7 +57,7 @@ fn a_second_signal_ends_a_run_at_once() {
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
     let mut run = program(&["run", &rig, "--port", &emulator.port, "--out", "run"], folder.path())
-        .stderr(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     until_rows(&mut run, &folder.path().join("run"), 10);
@@ -61,8 +65,33 @@ fn a_second_signal_ends_a_run_at_once() {
     send(&run, Signal::SIGTERM);
     thread::sleep(Duration::from_millis(400));
     send(&run, Signal::SIGINT);
-    assert_eq!(run.wait().unwrap().signal(), Some(Signal::SIGINT as i32));
+    let output = run.wait_with_output().unwrap();
     send(&emulator.child, Signal::SIGCONT);
+    assert_eq!(output.status.signal(), Some(Signal::SIGINT as i32));
+    let lines = ["stopping the ball; Ctrl-C again", "ended at once: the board stops by itself"];
+    let places = lines.map(|line| stderr(&output).find(line));
+    assert!(places[0].is_some() && places[0] < places[1], "{}", stderr(&output));
+}
+
+/// The message at the signal cannot be written.
+#[test]
+fn a_stopped_terminal_delays_no_stop() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let mut emulator = Emulator::start();
+    let mut states = States::of(&mut emulator.child);
+    let terminal = openpty(None, None).unwrap();
+    let run = ["run", &rig, "--port", &emulator.port, "--law", "interval", "--out", "run"];
+    let slave = terminal.slave.try_clone().unwrap();
+    let mut run = program(&run, folder.path()).stderr(slave).spawn().unwrap();
+    states.wait_for("seeking");
+    // As Ctrl-S does.
+    tcflow(&terminal.slave, FlowArg::TCOOFF).unwrap();
+    send(&run, Signal::SIGINT);
+    states.wait_for("ready");
+    // Its result waits for the terminal, too.
+    run.kill().unwrap();
+    run.wait().unwrap();
 }
 
 /// `timeout` sends its signal to the program and to the program's group.

@@ -90,7 +90,7 @@ fn jog_and_look(
         }
         _ => RunCamera::open(rig, camera, None)?,
     };
-    let interrupted = interrupt_flag()?;
+    let interrupted = interrupt_flag(Some("the motors"))?;
     let mut observers: Vec<&mut dyn Observer> = Vec::new();
     observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
     let mut parts = ExaminationParts {

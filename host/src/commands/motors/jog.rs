@@ -76,7 +76,7 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&file)?;
     let wanted = words.map(|[motor, distance]| parse(&motor, &distance, &rig)).transpose()?;
     let rate = rate(args.rate, &rig)?;
-    let interrupted = interrupt_flag()?;
+    let interrupted = interrupt_flag(Some("the motor"))?;
     if wanted.is_none() {
         // Before anything is sent to the board.
         dialogue::check_terminal()?;
