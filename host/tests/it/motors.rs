@@ -78,7 +78,7 @@ fn a_jog_beyond_its_limits_moves_nothing() {
     let text = text.split("\n[simulation]").next().unwrap().replace("[camera]", camera);
     std::fs::write(&real, text).unwrap();
     let real = real.to_str().unwrap();
-    let cases: [(&[&str], i32, &str); 8] = [
+    let cases: [(&[&str], i32, &str); 9] = [
         (&["jog", "A", "201"], 2, "jog.max_distance"),
         (&["jog", "A", "20", "--rate", "51"], 2, "jog.max_rate"),
         (&["jog", "A", "nan"], 2, "distance nan"),
@@ -87,6 +87,7 @@ fn a_jog_beyond_its_limits_moves_nothing() {
         (&["jog", "A"], 2, "A"),
         (&["jog", real, "A", "20mm"], 2, "cable_per_step"),
         (&["jog"], 2, "need a terminal"),
+        (&["jog", "B", "A", "20"], 2, "B is a motor, and no rig file"),
     ];
     for (arguments, code, named) in cases {
         let output = rig.command(arguments).stdin(Stdio::null()).output().unwrap();
@@ -94,6 +95,10 @@ fn a_jog_beyond_its_limits_moves_nothing() {
         assert!(stderr(&output).contains(named), "{arguments:?}: {}", stderr(&output));
     }
     assert_eq!(rig.steps(), [0.0; 3]);
+    // A motor in the place of the rig file.
+    let output = plumb(&["jog", "a"], rig.folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("such as `plumb jog rig.toml A 200`"), "{}", stderr(&output));
 }
 
 #[test]

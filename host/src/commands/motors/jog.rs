@@ -15,7 +15,7 @@ use plumb_runtime::rig::Rig;
 
 use super::super::interrupt::interrupt_flag;
 use super::super::print::{self, tell};
-use super::super::rig_args::{PortArgs, split_rig};
+use super::super::rig_args::{PortArgs, RIG_VARIABLE, split_rig};
 use super::super::{FAILED, Failure, bad_input, board, failed, numbers};
 use super::keys::NAMES;
 use super::{connect, dialogue};
@@ -101,13 +101,28 @@ fn split(words: [Option<String>; 3]) -> Result<(PathBuf, Option<[String; 2]>), F
     let names: &[&str] =
         if words.iter().flatten().count() < 2 { &[] } else { &["MOTOR", "DISTANCE"] };
     let (rig, rest) = split_rig(words, names, USAGE)?;
+    if let Some(motor) = rig.to_str().and_then(motor)
+        && !rig.exists()
+    {
+        let name = NAMES[motor];
+        return Err(bad_input(format!(
+            "{name} is a motor, and no rig file: name the rig file first, then the motor and its \
+             distance, such as `plumb jog rig.toml {name} 200`; where {RIG_VARIABLE} names the \
+             file, `plumb jog {name} 200`"
+        )));
+    }
     Ok((rig, rest.try_into().ok()))
+}
+
+/// Returns the index of the motor with this name; `None` where none has it.
+fn motor(name: &str) -> Option<usize> {
+    NAMES.iter().position(|motor| name.eq_ignore_ascii_case(&motor.to_string()))
 }
 
 /// Parses motor and distance.
 fn parse(motor: &str, distance: &str, rig: &Rig) -> Result<Move, Failure> {
-    let index = NAMES.iter().position(|name| motor.eq_ignore_ascii_case(&name.to_string()));
-    let index = index.ok_or_else(|| bad_input(format!("motor {motor}: must be A, B or C")))?;
+    let index =
+        self::motor(motor).ok_or_else(|| bad_input(format!("motor {motor}: must be A, B or C")))?;
     let (number, is_mm) = match distance.strip_suffix("mm") {
         Some(number) => (number.trim_end(), true),
         None => (distance, false),
