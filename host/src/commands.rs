@@ -13,6 +13,7 @@ pub(crate) mod board;
 pub(crate) mod calibrate;
 pub(crate) mod cameras;
 pub(crate) mod check;
+mod connection;
 pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;

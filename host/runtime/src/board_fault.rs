@@ -122,7 +122,7 @@ pub fn after_fault(fault: Fault) -> &'static str {
         }
         Fault::PositionLost => {
             "Check that the camera delivers pictures, and that the ball is in view and lit. Then \
-             clear the fault and set the target again."
+             clear the fault and begin again."
         }
         Fault::BallOutside => {
             "Check whether the ball really left the workspace. If not, the camera's pose is wrong."

@@ -14,6 +14,7 @@ use plumb_runtime::link::{Link, Transport};
 use plumb_runtime::rig::Rig;
 use serde_json::{Value, json};
 
+use super::connection::connect;
 use super::print::tell;
 use super::rig_args::{BoardArgs, PortArgs, RigArg};
 use super::{Failure, print};
@@ -174,9 +175,7 @@ fn counts(port: &str, diagnostics: &Diagnostics) {
 
 fn save(args: &SaveArgs) -> Result<(), Failure> {
     let rig = Rig::read(&args.rig.rig)?;
-    let config = rig.config()?;
-    let mut link = Link::connect(args.port.open(&rig.board)?)?;
-    link.configure(config)?;
+    let mut link = connect(&args.rig.rig, &rig, args.port.open(&rig.board)?)?;
     link.save()?;
     let (port, file) = (link.port(), &args.rig.rig);
     tell!("{port}: the board keeps the configuration of {}", file.display());

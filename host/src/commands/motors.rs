@@ -12,6 +12,7 @@ use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
 
 use super::board::report;
+use super::connection::connect;
 use super::rig_args::{BoardArgs, PortArgs, RigArg};
 use super::{Failure, bad_input};
 
@@ -74,7 +75,7 @@ pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
 
 pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&args.rig.rig)?;
-    let mut link = connect(&rig, args.port.open(&rig.board)?)?;
+    let mut link = connect(&args.rig.rig, &rig, args.port.open(&rig.board)?)?;
     link.home()?;
     let telemetry = link.status()?;
     report(&link, &telemetry, args.json)?;
@@ -92,15 +93,4 @@ fn serve(
     let telemetry = link.status()?;
     report(&link, &telemetry, is_json)?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Connects to the board of `rig` and configures it.
-///
-/// # Errors
-/// Where the board has stopped by itself: the fault stays until `plumb clear`.
-pub(super) fn connect(rig: &Rig, serial: Serial) -> Result<Link<Serial>, Failure> {
-    let config = rig.config()?;
-    let mut link = Link::connect(serial)?;
-    link.configure(config)?;
-    Ok(link)
 }

@@ -23,6 +23,7 @@ use plumb_runtime::run_log::{FigureSettings, RunLog};
 use plumb_runtime::targets::{TargetAddress, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
 
+use super::connection::explained;
 use super::find_ball::find_ball;
 use super::interrupt::interrupt_flag;
 use super::operators::Operators;
@@ -204,7 +205,7 @@ pub(super) fn drive(
     if chosen != SourceName::Simulated && !transport.is_pseudo_terminal() {
         note!("{}", RealTime::ask());
     }
-    let mut run = Run::connect(&rig, transport)?;
+    let mut run = Run::connect(&rig, transport).map_err(|error| explained(error, file))?;
     if let Some(targets) = moving {
         run.set_targets(Box::new(targets), TargetUse::Goal);
     }

@@ -89,9 +89,16 @@ fn a_drive_refuses_any_other_fault() {
         let output = plumb(&arguments(drive, &rig, &emulator.port, "refused"), folder.path());
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(1), "{drive:?}: {text}");
-        assert!(text.contains("`plumb clear RIG`"), "{drive:?}: {text}");
+        assert!(text.contains(&format!("Run `plumb clear {rig}`, then this")), "{drive:?}: {text}");
         assert!(!text.contains("cleared"), "{drive:?}: {text}");
         assert!(!folder.path().join("refused").exists(), "{drive:?}: nothing was run");
         assert_eq!(status(), state, "{drive:?}");
     }
+    // Before the check asks for a yes.
+    let check = plumb(&["check", &rig, "--port", &emulator.port], folder.path());
+    let text = stderr(&check);
+    assert_eq!(check.status.code(), Some(1), "{text}");
+    let end =
+        format!("begin again. Nothing has moved. Run `plumb clear {rig}`, then this command again");
+    assert!(text.trim_end().ends_with(&end) && !text.contains("yes"), "{text}");
 }

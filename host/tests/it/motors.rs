@@ -129,7 +129,8 @@ fn a_fault_stays_until_it_is_cleared() {
     let refused = on(&["board", "save", &file]);
     assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
     let error = json(&refused)["error"].as_str().unwrap_or_default().to_owned();
-    for part in ["nothing came from the host", "overloaded or asleep", "`plumb clear RIG`"] {
+    let clear = format!("`plumb clear {file}`");
+    for part in ["nothing came from the host", "overloaded or asleep", &clear] {
         assert!(error.contains(part), "{error}");
     }
     assert!(state().contains("fault"), "{}", state());

@@ -240,8 +240,7 @@ pub enum LinkError {
     Fault(Fault),
     /// The board has stopped by itself before this host connected, and its fault is not cleared.
     #[error(
-        "{port}: the board stands in a fault ({fault}). {} Nothing has moved. Run `plumb clear \
-         RIG`, then this command again",
+        "{port}: the board stands in a fault ({fault}). {} Nothing has moved",
         after_fault(*.fault)
     )]
     Faulted {

@@ -15,8 +15,8 @@ use plumb_runtime::wakeups::{RealClock, WakeupCheck};
 use plumb_vision::camera::Camera;
 use serde::Serialize;
 
+use super::super::connection::{check_state, connect};
 use super::super::interrupt::interrupt_flag;
-use super::super::motors::connect;
 use super::super::old_file::{OldFile, ask};
 use super::super::print::tell;
 use super::super::run_camera::RunCamera;
@@ -54,13 +54,17 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     let rig = Rig::read(file)?;
     let camera = read_text(&rig.camera.file, MAX_BYTES)?;
     let camera = camera_file::parse(&rig.camera.file, &camera)?;
-    if !(args.yes || ask(words::QUESTION)?) {
-        return Err(bad_input("nothing has moved: the check needs a yes"));
+    if !args.yes {
+        // A board that cannot be configured makes the question needless.
+        check_state(file, args.port.open(&rig.board)?)?;
+        if !ask(words::QUESTION)? {
+            return Err(bad_input("nothing has moved: the check needs a yes"));
+        }
     }
     let port = args.port.open(&rig.board)?;
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
-    let link = connect(&rig, port)?;
+    let link = connect(file, &rig, port)?;
     let report = jog_and_look(args, &rig, camera, link)?;
     words::tell_report(&report);
     let written = offer_correction(args, &rig, &report)?;

@@ -13,12 +13,13 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::Rig;
 
+use super::super::connection::connect;
 use super::super::interrupt::interrupt_flag;
 use super::super::print::{self, tell};
 use super::super::rig_args::{PortArgs, RIG_VARIABLE, split_rig};
 use super::super::{FAILED, Failure, bad_input, board, failed, numbers};
+use super::dialogue;
 use super::keys::NAMES;
-use super::{connect, dialogue};
 
 /// Interval of the requests for the state during a jog: below the shortest usual deadline of the
 /// board for a silent host, 300 ms.
@@ -81,7 +82,7 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
         // Before anything is sent to the board.
         dialogue::check_terminal()?;
     }
-    let mut link = connect(&rig, args.port.open(&rig.board)?)?;
+    let mut link = connect(&file, &rig, args.port.open(&rig.board)?)?;
     let telemetry = match wanted {
         Some(wanted) => turn(&mut link, &wanted, rate, &interrupted)?,
         None => dialogue::run(&mut link, &rig, rate, &interrupted)?,
