@@ -235,7 +235,7 @@ fn run<T: Transport>(
     let (page, folder) = (steering.take_page(), outputs.folder().to_owned());
     drop(steering);
     let ball = ball().unwrap_or_default();
-    outputs.conclude(result, |summary| {
+    outputs.conclude(result, false, |summary| {
         // An operator may have set other targets than the rig file.
         let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target.into());
         let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;

@@ -100,11 +100,13 @@ impl Outputs {
     }
 
     /// Ends the command of a run: reports the result and hands the summary to `print`. The exit
-    /// code is the run's. A row of the run log, a recording or a result that cannot be written
+    /// code is the run's; one that `is_endless` has done its work where a person has ended it and
+    /// the motors stand. A row of the run log, a recording or a result that cannot be written
     /// fails the command too.
     pub(super) fn conclude(
         self,
         result: Result<Summary, RunError>,
+        is_endless: bool,
         print: impl FnOnce(&Summary) -> Result<(), Failure>,
     ) -> Result<ExitCode, Failure> {
         let (summary, error) = match result {
@@ -125,7 +127,8 @@ impl Outputs {
             (print(&summary), ended)
         };
         both(ended, printed).map_err(Failure::with_result)?;
-        Ok(if summary.reached { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+        let is_done = is_endless && summary.ending.is_chosen() && summary.at_rest;
+        Ok(if summary.reached || is_done { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
     }
 }
 

@@ -235,7 +235,8 @@ pub(super) fn drive(
     }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig))?;
     let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop, run.target_count())?;
-    PreparedRun { run, camera, detector, steering, stream, outputs }
+    let is_endless = goal.is_endless();
+    PreparedRun { run, camera, detector, steering, stream, outputs, is_endless }
         .drive(&options.run, &interrupted)
 }
 
@@ -248,9 +249,20 @@ struct PreparedRun {
     /// Thread that reads targets.
     stream: Option<TargetStream>,
     outputs: Outputs,
+    /// Whether the run goes on until somebody ends it.
+    is_endless: bool,
 }
 
 impl Goal {
+    /// Returns whether a run with this goal goes on until somebody ends it.
+    fn is_endless(&self) -> bool {
+        match self {
+            Self::PresentPlace | Self::Waypoints(_, true) => true,
+            Self::Path(plan) => plan.trajectory().is_loop(),
+            Self::Targets | Self::Waypoints(_, false) | Self::Moving(_) => false,
+        }
+    }
+
     /// Starts to read the targets that move, where these are the goal.
     fn stream(&self, rig: &Rig, sender: TargetSender) -> Result<Option<TargetStream>, Failure> {
         let Self::Moving(address) = self else { return Ok(None) };
@@ -268,7 +280,8 @@ impl Goal {
 impl PreparedRun {
     /// Drives, closes the outputs and prints the result.
     fn drive(self, options: &RunOptions, interrupted: &AtomicBool) -> Result<ExitCode, Failure> {
-        let Self { run, camera, mut detector, mut steering, stream, mut outputs } = self;
+        let Self { run, camera, mut detector, mut steering, stream, mut outputs, is_endless } =
+            self;
         let RunCamera { mut source, mut follower, .. } = camera;
         let operator = steering.take_operator();
         let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
@@ -286,7 +299,7 @@ impl PreparedRun {
         drop((steering, stream));
         // A device ends its own recording.
         drop(source);
-        outputs.conclude(result, |summary| {
+        outputs.conclude(result, is_endless, |summary| {
             if options.json {
                 print::result(serde_json::to_string(summary)?)?;
             }

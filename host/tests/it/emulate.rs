@@ -179,9 +179,12 @@ fn waypoints_are_repeated_until_an_interrupt() {
         thread::sleep(Duration::from_millis(50));
     }
     send(&run, Signal::SIGTERM);
-    let line = json(&run.wait_with_output().unwrap());
+    let output = run.wait_with_output().unwrap();
+    let line = json(&output);
     assert_eq!(line["ending"], "interrupted", "{line}");
     assert!(line["legs"].as_array().unwrap().len() >= 3, "{line}");
+    // A run that is repeated ends like this.
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
 
 #[test]
@@ -191,7 +194,8 @@ fn a_hold_keeps_the_ball_where_it_is_until_an_interrupt() {
     let emulator = Emulator::start();
     let mut hold =
         start(&["hold", &rig, "--port", &emulator.port, "--json", "--out", "run"], folder.path());
-    common::until_rows(&mut hold, &folder.path().join("run"), 60);
+    // Also before the board holds it.
+    common::until_rows(&mut hold, &folder.path().join("run"), 3);
     send(&hold, Signal::SIGTERM);
     let output = hold.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
