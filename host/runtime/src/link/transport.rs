@@ -1,6 +1,7 @@
 //! Transport of bytes between host and board, over a serial port here, and the programs that have
 //! the port open.
 
+use std::ffi::OsStr;
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
@@ -215,7 +216,8 @@ pub struct PortUser {
 pub struct PortUsers(Vec<PortUser>);
 
 impl PortUsers {
-    /// Finds the programs that have `port` open. Those of other users are found by root only.
+    /// Finds the programs that have `port` open, without the one at the other end of a
+    /// pseudo-terminal. Those of other users are found by root only.
     pub(super) fn of(port: &str) -> Self {
         Self::within(Path::new(PROC), Path::new(port))
     }
@@ -226,9 +228,13 @@ impl PortUsers {
         };
         let user = |folder: &Path| {
             let pid = folder.file_name()?.to_str()?.parse().ok()?;
-            let mut files = fs::read_dir(folder.join("fd")).ok()?.flatten();
+            let files = || fs::read_dir(folder.join("fd")).ok().into_iter().flatten().flatten();
             let is_port = |path: &Path| fs::read_link(path).is_ok_and(|target| target == port);
-            files.find(|file| is_port(&file.path()))?;
+            files().find(|file| is_port(&file.path()))?;
+            // An emulated board has both ends of its pseudo-terminal open.
+            if files().any(|file| is_other_end(folder, &file.file_name(), &port)) {
+                return None;
+            }
             let name = fs::read_to_string(folder.join("comm")).unwrap_or_default();
             Some(PortUser { pid, name: name.trim_end().to_owned() })
         };
@@ -240,6 +246,18 @@ impl PortUsers {
     fn has(&self, name: &str) -> bool {
         self.0.iter().any(|user| user.name == name)
     }
+}
+
+/// Returns whether the file `number` of the process `folder` is the other end of the
+/// pseudo-terminal `port`.
+fn is_other_end(folder: &Path, number: &OsStr, port: &Path) -> bool {
+    let Ok(index) = port.strip_prefix("/dev/pts") else { return false };
+    let target = fs::read_link(folder.join("fd").join(number)).unwrap_or_default();
+    let info = || fs::read_to_string(folder.join("fdinfo").join(number)).unwrap_or_default();
+    let is_index = |line: &str| {
+        line.strip_prefix("tty-index:").is_some_and(|it| Path::new(it.trim()) == index)
+    };
+    target.ends_with("ptmx") && info().lines().any(is_index)
 }
 
 impl fmt::Display for PortUsers {
@@ -333,6 +351,25 @@ mod tests {
         add(&processes, "71", "ModemManager", &port);
         let users = PortUsers::within(&processes, &port).to_string();
         assert!(users.contains("whether the board is a modem"), "{users}");
+    }
+
+    #[test]
+    fn the_other_end_of_a_pseudo_terminal_is_known_by_its_number() {
+        let folder = tempfile::tempdir().unwrap();
+        let process = folder.path();
+        fs::create_dir(process.join("fd")).unwrap();
+        fs::create_dir(process.join("fdinfo")).unwrap();
+        for (number, target, index) in [("3", "/dev/pts/ptmx", "7"), ("4", "/dev/pts/7", "7")] {
+            symlink(target, process.join("fd").join(number)).unwrap();
+            let info = format!("pos:\t0\nflags:\t02\ntty-index:\t{index}\n");
+            fs::write(process.join("fdinfo").join(number), info).unwrap();
+        }
+        let is_end =
+            |number: &str, port: &str| is_other_end(process, OsStr::new(number), Path::new(port));
+        assert!(is_end("3", "/dev/pts/7"));
+        for (number, port) in [("3", "/dev/pts/8"), ("4", "/dev/pts/7"), ("3", "/dev/ttyACM0")] {
+            assert!(!is_end(number, port), "{number} {port}");
+        }
     }
 
     #[test]
