@@ -35,6 +35,12 @@ pub enum RunLogError {
         .0.display()
     )]
     Exists(PathBuf),
+    /// The file of a figure exists: no file is overwritten.
+    #[error(
+        "{} exists already: files are never overwritten; give another file or remove it",
+        .0.display()
+    )]
+    FileExists(PathBuf),
     /// The parent folder holds more numbered runs than there are numbers.
     #[error("no free run number under {} for '{prefix}'; move old runs away", .parent.display())]
     NoFreeNumber {

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb_runtime::run_log::{LoggedRun, compare};
 
-use super::Failure;
 use super::print::note;
+use super::{Failure, bad_input};
 
 /// Draw the figures of runs again; of several runs also their errors over time in one figure
 ///
@@ -29,6 +29,13 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    if args.runs.len() > 1 && args.out.symlink_metadata().is_ok() {
+        return Err(bad_input(format!(
+            "{}: exists already, and is not overwritten: give another file with --out, or remove \
+             it",
+            args.out.display()
+        )));
+    }
     // Every folder is read before a figure is replaced.
     let runs = args.runs.iter().map(|run| LoggedRun::read(run)).collect::<Result<Vec<_>, _>>()?;
     for run in &runs {

@@ -25,6 +25,11 @@ fn figures_are_drawn_again_and_runs_are_compared() {
     assert_eq!((lines(&again), again.lines().count()), (lines(&first), first.lines().count()));
     let compared = fs::read_to_string(folder.path().join("runs.svg")).unwrap();
     assert!(compared.contains("one: ") && compared.contains("two: "), "{compared}");
+    // The figure of the runs together is not replaced.
+    let output = plumb(&["plot", "one", "two"], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    let told = "runs.svg: exists already, and is not overwritten: give another file with --out";
+    assert!(stderr(&output).contains(told), "{}", stderr(&output));
 }
 
 #[test]

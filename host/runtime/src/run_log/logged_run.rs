@@ -229,6 +229,6 @@ mod tests {
         for text in ["one: taut", "two: taut", "reached below 5 mm"] {
             assert!(svg.contains(text), "{svg}");
         }
-        assert!(matches!(compare(&runs, &file), Err(RunLogError::Exists(_))));
+        assert!(matches!(compare(&runs, &file), Err(RunLogError::FileExists(_))));
     }
 }

@@ -84,7 +84,7 @@ fn highest_number(parent: &Path, prefix: &str) -> Result<u32, RunLogError> {
 /// Creates a file that did not exist.
 pub(super) fn create_new(path: &Path) -> Result<File, RunLogError> {
     File::create_new(path).map_err(|source| match source.kind() {
-        ErrorKind::AlreadyExists => RunLogError::Exists(path.into()),
+        ErrorKind::AlreadyExists => RunLogError::FileExists(path.into()),
         _ => RunLogError::Io { action: "create", path: path.into(), source },
     })
 }
