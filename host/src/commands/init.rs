@@ -167,6 +167,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let files = rig.files()?;
     write_files(&args.folder, &rig_path, &camera_path, &files)?;
     tell!("written: {} and {}", rig_path.display(), camera_path.display());
+    if let Some(sender) = sender(&rig.camera, &args.folder) {
+        tell!("pictures: {sender} (`camera.stream` in the rig file; docs/use/stream.md)");
+    }
     if let Some(straps) = &files.straps {
         tell!("straps of each driver for {} microsteps: {straps}", rig.microsteps);
     }
@@ -177,6 +180,18 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         print::result(serde_json::to_string(&line)?)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns where the pictures of another program are expected, for a person; `None` for other
+/// cameras. A socket is beside the rig file in `folder`.
+fn sender(camera: &NewCamera, folder: &Path) -> Option<String> {
+    let NewCamera::Stream(address) = camera else { return None };
+    let mut address = address.clone();
+    address.relative_to(folder);
+    Some(match address {
+        StreamAddress::StandardInput => "another program writes them to standard input".to_owned(),
+        _ => format!("another program sends them to {address}, where a run listens"),
+    })
 }
 
 /// Returns what to do with the files, for a person.

@@ -138,6 +138,21 @@ fn the_default_answers_give_the_files_of_the_defaults() {
 }
 
 #[test]
+fn the_address_of_a_stream_is_told() {
+    let folder = folder();
+    for (name, more, told) in [
+        ("usual", &[][..], "pictures: another program sends them to unix:usual/camera.sock, where"),
+        ("tcp", &["--stream", "tcp:127.0.0.1:5600"], "sends them to tcp:127.0.0.1:5600, where"),
+        ("input", &["--stream", "-"], "another program writes them to standard input"),
+    ] {
+        let init = [&["init", name, "--yes", "--camera", "stream"], more].concat();
+        let output = plumb(&init, folder.path());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        assert!(stderr(&output).contains(told), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn a_wrong_answer_is_asked_again() {
     let folder = folder();
     // No triangle, then the default sides; then a driver without 4 microsteps.
