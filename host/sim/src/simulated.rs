@@ -75,7 +75,8 @@ pub fn synthetic_camera(
     simulation: &Simulation,
     camera: &Camera,
 ) -> Result<SyntheticCamera, SimulationError> {
-    let (camera, room) = (rendered(simulation, camera), Background::Room(Room::furnished()));
+    let (camera, room) =
+        (rendered(simulation, camera), Background::Room(Room::furnished_for(camera.ball_hue)));
     Ok(SyntheticCamera::new(camera, room, RenderOptions::default(), 1)?)
 }
 
@@ -163,7 +164,9 @@ impl<C: SimClock> SimulatedCamera<C> {
             {
                 self.in_transit.pop_front();
                 self.rig.wait_until(time + self.timing.latency)?;
-                let frame = self.camera.render(time, &Scene::rig(ball, self.motors))?;
+                let hue = self.camera.camera().ball_hue;
+                let scene = Scene::rig(ball, self.motors).with_ball_hue(hue);
+                let frame = self.camera.render(time, &scene)?;
                 return Ok(frame.with_ground_truth(ground_truth));
             }
             self.capture()?;

@@ -146,6 +146,7 @@ fn drive(
         camera.intrinsics.depth_scale = 0.0;
     }
     let folder = record_folder(args.options.record.as_deref())?;
+    note!("preparing the simulated camera");
     let synthetic = synthetic_camera(args, &camera)?;
     let Some(simulation) = rig.simulation.clone() else {
         return Err(bad_input("the paper's rig is not simulated"));

@@ -65,9 +65,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::within(numbers::BALL))]
     ball: Option<f64>,
-    /// Hue of the ball, 0 to 360 degrees, or one of red, orange, yellow, green, cyan, blue, purple,
-    /// pink
-    #[arg(long, value_name = "COLOUR", value_parser = colour::hue, conflicts_with = "simulated")]
+    /// Hue of the ball, 0 to 360 degrees, or one of red, orange, yellow, green, cyan, blue, violet,
+    /// purple, pink
+    #[arg(long, value_name = "COLOUR", value_parser = colour::hue)]
     colour: Option<f64>,
     /// Source of the pictures
     #[arg(long, value_enum)]

@@ -60,6 +60,7 @@ impl RunCamera {
         let Some(simulation) = &rig.simulation else {
             return Err(bad_input("no rig is simulated"));
         };
+        note!("preparing the simulated camera");
         let plant = HilPlant::new(physics.plant(rig, simulation)?);
         let mut follower = plant.observer();
         follower.board_stands(motors)?;

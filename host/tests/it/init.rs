@@ -153,6 +153,16 @@ fn the_address_of_a_stream_is_told() {
 }
 
 #[test]
+fn a_simulated_ball_may_have_another_colour() {
+    let folder = folder();
+    let init = ["init", "rig", "--yes", "--simulated", "--colour", "blue"];
+    let output = plumb(&init, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let camera = fs::read_to_string(folder.path().join("rig/camera.toml")).unwrap();
+    assert!(camera.contains("hue = 240.0"), "{camera}");
+}
+
+#[test]
 fn a_wrong_answer_is_asked_again() {
     let folder = folder();
     // No triangle, then the default sides; then a driver without 4 microsteps.

@@ -102,7 +102,8 @@ impl VirtualBoard {
         motors: [Point3<f64>; 3],
         seed: u64,
     ) -> Result<SimulatedCamera<VirtualRig>, SyntheticError> {
-        let (room, options) = (Background::Room(Room::furnished()), RenderOptions::default());
+        let room = Background::Room(Room::furnished_for(camera.ball_hue));
+        let options = RenderOptions::default();
         let synthetic = SyntheticCamera::new(camera.clone(), room, options, seed)?;
         Ok(SimulatedCamera::new(self.rig(), synthetic, motors, Timing::default()))
     }

@@ -32,6 +32,23 @@ impl Material {
     pub fn red_ball() -> Self {
         Self { gloss: 0.9, shininess: 110.0, ..Self::from_srgb(196, 32, 34) }
     }
+
+    /// Returns the material of a ball of this hue, degrees: that of hue 0 lacquered in the hue.
+    pub fn ball_of_hue(hue: f64) -> Self {
+        let red = Self::red_ball();
+        if hue == 0.0 {
+            return red;
+        }
+        // HSV: a channel rises to its highest value within 60 degrees of its own hue, and is at its
+        // lowest beyond 120.
+        let channel = |own: f64| {
+            let distance = (hue - own + 180.0).rem_euclid(360.0) - 180.0;
+            let share = (2.0 - distance.abs() / 60.0).clamp(0.0, 1.0);
+            (32.0 + share * (196.0 - 32.0)).round() as u8
+        };
+        let Self { colour, .. } = Self::from_srgb(channel(0.0), channel(120.0), channel(240.0));
+        Self { colour, ..red }
+    }
 }
 
 /// The light that falls on the ball, in the rig frame.
@@ -167,6 +184,18 @@ pub(super) fn decode(value: u8) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_ball_has_its_hue() {
+        let srgb = |hue: f64| {
+            let [blue, green, red] = Material::ball_of_hue(hue).colour.map(encode);
+            [red, green, blue].map(|channel| channel.round() as u8)
+        };
+        assert_eq!(Material::ball_of_hue(0.0), Material::red_ball());
+        assert_eq!(srgb(60.0), [196, 196, 32]);
+        assert_eq!(srgb(240.0), [32, 32, 196]);
+        assert_eq!(srgb(330.0), [196, 32, 114]);
+    }
 
     #[test]
     fn encoding_is_undone_by_decoding() {

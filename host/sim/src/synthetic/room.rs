@@ -6,6 +6,8 @@ mod ray_caster;
 mod shape;
 mod view;
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{Point3, Vector3};
 
 use super::light::Material;
@@ -87,6 +89,9 @@ pub struct Room {
     panels: Vec<AreaLight>,
 }
 
+/// Hues that a detector does not tell from an orange, degrees.
+const ORANGE_HUES: RangeInclusive<f64> = 5.0..=60.0;
+
 impl Room {
     /// An empty room, painted all over with `paint`, 2.2 m behind the rig's origin, lit by a lamp
     /// on its ceiling.
@@ -113,6 +118,17 @@ impl Room {
     /// all of them are behind or beside the ball's workspace.
     pub fn furnished() -> Self {
         furniture::furnished()
+    }
+
+    /// Returns the furnished room of a rig with a ball of this hue, degrees: without the orange
+    /// that lies in it where that is of the same colour.
+    pub fn furnished_for(ball_hue: f64) -> Self {
+        let mut room = Self::furnished();
+        if ORANGE_HUES.contains(&ball_hue) {
+            let orange = furniture::orange();
+            room.objects.retain(|object| *object != orange);
+        }
+        room
     }
 
     /// Returns the room with another floor.

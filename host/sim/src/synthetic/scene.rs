@@ -50,6 +50,11 @@ impl Scene {
     pub fn rig(ball: Point3<f64>, motors: [Point3<f64>; 3]) -> Self {
         Self { ball: Some(ball), motors: Some(motors), ..Self::default() }
     }
+
+    /// Returns the scene with a ball of this hue, degrees.
+    pub fn with_ball_hue(self, hue: f64) -> Self {
+        Self { ball_material: Material::ball_of_hue(hue), ..self }
+    }
 }
 
 /// A ball that is not the rig's.

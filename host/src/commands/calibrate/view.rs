@@ -14,13 +14,12 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_frame::driver::OpenedSource;
 use plumb_frame::source::CameraSource;
 use plumb_runtime::rig::{Rig, Simulation};
-use plumb_sim::synthetic::{
-    Background, ExtraBall, Material, RenderOptions, Room, Scene, SyntheticCamera,
-};
+use plumb_sim::simulated::synthetic_camera;
+use plumb_sim::synthetic::{ExtraBall, Material, Scene, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 
-use crate::commands::print::tell;
+use crate::commands::print::{note, tell};
 use crate::commands::ros2::open_recording;
 use crate::commands::run_camera::RunCamera;
 use crate::commands::{Failure, bad_input, failed};
@@ -31,8 +30,6 @@ const STALE: usize = 2;
 const MAX_LOST: usize = 30;
 /// Diameter of the simulated motors, metres.
 const MOTOR_DIAMETER_M: f64 = 0.02;
-/// Seed of the simulated camera's noise.
-const SEED: u64 = 1;
 
 /// Returns the source of the pictures that the rig file `file` chooses.
 fn source_name(file: &Path, rig: &Rig) -> Result<SourceName, Failure> {
@@ -184,10 +181,9 @@ pub(super) fn last(frames: Vec<RgbdFrame>) -> Result<RgbdFrame, Failure> {
 
 impl SimulatedView {
     fn new(simulation: &Simulation, camera: &Camera) -> Result<Self, Failure> {
-        let camera = Camera { pose: simulation.camera_pose(camera.pose), ..camera.clone() };
-        let background = Background::Room(Room::furnished());
-        let options = RenderOptions::default();
-        let synthetic = SyntheticCamera::new(camera.clone(), background, options, SEED)?;
+        note!("preparing the simulated camera");
+        let synthetic = synthetic_camera(simulation, camera)?;
+        let camera = synthetic.camera().clone();
         let (motors, start) = (simulation.motors(), simulation.start());
         Ok(Self { synthetic, camera, motors, start, number: 0 })
     }
@@ -197,7 +193,7 @@ impl SimulatedView {
         self.number += 1;
         let time = f64::from(self.number) / 30.0;
         let ball = if let Stage::Ball(place) = stage { *place } else { self.start };
-        let mut scene = Scene::rig(ball, self.motors);
+        let mut scene = Scene::rig(ball, self.motors).with_ball_hue(self.camera.ball_hue);
         if let Stage::Motors = stage {
             let material = Material::from_srgb(90, 90, 95).matt();
             let motor = |centre| ExtraBall { centre, diameter: MOTOR_DIAMETER_M, material };

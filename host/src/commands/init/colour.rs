@@ -8,13 +8,14 @@ use crate::commands::numbers;
 const HUE: Range = Range::new(0.0, 360.0, "degrees");
 
 /// Colours by name, with their hues in degrees. The detector takes hues on either side too.
-const COLOURS: [(&str, f64); 8] = [
+const COLOURS: [(&str, f64); 9] = [
     ("red", 0.0),
     ("orange", 30.0),
     ("yellow", 60.0),
     ("green", 120.0),
     ("cyan", 180.0),
     ("blue", 240.0),
+    ("violet", 270.0),
     ("purple", 285.0),
     ("pink", 330.0),
 ];
@@ -39,6 +40,7 @@ mod tests {
     #[test]
     fn a_colour_is_a_name_or_a_hue_and_nothing_else() {
         assert_eq!(hue("Blue"), Ok(240.0));
+        assert_eq!(hue("violet"), Ok(270.0));
         assert_eq!(hue("217.5"), Ok(217.5));
         for text in ["", "grey", "361", "-1", "NaN"] {
             let error = hue(text).unwrap_err();

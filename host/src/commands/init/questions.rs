@@ -33,7 +33,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let ball_diameter = length(args.ball, "Diameter of the ball", usual_ball, dialogue)?;
     let ball_hue = match args.colour {
         Some(hue) => hue,
-        // The simulated ball is red.
+        // A simulated ball has the colour of the file.
         None if args.simulated => usual.ball_hue,
         None => {
             let question =
@@ -70,7 +70,9 @@ fn length<I: BufRead, O: Write>(
 ) -> Result<f64, DialogueError> {
     match given {
         Some(length) => Ok(length),
-        None => dialogue.ask(question, &default.to_string(), |text| numbers::parse(text, range)),
+        None => {
+            dialogue.ask(question, &default.to_string(), |text| numbers::parse(text, range))
+        }
     }
 }
 

@@ -59,6 +59,11 @@ fn bench() -> Vec<Object> {
     ]
 }
 
+/// Returns an orange, which is a ball as well.
+pub(super) fn orange() -> Object {
+    Object::new(sphere([0.05, 1.02, 0.042], 0.042), Material::from_srgb(240, 132, 30))
+}
+
 /// Returns objects that a detector on the red channel confuses with the ball.
 fn distractors() -> Vec<Object> {
     let white = Material::from_srgb(240, 239, 235);
@@ -70,7 +75,7 @@ fn distractors() -> Vec<Object> {
     vec![
         Object::new(sphere([0.45, 0.80, 0.04], 0.04), white),
         Object::new(sphere([0.30, -0.28, 0.045], 0.045), Material::from_srgb(228, 178, 148)),
-        Object::new(sphere([0.05, 1.02, 0.042], 0.042), Material::from_srgb(240, 132, 30)),
+        orange(),
         can([0.12, -0.44, 0.0]),
         can([-0.22, 0.66, 0.0]),
         Object::new(block([0.25, 0.98, 0.001_5], [0.105, 0.148, 0.001_5], 0.35), red_paper),
