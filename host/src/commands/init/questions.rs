@@ -71,7 +71,8 @@ fn length<I: BufRead, O: Write>(
     match given {
         Some(length) => Ok(length),
         None => {
-            dialogue.ask(question, &default.to_string(), |text| numbers::parse(text, range))
+            let question = format!("{question}, m");
+            dialogue.ask(&question, &default.to_string(), |text| numbers::parse(text, range))
         }
     }
 }

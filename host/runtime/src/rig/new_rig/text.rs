@@ -138,6 +138,7 @@ fn motors(file: &mut Writer, rig: &NewRig, limits: &Limits, straps: Option<&Stra
     file.key("motors.max_rate", &number(limits.max_rate));
     file.key("motors.max_acceleration", &number(limits.max_acceleration));
     file.key("motors.microsteps", &rig.microsteps.to_string());
+    file.comment("(16 at most: the board drives no finer ones, such as the 32 of a TMC2209.)");
     if let Some(straps) = straps {
         file.comment(&format!("(Straps of each driver for this: {straps}.)"));
     }
