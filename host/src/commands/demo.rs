@@ -146,7 +146,11 @@ fn drive(
         camera.intrinsics.depth_scale = 0.0;
     }
     let folder = record_folder(args.options.record.as_deref())?;
-    note!("preparing the simulated camera");
+    // In virtual time no message comes before the result, which a stopped terminal (Ctrl-S) must
+    // not hold back.
+    if !args.virtual_time {
+        note!("preparing the simulated camera");
+    }
     let synthetic = synthetic_camera(args, &camera)?;
     let Some(simulation) = rig.simulation.clone() else {
         return Err(bad_input("the paper's rig is not simulated"));
