@@ -5,7 +5,8 @@ BENCH := cargo run --release --locked -p plumb --bin plumb --features bench --
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour coverage
-.PHONY: bench-chip bounce firmware flash lint quick docs sbom reproducible package package-check foreign-test release
+.PHONY: bench-chip bounce firmware flash lint quick docs sbom reproducible
+.PHONY: package package-check foreign-test release
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-14s  %s\n", $$1, $$2 }' Makefile
@@ -84,7 +85,7 @@ package: ## build the Debian package: target/package (ARGS=arm64; says what it i
 package-check: ## install the package in a bare Debian and try it; root (ARGS="trixie arm64")
 	@scripts/package-check $(ARGS)
 
-foreign-test: ## test it on another architecture, in QEMU; root, both packages (ARGS="bookworm arm64")
+foreign-test: ## test another architecture in QEMU; root, both packages (ARGS="bookworm arm64")
 	@scripts/foreign-test $(ARGS)
 
 release: ## make a release, to be signed and uploaded: target/release-VERSION (ARGS="0.2.0")

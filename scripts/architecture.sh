@@ -26,8 +26,8 @@ choose_architecture() {
 is_foreign() { [ "$architecture" != "$(dpkg --print-architecture)" ]; }
 
 # set_up_architecture: installs what a build for the chosen architecture needs. For another than
-# this computer's: its C++ compiler, its part of Rust, OpenCV's packages in $sysroot, and QEMU, which
-# runs its programs. This computer's packages keep their architecture.
+# this computer's: its C++ compiler, its part of Rust, OpenCV's packages in $sysroot, and QEMU,
+# which runs its programs. This computer's packages keep their architecture.
 set_up_architecture() {
   local module
   if is_foreign; then
