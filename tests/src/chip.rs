@@ -15,7 +15,7 @@ use plumb_protocol::message::FromBoard;
 use serde_json::{Value, json};
 
 pub use port::ChipPort;
-pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, REVERSING_BALL_UM, fast_config, point};
+pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, REVERSING_BALL_UM, Setup, fast_config, point};
 pub use symbols::symbol_address;
 
 /// Processor cycles per microsecond.

@@ -175,8 +175,8 @@ fn counts(port: &str, diagnostics: &Diagnostics) {
 fn save(args: &SaveArgs) -> Result<(), Failure> {
     let rig = Rig::read(&args.rig.rig)?;
     let config = rig.config()?;
-    let mut link = Link::connect(args.port.open(&rig.board)?)?;
-    link.configure(config)?;
+    let mut link = Link::connect(args.port.open(&rig.board.address())?)?;
+    link.configure(rig.wiring()?, config)?;
     link.save()?;
     let (port, file) = (link.port(), &args.rig.rig);
     tell!("{port}: the board keeps the configuration of {}", file.display());

@@ -18,6 +18,7 @@ use thiserror::Error;
 use self::dialogue::Dialogue;
 use super::exit::exit_code_of;
 use super::print::{self, tell};
+use super::rig_args::BoardOption;
 use super::{Failure, failed_because, numbers};
 
 /// Write a rig file and a camera file for a new rig
@@ -37,6 +38,9 @@ pub(crate) struct Args {
     /// A simulated rig instead of a real one, to try everything without hardware
     #[arg(long, conflicts_with_all = ["camera", "recording", "stream"])]
     simulated: bool,
+    /// Kind of the board
+    #[arg(long, value_enum)]
+    board: Option<BoardOption>,
     /// Motor drivers
     #[arg(long, value_enum)]
     driver: Option<DriverName>,
@@ -96,6 +100,10 @@ enum DriverName {
     Drv8825,
     /// Trinamic TMC2209, set by its straps
     Tmc2209,
+    /// Toshiba TB6600HG, behind opto-couplers
+    Tb6600,
+    /// Leadshine DM542 and its like
+    Dm542,
     /// Two H-bridges for each motor
     Coils,
     /// Two Adafruit Motor HATs
@@ -108,6 +116,8 @@ impl From<DriverName> for DriverKind {
             DriverName::A4988 => Self::A4988,
             DriverName::Drv8825 => Self::Drv8825,
             DriverName::Tmc2209 => Self::Tmc2209,
+            DriverName::Tb6600 => Self::Tb6600,
+            DriverName::Dm542 => Self::Dm542,
             DriverName::Coils => Self::Coils,
             DriverName::MotorHats => Self::MotorHats,
         }

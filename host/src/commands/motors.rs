@@ -74,7 +74,7 @@ pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
 
 pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&args.rig.rig)?;
-    let mut link = connect(&rig, args.port.open(&rig.board)?)?;
+    let mut link = connect(&rig, args.port.open(&rig.board.address())?)?;
     link.home()?;
     let telemetry = link.status()?;
     report(&link, &telemetry, args.json)?;
@@ -101,6 +101,6 @@ fn serve(
 pub(super) fn connect(rig: &Rig, serial: Serial) -> Result<Link<Serial>, Failure> {
     let config = rig.config()?;
     let mut link = Link::connect(serial)?;
-    link.configure(config)?;
+    link.configure(rig.wiring()?, config)?;
     Ok(link)
 }

@@ -196,6 +196,7 @@ fn seeking(image: &std::path::Path, law: LawSettings) -> Pair {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law = law;
     let mut pair = Pair::new(Chip::start(image));
+    pair.request(Command::Wire(rig.wiring().expect("a wiring")));
     pair.request(Command::Configure(rig.config().expect("a configuration")));
     pair.request(Command::Target(rig.targets().expect("a target")[0]));
     pair
@@ -249,6 +250,7 @@ fn a_path_is_the_same_to_the_bit_with_every_law() {
         let mut rig = Rig::paper().expect("the paper's rig file");
         rig.law = law.into();
         let mut pair = Pair::new(Chip::start(&image));
+        pair.request(Command::Wire(rig.wiring().expect("a wiring")));
         pair.request(Command::Configure(rig.config().expect("a configuration")));
         pair.frame();
         let is_deferred = matches!(law, LawName::Adaptive | LawName::Taut);

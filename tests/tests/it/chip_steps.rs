@@ -2,9 +2,9 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use plumb_protocol::config::StepDir;
 use plumb_protocol::message::{Command, Jog};
 use plumb_protocol::units::{Rate, Steps16};
+use plumb_protocol::wiring::StepDir;
 use plumb_tests::chip::{CYCLES_PER_US, Chip, Pulses, fast_config, firmware_image, is_long, point};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -57,7 +57,7 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     if !(args.yes || ask(words::QUESTION)?) {
         return Err(bad_input("nothing has moved: the check needs a yes"));
     }
-    let port = args.port.open(&rig.board)?;
+    let port = args.port.open(&rig.board.address())?;
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
     let link = connect(&rig, port)?;
