@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use plumb_cameras::stream::StreamAddress;
+use plumb_runtime::rig::BoardName;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
 use serde::Serialize;
 use thiserror::Error;
@@ -180,6 +181,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     if let Some(straps) = &files.straps {
         tell!("straps of each driver for {} microsteps: {straps}", rig.microsteps);
     }
+    if let Some(note) = note(&rig) {
+        tell!("note: {note}");
+    }
     tell!("next: {}", next_step(&rig, &rig_path));
     if args.json {
         let straps = files.straps.map(|straps| straps.to_string());
@@ -187,6 +191,22 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         print::result(serde_json::to_string(&line)?)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns what a person must know of the board or its drivers before they get current.
+fn note(rig: &NewRig) -> Option<&'static str> {
+    match (rig.board, rig.driver) {
+        (BoardName::SkrPico, _) => Some(
+            "the firmware does not set the SKR Pico's drivers yet: their microsteps differ, and a \
+             rig cannot run with it (docs/use/skr-pico.md)",
+        ),
+        (BoardName::Pico2, _) => Some("there is no firmware for a Pico 2 yet (docs/use/pico2.md)"),
+        (BoardName::Pico, DriverKind::Tb6600 | DriverKind::Dm542) => Some(
+            "a current switches these drivers off, so that a crash of the board leaves the motors \
+             on; they need a 5 V buffer (docs/use/opto.md)",
+        ),
+        (BoardName::Pico, _) => None,
+    }
 }
 
 /// Returns what to do with the files, for a person.
