@@ -5,37 +5,12 @@
 //! The step generator runs too, with its pins disconnected: it counts the steps, and the emergency
 //! input stops it.
 
-use embassy_rp::Peri;
 use embassy_rp::pac;
-use embassy_rp::peripherals::{PIN_8, PIN_9, PIN_10, PIN_11, PIN_12, PIN_13};
 use micromath::F32Ext;
 use plumb_core::coils::Commutation;
 
 /// Period of the modulation, clocks; the number of full drive.
 const PERIOD: u16 = 4096;
-/// First pin of the coils.
-const FIRST_PIN: usize = 2;
-/// Pins that the coils share with the step generator.
-const STEP_DIR_PINS: core::ops::Range<usize> = 2..8;
-/// All pins of the coils.
-const PINS: core::ops::Range<usize> = 2..14;
-/// Pin function PWM (RP2040 datasheet, section 2.19.2).
-const PWM: u8 = 4;
-/// Pin function PIO0.
-const PIO0: u8 = 6;
-/// No pin function.
-const NONE: u8 = 31;
-
-/// The pins that only the coils use.
-pub(crate) type Pins = (
-    Peri<'static, PIN_8>,
-    Peri<'static, PIN_9>,
-    Peri<'static, PIN_10>,
-    Peri<'static, PIN_11>,
-    Peri<'static, PIN_12>,
-    Peri<'static, PIN_13>,
-);
-
 /// Returns the commutation for coils that get at most `percent` of the supply's voltage; `full` is
 /// the drive at the whole voltage.
 ///
@@ -53,7 +28,6 @@ pub(crate) fn commutation(percent: u8, full: u16) -> Commutation {
 
 /// The H-bridges of the coils.
 pub(crate) struct Coils {
-    _pins: Pins,
     /// Commutation and microsteps, while coils are configured.
     drive: Option<(Commutation, u8)>,
     /// Motor positions that the outputs show, Q4 steps.
@@ -62,7 +36,7 @@ pub(crate) struct Coils {
 
 impl Coils {
     /// Sets up the modulation, with the pins disconnected.
-    pub(crate) fn new(pins: Pins) -> Self {
+    pub(crate) fn new() -> Self {
         pac::RESETS.reset().modify(|w| w.set_pwm(false));
         while !pac::RESETS.reset_done().read().pwm() {}
         for slice in 1..7 {
@@ -70,21 +44,19 @@ impl Coils {
             pac::PWM.ch(slice).cc().write(|_| {});
             pac::PWM.ch(slice).csr().write(|w| w.set_en(true));
         }
-        Self { _pins: pins, drive: None, shown: None }
+        Self { drive: None, shown: None }
     }
 
-    /// Connects the pins to the modulation, without current.
-    pub(crate) fn connect(&mut self, duty_percent: u8, microsteps: u8) {
+    /// Begins to drive coils, without current.
+    pub(crate) fn begin(&mut self, duty_percent: u8, microsteps: u8) {
         self.release();
         self.drive = Some((commutation(duty_percent, PERIOD), microsteps));
-        PINS.for_each(|pin| connect(pin, PWM));
     }
 
-    /// Connects the pins to the step generator again.
-    pub(crate) fn disconnect(&mut self) {
+    /// Ends that.
+    pub(crate) fn end(&mut self) {
         self.release();
         self.drive = None;
-        PINS.for_each(|pin| connect(pin, if STEP_DIR_PINS.contains(&pin) { PIO0 } else { NONE }));
     }
 
     /// Switches the current off.
@@ -110,14 +82,4 @@ impl Coils {
             }
         }
     }
-}
-
-/// Selects the function of a pin.
-fn connect(pin: usize, function: u8) {
-    debug_assert!(pin >= FIRST_PIN);
-    pac::PADS_BANK0.gpio(pin).modify(|w| {
-        w.set_od(false);
-        w.set_ie(true);
-    });
-    pac::IO_BANK0.gpio(pin).ctrl().write(|w| w.set_funcsel(function));
 }

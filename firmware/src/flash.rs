@@ -12,8 +12,7 @@ use embassy_rp::peripherals::FLASH;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Timer;
-use plumb_core::config_store::ConfigStore;
-use plumb_protocol::Config;
+use plumb_core::config_store::{ConfigStore, Stored};
 
 use crate::watchdog;
 
@@ -32,8 +31,8 @@ pub(crate) type ConfigFlash = Flash<'static, FLASH, Blocking, SIZE>;
 
 #[allow(clippy::large_enum_variant, reason = "there is one at a time, and no heap for it")]
 pub(crate) enum FlashWrite {
-    /// A configuration.
-    Config(Config),
+    /// A wiring and a configuration.
+    Setup(Stored),
     /// A test of the sector that holds nothing.
     Test,
 }
@@ -47,8 +46,8 @@ const NONE: u8 = 0;
 const WRITTEN: u8 = 1;
 const FAILED: u8 = 2;
 
-/// Returns the stored configuration, and the flash.
-pub(crate) fn open(flash: Peri<'static, FLASH>) -> (Option<Config>, ConfigFlash) {
+/// Returns the stored wiring and configuration, and the flash.
+pub(crate) fn open(flash: Peri<'static, FLASH>) -> (Option<Stored>, ConfigFlash) {
     let mut flash = Flash::new_blocking(flash);
     (STORE.load(&mut flash), flash)
 }
@@ -85,7 +84,7 @@ pub(crate) async fn write_requested(mut flash: ConfigFlash) {
         // Until a tick has fed the watchdog with the extended timeout.
         Timer::after_millis(4).await;
         let is_written = match wanted {
-            FlashWrite::Config(config) => STORE.save(&mut flash, &config).is_ok(),
+            FlashWrite::Setup(setup) => STORE.save(&mut flash, &setup).is_ok(),
             FlashWrite::Test => test(&mut flash) == Ok(true),
         };
         watchdog::extend_timeout(false);

@@ -3,7 +3,7 @@
 //!
 //! All three begin in the same clock and take exactly a tick for a tick's words
 //! ([`plumb_core::segment`]), so they stay in step. When the emergency input opens, the fourth
-//! state machine lets go of the ENABLE line, and sets a flag in the PIO that the others check
+//! state machine lets go of the ENABLE lines, and sets a flag in the PIO that the others check
 //! before each pulse: no further pulse begins, whatever the processor does. It is never started
 //! again: it waits until the processor clears the flag, and then looks at the input again. An
 //! opening shorter than [`ESTOP_FILTER_US`] has no effect. An input that is open in two ticks in a
@@ -14,18 +14,15 @@ mod program;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_rp::pac::dma::vals::TreqSel;
-use embassy_rp::peripherals::{
-    DMA_CH0, DMA_CH1, DMA_CH2, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_14, PIN_15, PIO0,
-};
-use embassy_rp::pio::{Common, Pio};
+use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, PIO0};
+use embassy_rp::pio::Pio;
 use embassy_rp::{Peri, pac};
 use plumb_core::segment::{Segments, given};
 use plumb_core::timing::DriverTiming;
 use plumb_core::{Pulses, StepPlan};
+use plumb_protocol::wiring::Pins;
 
-use crate::enable::Enable;
 use crate::interrupts::Interrupts;
-use crate::pins;
 
 /// The state machines of the motors.
 const MOTORS: u8 = 0b0111;
@@ -34,27 +31,22 @@ const MOTORS: u8 = 0b0111;
 const ESTOP_FILTER_US: u32 = 50;
 /// The flag that the monitor of the emergency input sets.
 const ESTOP_FLAG: u8 = 1 << 4;
-const STEP_PINS: u32 = 1 << pins::STEP[0] | 1 << pins::STEP[1] | 1 << pins::STEP[2];
 
 /// Words of the coming tick, which the DMA channels read.
 static WORDS: [[AtomicU32; 2]; 3] = [const { [const { AtomicU32::new(0) }; 2] }; 3];
 
-/// Resources of the generator, in the order of motors A, B and C.
-pub(crate) struct GeneratorResources {
-    pub(crate) pio: Peri<'static, PIO0>,
-    pub(crate) step: (Peri<'static, PIN_2>, Peri<'static, PIN_4>, Peri<'static, PIN_6>),
-    pub(crate) direction: (Peri<'static, PIN_3>, Peri<'static, PIN_5>, Peri<'static, PIN_7>),
-    pub(crate) enable: Peri<'static, PIN_14>,
-    pub(crate) estop: Peri<'static, PIN_15>,
-    pub(crate) channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
-}
+/// Channels of motors A, B and C.
+type Channels = (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>);
 
 /// The step generator.
 pub(crate) struct Generator {
-    /// Kept, because dropping it releases the pins.
     _pio: Pio<'static, PIO0>,
-    _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
+    _channels: Channels,
     motors: [Motor; 3],
+    /// The emergency input, as a bit; 0 without a configuration.
+    estop: u32,
+    /// The STEP pins, as bits.
+    steps: u32,
     /// Whether the emergency input was open in the last tick.
     estop_was_open: bool,
 }
@@ -80,39 +72,39 @@ impl Motor {
 }
 
 impl Generator {
-    /// Sets up the hardware, and starts the monitor of the emergency input. Returns the enable line
-    /// too, with the drivers off.
-    pub(crate) fn new(resources: GeneratorResources) -> (Self, Enable) {
-        let mut pio = Pio::new(resources.pio, Interrupts);
-        let stepper = program::load_stepper(&mut pio.common);
-        let pins = |common: &mut Common<'static, PIO0>| {
-            let (a, b, c) = resources.step;
-            let (d, e, f) = resources.direction;
-            [
-                (common.make_pio_pin(a), common.make_pio_pin(d)),
-                (common.make_pio_pin(b), common.make_pio_pin(e)),
-                (common.make_pio_pin(c), common.make_pio_pin(f)),
-            ]
-        };
-        let [a, b, c] = pins(&mut pio.common);
-        program::set_up_stepper(&mut pio.sm0, &stepper, &a);
-        program::set_up_stepper(&mut pio.sm1, &stepper, &b);
-        program::set_up_stepper(&mut pio.sm2, &stepper, &c);
-        let estop = pio.common.make_pio_pin(resources.estop);
-        let enable = Enable::new(pio.common.make_pio_pin(resources.enable));
-        program::start_estop_monitor(&mut pio.common, &mut pio.sm3, estop, enable.pin());
-        for motor in 0..3 {
-            set_up_channel(motor);
-        }
+    /// Sets up the hardware, without pins.
+    pub(crate) fn new(pio: Peri<'static, PIO0>, channels: Channels) -> Self {
+        let mut pio = Pio::new(pio, Interrupts);
+        program::load(&mut pio.common);
+        (0..3).for_each(set_up_channel);
         program::set_width(DriverTiming::SLOWEST.high);
-        let generator = Self {
+        Self {
             _pio: pio,
-            _channels: resources.channels,
+            _channels: channels,
             motors: [0; 3]
                 .map(|_| Motor { segments: Segments::new(DriverTiming::SLOWEST), given: [0; 2] }),
+            estop: 0,
+            steps: 0,
             estop_was_open: false,
-        };
-        (generator, enable)
+        }
+    }
+
+    /// Changes to these pins, and starts the monitor of their emergency input; at standstill, with
+    /// the state machines halted. An input that is open stops the pulses at once.
+    #[cold]
+    pub(crate) fn connect(&mut self, pins: &Pins) {
+        for (machine, motor) in pins.motors.iter().enumerate() {
+            program::set_stepper_pins(machine, motor);
+        }
+        // With coils the numbers of the STEP pins are not checked.
+        let bit = |number: u8| 1 << (number & 31);
+        self.steps = pins.motors.iter().fold(0, |mask, motor| mask | bit(motor.step.number));
+        self.estop = bit(pins.emergency.number);
+        self.estop_was_open = false;
+        program::start_estop_monitor(pins.emergency.number);
+        if !self.estop_closed() {
+            force_estop();
+        }
     }
 
     /// Changes to other drivers; at standstill.
@@ -162,7 +154,7 @@ impl Generator {
     pub(crate) fn check_estop(&mut self) -> bool {
         let open = !self.estop_closed();
         if open && self.estop_was_open {
-            pac::PIO0.irq_force().write(|w| w.set_irq_force(ESTOP_FLAG));
+            force_estop();
         }
         self.estop_was_open = open;
         self.estop_tripped()
@@ -175,7 +167,7 @@ impl Generator {
 
     /// Returns whether the emergency input is closed now.
     pub(crate) fn estop_closed(&self) -> bool {
-        pac::SIO.gpio_in(0).read() & (1 << pins::ESTOP) == 0
+        pac::SIO.gpio_in(0).read() & self.estop == 0
     }
 
     /// Stops the state machines after the emergency input has opened. Returns the pulses of each
@@ -184,7 +176,7 @@ impl Generator {
         let pio = pac::PIO0;
         // A pulse under way ends within 513 clocks; no other begins.
         for _ in 0..513 {
-            if pio.dbg_padout().read() & STEP_PINS == 0 {
+            if pio.dbg_padout().read() & self.steps == 0 {
                 break;
             }
         }
@@ -216,6 +208,11 @@ impl Generator {
         };
         begun.signum() * i32::from(count - done) + waiting
     }
+}
+
+/// Stops the pulses as the monitor of the emergency input does, save for ENABLE.
+fn force_estop() {
+    pac::PIO0.irq_force().write(|w| w.set_irq_force(ESTOP_FLAG));
 }
 
 /// Sets up a channel: each trigger copies two words to the state machine, as it has room.

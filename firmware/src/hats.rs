@@ -93,13 +93,16 @@ pub(crate) struct HatResources {
     pub(crate) bus: Peri<'static, I2C0>,
     pub(crate) data: Peri<'static, PIN_16>,
     pub(crate) clock: Peri<'static, PIN_17>,
+    /// Whether HATs were configured before a restart.
+    pub(crate) were_configured: bool,
 }
 
-/// Executes the commands. HATs keep their current over a restart of the board, so it is switched
-/// off first, where there are HATs. Where one does not answer, both are set up again every
-/// [`RETRY`].
+/// Executes the commands. The bus has no pins before the first one. HATs keep their current over a
+/// restart of the board, so it is switched off first, where HATs were configured before the
+/// restart. Where one does not answer, both are set up again every [`RETRY`].
 #[embassy_executor::task]
 pub(crate) async fn drive_hats(resources: HatResources) {
+    let first = if resources.were_configured { None } else { Some(COMMAND.wait().await) };
     static BUS: StaticCell<SharedBus> = StaticCell::new();
     let mut config = Config::default();
     config.frequency = 400_000;
@@ -120,7 +123,10 @@ pub(crate) async fn drive_hats(resources: HatResources) {
     if !matches!(with_timeout(TIMEOUT, hats.set_up()).await, Ok(Some(()))) {
         hats.chips = None;
     }
-    let mut command = COMMAND.wait().await;
+    let mut command = match first {
+        Some(command) => command,
+        None => COMMAND.wait().await,
+    };
     loop {
         let done = matches!(with_timeout(TIMEOUT, hats.execute(&command)).await, Ok(Some(())));
         FAILED.store(!done, Ordering::Relaxed);

@@ -33,11 +33,11 @@ mod watchdog;
 mod witness;
 
 use embassy_executor::Spawner;
-use embassy_rp::peripherals::PIN_25;
-use embassy_rp::{Peri, Peripherals};
+use embassy_rp::Peripherals;
 
 use coils::Coils;
-use generator::{Generator, GeneratorResources};
+use enable::Enable;
+use generator::Generator;
 use hats::HatResources;
 use interrupts::spawn;
 use link::LinkResources;
@@ -48,7 +48,6 @@ struct TaskResources {
     link: LinkResources,
     hats: HatResources,
     flash: flash::ConfigFlash,
-    led: Peri<'static, PIN_25>,
 }
 
 #[embassy_executor::task]
@@ -56,7 +55,7 @@ async fn start_tasks(resources: TaskResources) {
     // SAFETY: the spawner stays in this task, which runs in the spawner's executor.
     let spawner = unsafe { Spawner::for_current_executor() }.await;
     link::start(spawner, resources.link);
-    spawn(spawner, watchdog::heartbeat(resources.led));
+    spawn(spawner, watchdog::heartbeat());
     spawn(spawner, flash::write_requested(resources.flash));
     spawn(spawner, hats::drive_hats(resources.hats));
 }
@@ -70,16 +69,11 @@ fn main() -> ! {
     interrupts::copy_vectors();
     interrupts::set_priorities();
     let watchdog = TickWatchdog::start(p.WATCHDOG);
-    let (generator, enable) = Generator::new(GeneratorResources {
-        pio: p.PIO0,
-        step: (p.PIN_2, p.PIN_4, p.PIN_6),
-        direction: (p.PIN_3, p.PIN_5, p.PIN_7),
-        enable: p.PIN_14,
-        estop: p.PIN_15,
-        channels: (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2),
-    });
-    let coils = Coils::new((p.PIN_8, p.PIN_9, p.PIN_10, p.PIN_11, p.PIN_12, p.PIN_13));
-    let (config, mut flash) = flash::open(p.FLASH);
+    pins::release_all();
+    watchdog::limit_led();
+    let generator = Generator::new(p.PIO0, (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2));
+    let (coils, enable) = (Coils::new(), Enable::new());
+    let (stored, mut flash) = flash::open(p.FLASH);
     let id = flash::unique_id(&mut flash);
     let (inbox_writer, inbox) = link::inbox();
     let link = LinkResources {
@@ -90,12 +84,17 @@ fn main() -> ! {
         inbox: inbox_writer,
         id,
     };
-    let hats = HatResources { bus: p.I2C0, data: p.PIN_16, clock: p.PIN_17 };
+    let hats = HatResources {
+        bus: p.I2C0,
+        data: p.PIN_16,
+        clock: p.PIN_17,
+        were_configured: restart::hats_were_configured(),
+    };
     let spawner = interrupts::start_executor();
-    if let Ok(task) = start_tasks(TaskResources { link, hats, flash, led: p.PIN_25 }) {
+    if let Ok(task) = start_tasks(TaskResources { link, hats, flash }) {
         spawner.spawn(task);
     }
-    let resources = SteppingResources { inbox, generator, coils, enable, watchdog, cause, config };
+    let resources = SteppingResources { inbox, generator, coils, enable, watchdog, cause, stored };
     stepping::start(resources);
     law_worker::run()
 }

@@ -1,10 +1,127 @@
-//! Which pin does what (docs/use/board.md draws them). All other pins are unused.
+//! The pins, which the wiring chooses at run time (`plumb_protocol::boards` has the table).
+//!
+//! Without a configuration every pin but those of the link and the LED is as the chip's reset
+//! leaves it: an input with its pull-down, which no peripheral drives. A pin's function and its
+//! overrides are one register (IO_BANK0's CTRL, RP2040 datasheet, section 2.19.2): OUTOVER and
+//! OEOVER also make a constant level, and INOVER inverts what the peripherals see.
 
-/// UART0 from the host; GP0 is to the host.
-pub(crate) const UART_RX: u8 = 1;
-/// STEP of motors A, B and C; DIR is the pin after it.
-pub(crate) const STEP: [u8; 3] = [2, 4, 6];
-/// Enable line of the drivers. As an input its level comes from the resistor on the wire.
-pub(crate) const ENABLE: u8 = 14;
-/// Emergency input: closed to ground in operation, open to stop.
-pub(crate) const ESTOP: u8 = 15;
+use embassy_rp::pac;
+use embassy_rp::pac::io::regs::GpioCtrl as Ctrl;
+use embassy_rp::pac::io::vals::{Inover, Oeover, Outover};
+use plumb_protocol::boards::{Board, PICO, PIN_COUNT, UART};
+use plumb_protocol::wiring::{Drivers, Pin, Wiring};
+
+/// UART0 from the host.
+pub(crate) const UART_RX: u8 = UART[1];
+/// LED of a board without a configuration.
+pub(crate) const LED: Option<Pin> = PICO.pins.led;
+
+/// Pin functions (RP2040 datasheet, section 2.19.2).
+pub(crate) mod function {
+    /// I2C.
+    pub(crate) const I2C: u8 = 3;
+    /// Pulse-width modulation.
+    pub(crate) const PWM: u8 = 4;
+    /// PIO0.
+    pub(crate) const PIO0: u8 = 6;
+    /// None: the pin is no output.
+    pub(crate) const NONE: u8 = 31;
+}
+
+/// Pull of a pin.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pull {
+    /// To ground, as after a reset.
+    Down,
+    /// To 3.3 V.
+    Up,
+}
+
+/// Returns the register of a pin with this function and no overrides.
+pub(crate) fn control(function: u8) -> Ctrl {
+    let mut control = Ctrl(0);
+    control.set_funcsel(function);
+    control
+}
+
+/// Returns the register of a pin that is constant, whatever the peripherals do.
+pub(crate) fn constant(level: bool) -> Ctrl {
+    let mut control = control(function::NONE);
+    control.set_outover(if level { Outover::HIGH } else { Outover::LOW });
+    control.set_oeover(Oeover::ENABLE);
+    control
+}
+
+/// Sets the register of a pin.
+#[inline(always)]
+pub(crate) fn set(pin: u8, control: Ctrl) {
+    pac::IO_BANK0.gpio(pin.into()).ctrl().write_value(control);
+}
+
+/// Sets the pad of a pin: its input is on, and its output where a function drives it.
+pub(crate) fn set_pad(pin: u8, pull: Pull) {
+    pac::PADS_BANK0.gpio(pin.into()).modify(|w| {
+        w.set_ie(true);
+        w.set_od(false);
+        w.set_pue(pull == Pull::Up);
+        w.set_pde(pull == Pull::Down);
+    });
+}
+
+/// Makes every pin but those of the link an input, with its pull-down.
+#[cold]
+pub(crate) fn release_all() {
+    for pin in (0..PIN_COUNT).filter(|pin| !UART.contains(pin)) {
+        set(pin, control(function::NONE));
+        set_pad(pin, Pull::Down);
+    }
+}
+
+/// Connects the pins of a wiring, save ENABLE, which [`crate::enable`] drives, and the LED. No
+/// motor has current meanwhile.
+#[cold]
+pub(crate) fn connect(wiring: &Wiring) {
+    let pins = &wiring.pins;
+    for taken in Board::of(wiring.board).into_iter().flat_map(|board| board.taken) {
+        if let Some(level) = taken.held {
+            set(taken.number, constant(level));
+        }
+    }
+    let mut emergency = control(function::NONE);
+    emergency.set_inover(if pins.emergency.inverted { Inover::INVERT } else { Inover::NORMAL });
+    set(pins.emergency.number, emergency);
+    // A loop that is cut reads as open.
+    let open = if pins.emergency.inverted { Pull::Down } else { Pull::Up };
+    set_pad(pins.emergency.number, open);
+    match wiring.drivers {
+        Drivers::StepDir(_) => {
+            for motor in &pins.motors {
+                set(motor.step.number, generated(motor.step));
+                set(motor.direction.number, generated(motor.direction));
+            }
+        }
+        Drivers::Coils(_) => each(wiring.driver_pins(), |pin| set(pin, control(function::PWM))),
+        Drivers::MotorHats(_) => each(wiring.driver_pins(), |pin| {
+            set(pin, control(function::I2C));
+            set_pad(pin, Pull::Up);
+        }),
+    }
+}
+
+/// Returns the register of a pin of the step generator. The witness (PIO1) sees what the generator
+/// gives, also at an inverted pin.
+fn generated(pin: Pin) -> Ctrl {
+    let mut control = control(function::PIO0);
+    // The monitor of the emergency input changes the direction of every pin of PIO0.
+    control.set_oeover(Oeover::ENABLE);
+    if pin.inverted {
+        control.set_outover(Outover::INVERT);
+        control.set_inover(Inover::INVERT);
+    }
+    control
+}
+
+/// Calls `act` with each pin of a set of bits.
+fn each(pins: u32, act: impl Fn(u8)) {
+    (0..PIN_COUNT).filter(|pin| pins & 1 << pin != 0).for_each(act);
+}

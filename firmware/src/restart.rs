@@ -23,6 +23,8 @@
 //! - The command to enter the bootloader goes through the watchdog's timer too. The ROM keeps its
 //!   arguments in scratch 0 and 1 and an address in scratch 4 to 7, and clears scratch 4 when it
 //!   jumps there (`bootrom_main.c`: `reset_usb_boot`, `bootrom_rt0.S`: `check_wdog`).
+//! - Scratch 5 says whether Motor HATs are configured ([`keep_hats`]). The bootloader overwrites
+//!   it.
 //! - The watchdog and its registers are reset by power, brown-out and the RUN pin alone (RP2040
 //!   datasheet, sections 4.7.1 and 4.7.4). CHIP_RESET does not tell a brown-out from power on
 //!   (section 2.12.7).
@@ -54,6 +56,20 @@ const ARMED: u32 = 0x6ab7_3121;
 const PANIC: u32 = 0x504c_0001;
 /// Scratch register 0 after a fault of the processor.
 const HARD_FAULT: u32 = 0x504c_0002;
+/// Scratch register 5 while Motor HATs are configured.
+const HATS: u32 = 0x504c_0003;
+
+/// Returns whether Motor HATs were configured when the chip restarted: they may have current. The
+/// watchdog's registers keep that, but not over a loss of power or the RUN pin.
+pub(crate) fn hats_were_configured() -> bool {
+    pac::WATCHDOG.scratch5().read() == HATS
+}
+
+/// Keeps over a restart whether Motor HATs are configured.
+#[cold]
+pub(crate) fn keep_hats(are_configured: bool) {
+    pac::WATCHDOG.scratch5().write_value(if are_configured { HATS } else { 0 });
+}
 
 /// Returns the cause of the start, and prepares the scratch registers for the next one.
 ///
@@ -86,7 +102,7 @@ pub(crate) fn cause() -> StartCause {
 fn make_safe() {
     cortex_m::interrupt::disable();
     pac::PIO0.ctrl().write(|_| {});
-    enable::release();
+    enable::switch_off();
 }
 
 /// Restarts the chip, and keeps the reason.

@@ -8,13 +8,14 @@
 use core::cell::RefCell;
 
 use critical_section::Mutex;
-use embassy_rp::gpio::Level;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac;
+use plumb_core::config_store::Stored;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
-use plumb_protocol::config::{Config, Drivers};
+use plumb_protocol::boards::Chip;
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
+use plumb_protocol::wiring::Drivers;
 use static_cell::StaticCell;
 
 use crate::coils::Coils;
@@ -24,7 +25,7 @@ use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{diagnostics, info, law_worker, witness};
+use crate::{diagnostics, info, law_worker, pins, restart, watchdog, witness};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
@@ -38,8 +39,9 @@ const AHEAD_US: u32 = 57;
 /// words takes 4.5 µs.
 const LATE_US: i32 = 5;
 
-/// Limits of this build; the same as in the emulated board, except `storage`.
-const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: true };
+/// Limits of this build; the same as in the emulated board, except `storage` and `chip`.
+const BUILD: BuildLimits =
+    BuildLimits { max_pulse_rate: 1_250_000, storage: true, chip: Some(Chip::Rp2040) };
 
 /// Commutation by the firmware, once a tick.
 #[derive(Clone, Copy)]
@@ -66,8 +68,8 @@ pub(crate) struct SteppingResources {
     pub(crate) watchdog: TickWatchdog,
     /// Cause of the start.
     pub(crate) cause: StartCause,
-    /// The stored configuration.
-    pub(crate) config: Option<Config>,
+    /// The stored wiring and configuration.
+    pub(crate) stored: Option<Stored>,
 }
 
 /// State of the stepping interrupt.
@@ -128,13 +130,13 @@ fn timer() -> u32 {
 impl Stepping {
     /// Creates the state before the first tick.
     fn new(resources: SteppingResources) -> Self {
-        let SteppingResources { inbox, generator, coils, enable, watchdog, cause, config } =
+        let SteppingResources { inbox, generator, coils, enable, watchdog, cause, stored } =
             resources;
         let mut board = Board::new(BUILD);
         board.set_start_cause(cause);
         board.set_provenance(info::provenance());
-        if let Some(config) = config {
-            board.restore(&config);
+        if let Some(Stored { wiring, config }) = &stored {
+            board.restore(wiring, config);
         }
         Self {
             board,
@@ -211,18 +213,22 @@ impl Stepping {
             self.leave();
         }
         if self.board.generation() != self.generation {
-            self.change_drivers();
+            self.change_wiring();
         }
         if tick.store || tick.test_flash {
             self.write_flash(tick.test_flash);
         }
         if tick.measure {
-            self.board.on_measured(self.now, Some(witness::measure()), &mut self.outbox);
+            self.board.on_measured(
+                self.now,
+                Some(witness::measure(self.board.wiring())),
+                &mut self.outbox,
+            );
         }
         if tick.diagnose {
             self.board.on_diagnosed(diagnostics::counts(), &mut self.outbox);
         }
-        self.enable.set(tick.drivers_enabled);
+        self.enable.set(tick.drivers_enabled && !self.generator.estop_tripped());
     }
 
     /// Restarts into the bootloader, or as picotool asked. HATs would keep their current there, so
@@ -239,35 +245,62 @@ impl Stepping {
         }
     }
 
-    /// Changes to the drivers of a new configuration; at standstill.
+    /// Changes to the pins and drivers of a new configuration; at standstill. The state machines
+    /// start again with the coming tick.
     #[cold]
     #[inline(never)]
-    fn change_drivers(&mut self) {
+    fn change_wiring(&mut self) {
         self.generation = self.board.generation();
         self.enable.set(false);
         self.turn_fields();
-        self.coils.disconnect();
-        let (Some(drivers), Some(timing), Some(config)) =
-            (self.board.drivers(), self.board.driver_timing(), self.board.config())
+        if self.running {
+            self.generator.finish();
+            self.running = false;
+        }
+        self.generator.halt();
+        self.coils.end();
+        witness::stop();
+        self.enable.disconnect();
+        watchdog::set_led(None);
+        pins::release_all();
+        self.commutated = Commutated::None;
+        self.connect();
+    }
+
+    /// Connects the pins and drivers of the configuration in force.
+    #[cold]
+    #[inline(never)]
+    fn connect(&mut self) {
+        let (Some(wiring), Some(timing), Some(config)) =
+            (self.board.wiring(), self.board.driver_timing(), self.board.config())
         else {
             return;
         };
-        self.commutated = Commutated::None;
+        let microsteps = config.microsteps;
         self.generator.set_timing(timing);
-        match drivers {
-            Drivers::StepDir(_) => self.enable.set_active_level(Level::Low),
+        pins::connect(wiring);
+        watchdog::set_led(wiring.pins.led);
+        self.generator.connect(&wiring.pins);
+        self.enable.connect(&wiring.pins);
+        restart::keep_hats(matches!(wiring.drivers, Drivers::MotorHats(_)));
+        match wiring.drivers {
+            Drivers::StepDir(_) => {}
             Drivers::Coils(coils) => {
-                self.enable.set_active_level(Level::High);
-                self.coils.connect(coils.duty_percent, config.microsteps);
+                self.coils.begin(coils.duty_percent, microsteps);
                 self.commutated = Commutated::Coils;
             }
             Drivers::MotorHats(coils) => {
-                self.enable.set_active_level(Level::High);
-                let (duty_percent, microsteps) = (coils.duty_percent, config.microsteps);
+                let duty_percent = coils.duty_percent;
                 let command = HatCommand { duty_percent, microsteps, positions: None };
                 self.commutated = Commutated::Hats(command);
             }
         }
+    }
+
+    /// Returns what is in force, to be stored.
+    fn stored(&self) -> Option<Stored> {
+        let (wiring, config) = (*self.board.wiring()?, *self.board.config()?);
+        Some(Stored { wiring, config })
     }
 
     /// Turns the fields to the motor positions, or switches the current off while the drivers are
@@ -300,11 +333,8 @@ impl Stepping {
             self.storing = false;
             self.board.on_stored(self.now, written, &mut self.outbox);
         } else if !self.storing {
-            let wanted = if is_test {
-                Some(FlashWrite::Test)
-            } else {
-                self.board.config().copied().map(FlashWrite::Config)
-            };
+            let wanted =
+                if is_test { Some(FlashWrite::Test) } else { self.stored().map(FlashWrite::Setup) };
             self.storing = wanted.is_some();
             wanted.into_iter().for_each(flash::write);
         }

@@ -1,15 +1,17 @@
 //! The hardware watchdog. The stepping interrupt feeds it, but only as long as the tasks and thread
 //! mode are alive too.
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
-use embassy_rp::Peri;
-use embassy_rp::gpio::{Level, Output};
-use embassy_rp::peripherals::{PIN_25, WATCHDOG};
+use embassy_rp::pac::pads::vals::Drive;
+use embassy_rp::peripherals::WATCHDOG;
 use embassy_rp::watchdog::Watchdog;
+use embassy_rp::{Peri, pac};
 use embassy_time::{Duration, Timer};
 
-use crate::stack;
+use plumb_protocol::wiring::Pin;
+
+use crate::{pins, stack};
 
 /// Time without feeding after which the chip restarts.
 const TIMEOUT: Duration = Duration::from_millis(100);
@@ -32,6 +34,45 @@ const CHECK_TICKS: u32 = 16;
 static TASKS_ALIVE: AtomicBool = AtomicBool::new(false);
 static THREAD_ALIVE: AtomicBool = AtomicBool::new(false);
 static EXTENDED: AtomicBool = AtomicBool::new(false);
+
+/// Pin of the LED, as [`packed`].
+static LED: AtomicU16 = AtomicU16::new(packed(pins::LED));
+/// No LED.
+const NO_LED: u16 = u16::MAX;
+
+/// Packs a pin: its number, and from bit 8 on whether it is inverted.
+const fn packed(led: Option<Pin>) -> u16 {
+    match led {
+        Some(pin) => pin.number as u16 | (pin.inverted as u16) << 8,
+        None => NO_LED,
+    }
+}
+
+/// Sets the pin of the LED. Called by the stepping interrupt.
+#[cold]
+pub(crate) fn set_led(led: Option<Pin>) {
+    LED.store(packed(led), Ordering::Relaxed);
+}
+
+/// Limits the current of the LED that is on without a configuration: on a board that has an input
+/// there, a switch may connect it to ground.
+pub(crate) fn limit_led() {
+    if let Some(pin) = pins::LED {
+        pac::PADS_BANK0.gpio(pin.number.into()).modify(|w| w.set_drive(Drive::_2M_A));
+    }
+}
+
+/// Switches the LED on or off. The stepping interrupt may give its pin to something else, but not
+/// meanwhile.
+#[inline(never)]
+fn show_led(is_on: bool) {
+    critical_section::with(|_| {
+        let led = LED.load(Ordering::Relaxed);
+        if led != NO_LED {
+            pins::set(led as u8, pins::constant(is_on != (led >> 8 != 0)));
+        }
+    });
+}
 
 /// Extends the timeout, or ends that, from the next check on.
 pub(crate) fn extend_timeout(extended: bool) {
@@ -100,14 +141,15 @@ impl TickWatchdog {
 /// Gives the tasks' sign of life, looks for a deeper stack, and blinks the LED: it is on for half
 /// of every second.
 #[embassy_executor::task]
-pub(crate) async fn heartbeat(led: Peri<'static, PIN_25>) {
-    let mut led = Output::new(led, Level::High);
+pub(crate) async fn heartbeat() {
+    let mut is_on = true;
     loop {
+        show_led(is_on);
+        is_on = !is_on;
         for _ in 0..HEARTBEATS_PER_TOGGLE {
             TASKS_ALIVE.store(true, Ordering::Relaxed);
             stack::scan();
             Timer::after(HEARTBEAT).await;
         }
-        led.toggle();
     }
 }

@@ -3,23 +3,24 @@
 
 use embassy_rp::pac;
 use embassy_rp::pio::program::{
-    InstructionOperands, MovDestination, MovOperation, MovSource, pio_asm,
+    InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, pio_asm,
 };
 use plumb_core::TICK_US;
+use plumb_protocol::boards::PICO;
 use plumb_protocol::diagnostics::{ChipMeasurement, PulseCount};
-
-use crate::pins;
+use plumb_protocol::wiring::Wiring;
 
 /// State machines of motors A, B and C.
 const MOTORS: u8 = 0b0111;
 /// Most rounds of a wait for the answer of a state machine. One takes a few clocks.
 const MAX_ROUNDS: u32 = TICK_US;
 
-/// Returns a measurement. The first one begins to count. The motors stand.
+/// Returns a measurement. The first one begins to count at the pins of this wiring. The motors
+/// stand.
 #[cold]
-pub(crate) fn measure() -> ChipMeasurement {
+pub(crate) fn measure(wiring: Option<&Wiring>) -> ChipMeasurement {
     if pac::PIO1.ctrl().read().sm_enable() == 0 {
-        start();
+        start(wiring);
     }
     ChipMeasurement {
         pulses: [0, 1, 2].map(count),
@@ -34,8 +35,14 @@ fn usb_frame() -> Option<u16> {
     (status.connected() && !status.suspended()).then(|| pac::USB.sof_rd().read().count())
 }
 
+/// Ends the count: the next measurement begins another one.
+#[cold]
+pub(crate) fn stop() {
+    pac::PIO1.ctrl().write(|_| {});
+}
+
 /// Starts the three state machines. Each counts down: x with DIR low, y with DIR high.
-fn start() {
+fn start(wiring: Option<&Wiring>) {
     let program = pio_asm!(
         ".origin 0",
         ".wrap_target",
@@ -51,15 +58,18 @@ fn start() {
     for (address, instruction) in program.program.code.iter().enumerate() {
         pac::PIO1.instr_mem(address).write(|w| w.set_instr_mem(*instruction));
     }
-    for (machine, step) in pins::STEP.into_iter().enumerate() {
+    let pins = wiring.map_or(&PICO.pins, |wiring| &wiring.pins);
+    for (machine, motor) in pins.motors.iter().enumerate() {
         let registers = pac::PIO1.sm(machine);
         registers.clkdiv().write(|w| w.set_int(1));
-        registers.pinctrl().write(|w| w.set_in_base(step));
+        registers.pinctrl().write(|w| w.set_in_base(motor.step.number));
         registers.execctrl().write(|w| {
-            w.set_jmp_pin(step + 1);
+            w.set_jmp_pin(motor.direction.number);
             w.set_wrap_bottom(program.program.wrap.target);
             w.set_wrap_top(program.program.wrap.source);
         });
+        let begin = InstructionOperands::JMP { condition: JmpCondition::Always, address: 0 };
+        registers.instr().write(|w| w.set_instr(begin.encode()));
         // All ones: `jmp x--` of a counter at zero would not jump.
         for counter in [MovDestination::X, MovDestination::Y] {
             execute(machine, counter, MovOperation::Invert, MovSource::NULL);

@@ -14,8 +14,8 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 2
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("9700a869b0076702")
-HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS = 0, 1, 3, 6, 8, 9
+SCHEMA = bytes.fromhex("cdb13e2ec424a9f6")
+HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS, WIRE = 0, 1, 3, 6, 8, 9, 16
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
 STATES += ["jogging", "stopping", "storing", "following"]
 
@@ -137,9 +137,19 @@ class Board:
         raise SystemExit("the board does not answer")
 
 
+def wiring():
+    """Returns the wiring of a Pico: STEP at GP2, 4, 6, DIR at the pins after them, ENABLE at GP14,
+    low to switch on, the emergency input at GP15, the LED at GP25; STEP/DIR drivers."""
+    pico, step_dir, active_low, shared = (bytes([number]) for number in (1, 0, 0, 0))
+    motors = b"".join(bytes([step, 0, step + 1, 0]) for step in (2, 4, 6))
+    pins = motors + shared + bytes([14]) + active_low + bytes([15, 0]) + bytes([1, 25, 0])
+    nanoseconds = unsigned(1000) + unsigned(1000) + unsigned(200) + unsigned(200)
+    return pico + pins + step_dir + nanoseconds + unsigned(0)
+
+
 def config():
-    """Returns a configuration: law `sign`, 400 steps/s, 2000 steps/s², 3000 steps of travel,
-    STEP/DIR drivers at 16 microsteps."""
+    """Returns a configuration: law `sign`, 400 steps/s, 2000 steps/s², 3000 steps of travel, 16
+    microsteps."""
     motor = signed(400 * 256) + unsigned(2000) + signed(-3000 * 16, 3000 * 16) + b"\0"
     workspace = signed(-200_000, -200_000, -100_000, 1_100_000, 900_000, 600_000)
     reached = signed(10_000) + bytes([10])
@@ -149,11 +159,10 @@ def config():
     progress = signed(1_000) + unsigned(10_000)
     jog = signed(100 * 256, 200 * 16)
     path = signed(300_000) + unsigned(1_000) + unsigned(10_000) + signed(20_000)
-    drivers = unsigned(0) + unsigned(1000) + unsigned(1000) + unsigned(200)
     law = unsigned(1) + unsigned(1000)
     mean = unsigned(0)
     limits = workspace + reached + deadlines + growth + following + progress + jog + path
-    return law + 3 * motor + bytes([16]) + limits + drivers + mean
+    return law + 3 * motor + bytes([16]) + limits + mean
 
 
 def main():
@@ -162,6 +171,7 @@ def main():
     board.request(HELLO, MAGIC + unsigned(VERSION) + SCHEMA)
     board.request(STOP)
     board.request(CLEAR_FAULT)
+    board.request(WIRE, wiring())
     board.request(CONFIGURE, config())
     board.request(JOG, bytes([0]) + signed(10 * 16, 100 * 256))
     while True:

@@ -1,4 +1,5 @@
-//! Configuration of a board: the law and its parameters, motors, workspace and deadlines.
+//! Configuration of a board: the law and its parameters, motors, workspace and deadlines. Its pins
+//! and drivers are its [wiring](crate::wiring).
 //!
 //! The values are in the chip's units. A rig file is in SI (TOML, on the host); the host converts
 //! it once.
@@ -7,9 +8,10 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::units::{
-    Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, PathAcceleration, PathJerk,
-    Point, Rate, SignGain, Speed, Steps16,
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, PathAcceleration, PathJerk, Point, Rate,
+    SignGain, Speed, Steps16,
 };
+use crate::wiring::MOTORS;
 
 /// Configuration of a board. A board needs one before it moves.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +19,7 @@ pub struct Config {
     /// The control law.
     pub law: Law,
     /// The motors A, B and C.
-    pub motors: [Motor; 3],
+    pub motors: [Motor; MOTORS],
     /// Microsteps per full step, as set at the drivers: 1, 2, 4, 8 or 16.
     pub microsteps: u8,
     /// Box that the ball and its target must not leave.
@@ -36,8 +38,6 @@ pub struct Config {
     pub jog: JogLimits,
     /// Limits of a reference that moves.
     pub path: PathLimits,
-    /// Motor drivers.
-    pub drivers: Drivers,
     /// Span of the running mean over the step plan, at most 400 ms; 0 turns it off.
     pub mean: Milliseconds,
 }
@@ -200,56 +200,12 @@ pub struct JogLimits {
     pub max_distance: Steps16,
 }
 
-/// Motor drivers. Grows at its end.
-#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Drivers {
-    /// One driver per motor with inputs STEP, DIR and ENABLE (active low).
-    StepDir(StepDir),
-    /// Two H-bridges per motor on four pins of the board, with an active-high enable (for example
-    /// TB6612). 1 microstep means full steps, 2 half steps; more use pulse-width modulation.
-    Coils(Coils),
-    /// Two Adafruit Motor HATs (PCA9685 at 0x60: motors A and B, at 0x61: motor C).
-    MotorHats(Coils),
-}
-
-/// Timing of a driver's inputs, from its data sheet.
-#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
-pub struct StepDir {
-    /// Minimum time of STEP high, and minimum hold time of DIR.
-    pub high: Nanoseconds,
-    /// Minimum time of STEP low.
-    pub low: Nanoseconds,
-    /// Minimum setup time from a change of DIR to the rising edge of STEP.
-    pub setup: Nanoseconds,
-}
-
-impl StepDir {
-    /// Allegro A4988 (data sheet rev. 5, figure 1).
-    pub const A4988: Self = Self::new(1000, 1000, 200);
-    /// Texas Instruments DRV8825 (SLVSA73F, section 6.6).
-    pub const DRV8825: Self = Self::new(1900, 1900, 650);
-    /// Trinamic TMC2209: about twice the least times of its data sheet (rev. 1.09, section 13.1).
-    /// They depend on its clock: for STEP a period and 20 ns, 103 ns at the nominal 12 MHz.
-    pub const TMC2209: Self = Self::new(200, 200, 50);
-
-    const fn new(high: u16, low: u16, setup: u16) -> Self {
-        Self { high: Nanoseconds(high), low: Nanoseconds(low), setup: Nanoseconds(setup) }
-    }
-}
-
-/// Settings of the coil drivers.
-#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Coils {
-    /// Highest coil voltage as a percentage of the supply voltage: 1 to 100.
-    pub duty_percent: u8,
-}
-
 impl Config {
     /// Returns a configuration that every board accepts.
     ///
     /// Law `interval` with the paper's bounds (α = 0.005, β = 0.5) and γ = 30 /s at 0.471 mm of
-    /// cable per step; motors with 400 steps/s, 2000 steps/s² and ±4000 steps of travel; TMC2209
-    /// drivers at 1/16 steps; a workspace of 3 m × 3 m × 1.6 m. Examples and tests change single
+    /// cable per step; motors with 400 steps/s, 2000 steps/s² and ±4000 steps of travel; 1/16
+    /// steps; a workspace of 3 m × 3 m × 1.6 m. Examples and tests change single
     /// fields: `Config { law, ..Config::example() }`.
     pub const fn example() -> Self {
         const MOTOR: Motor = Motor {
@@ -261,7 +217,7 @@ impl Config {
         };
         Self {
             law: Law::Interval(Interval::uniform(Bound(328), Bound(1 << 15), Gain(4172))),
-            motors: [MOTOR; 3],
+            motors: [MOTOR; MOTORS],
             microsteps: 16,
             workspace: Workspace {
                 min: Point([Micrometres(-1_000_000); 3]),
@@ -283,7 +239,6 @@ impl Config {
                 jerk: PathJerk(10_000),
                 deviation: Micrometres(20_000),
             },
-            drivers: Drivers::StepDir(StepDir::TMC2209),
             mean: Milliseconds(0),
         }
     }

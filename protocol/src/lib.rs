@@ -29,10 +29,10 @@
 //!   the reference before it. An accepted one is answered, and telemetry names the newest.
 //! - [`Hello`](message::Command::Hello), [`Stop`](message::Command::Stop),
 //!   [`Bootloader`](message::Command::Bootloader), [`Status`](message::Command::Status),
-//!   [`Diagnose`](message::Command::Diagnose), [`Measure`](message::Command::Measure): safe to
-//!   repeat, since the board is in the same state after one or several. An accepted Hello begins a
-//!   new session, which forgets the previous session's sequence numbers, configuration number and
-//!   target number.
+//!   [`Diagnose`](message::Command::Diagnose), [`Measure`](message::Command::Measure),
+//!   [`Wire`](message::Command::Wire): safe to repeat, since the board is in the same state after
+//!   one or several. An accepted Hello begins a new session, which forgets the previous session's
+//!   sequence numbers, configuration number, target number and wiring that is not in force.
 //! - [`Configure`](message::Command::Configure), [`Target`](message::Command::Target),
 //!   [`Jog`](message::Command::Jog), [`Hold`](message::Command::Hold),
 //!   [`ClearFault`](message::Command::ClearFault), [`Store`](message::Command::Store),
@@ -64,6 +64,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod boards;
 pub mod config;
 pub mod diagnostics;
 pub mod frame;
@@ -71,8 +72,10 @@ pub mod message;
 pub mod provenance;
 mod text;
 pub mod units;
+pub mod wiring;
 
 pub use config::Config;
 pub use diagnostics::panic_place;
 pub use message::{Command, FromBoard, Hello, MAGIC, SCHEMA, ToBoard, VERSION};
 pub use provenance::{Provenance, RELEASE};
+pub use wiring::{MOTORS, Wiring};

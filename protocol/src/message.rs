@@ -8,6 +8,7 @@ use crate::config::Config;
 use crate::diagnostics::{Diagnostics, Measurement};
 use crate::provenance::Provenance;
 use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
+use crate::wiring::{MOTORS, Wiring, WiringError};
 
 pub use crate::diagnostics::StartCause;
 
@@ -73,7 +74,8 @@ pub enum Command {
     Stop,
     /// Ramps down, then restarts into the chip's bootloader.
     Bootloader,
-    /// Sets the configuration; refused while moving.
+    /// Sets the configuration, with the wiring of the last [`Wire`](Self::Wire) in this session;
+    /// refused without one, and while moving.
     Configure(Config),
     /// Reports a measured position of the ball.
     Position(Position),
@@ -103,6 +105,9 @@ pub enum Command {
     /// Erases, writes and reads a sector of the flash that holds nothing. Refused while moving. The
     /// answer follows when that is done.
     TestFlash,
+    /// Sets the wiring of every [`Configure`](Self::Configure) that follows in this session. Alone
+    /// it changes no pin. Accepted in every state.
+    Wire(Wiring),
 }
 
 /// Protocol identification of one side. Its bytes never change.
@@ -303,6 +308,10 @@ pub enum Refusal {
     ReferenceOutside,
     /// Coils are configured: a measurement is for drivers with STEP and DIR inputs.
     CoilsConfigured,
+    /// The board cannot be wired so.
+    Wiring(WiringError),
+    /// A Configure without a [`Wire`](Command::Wire) before it in this session.
+    NotWired,
 }
 
 /// Part of a configuration that is out of range.
@@ -330,7 +339,8 @@ pub enum ConfigField {
     Deadlines,
     /// A margin of 0 or above 1 m, a time of 0 or above 5 s.
     Growth,
-    /// A driver's pulse time above 4.1 µs, or a duty of 0 or above 100 %.
+    /// A driver's pulse time above 4.1 µs, a time after ENABLE above 200 ms, or a duty of 0 or
+    /// above 100 %.
     Drivers,
     /// A running mean over more than 400 ms.
     Mean,
@@ -423,9 +433,9 @@ pub struct Telemetry {
     pub sequence: Option<u16>,
     /// Motor positions relative to the zero of travel: where the board started, or the place of
     /// the last [`Command::Home`].
-    pub motors: [Steps16; 3],
+    pub motors: [Steps16; MOTORS],
     /// Motor rates.
-    pub rates: [Rate; 3],
+    pub rates: [Rate; MOTORS],
     /// e = position - target of the last accepted position; 0 without a target. The target of a
     /// board that follows is the reference at the position's capture.
     pub error: Point,
@@ -438,7 +448,7 @@ pub struct Telemetry {
     /// The law's estimate of the tensions that hold the ball at rest where it is; order A, B, C.
     /// `None` without a target, before the law's first answer, and with a law without an
     /// estimate: only [`Taut`](crate::config::Law::Taut) has one.
-    pub tensions: Option<[RelativeTension; 3]>,
+    pub tensions: Option<[RelativeTension; MOTORS]>,
     /// State of the reference while the board follows one.
     pub reference: Option<ReferenceState>,
 }

@@ -60,8 +60,12 @@ impl Commit {
 pub enum BoardKind {
     /// A program that behaves like a board.
     Emulated,
-    /// Raspberry Pi Pico (RP2040).
+    /// Raspberry Pi Pico (RP2040). The firmware of the RP2040 calls itself so on every board.
     Pico,
+    /// BIGTREETECH SKR Pico (RP2040 with four TMC2209).
+    SkrPico,
+    /// Raspberry Pi Pico 2 (RP2350).
+    Pico2,
 }
 
 /// The program that a board runs, and the board. Its bytes never change, so that a host can read it
@@ -104,6 +108,8 @@ impl fmt::Display for BoardKind {
         f.write_str(match self {
             Self::Emulated => "an emulated board",
             Self::Pico => "a Raspberry Pi Pico",
+            Self::SkrPico => "a BTT SKR Pico",
+            Self::Pico2 => "a Raspberry Pi Pico 2",
         })
     }
 }

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::message::{ConfigField, Fault, Refusal, StartCause, State};
+use crate::wiring::{Line, PinError, WiringError};
 
 /// Returns the letter of motor 0, 1 or 2.
 fn motor(index: u8) -> char {
@@ -90,7 +91,10 @@ impl fmt::Display for ConfigField {
             }
             Self::Deadlines => "the deadlines (above 0, at most 5 s)",
             Self::Growth => "the error's growth limit (margin up to 1 m, time up to 5 s)",
-            Self::Drivers => "the motor drivers (pulse times up to 4.1 µs, a duty of 1 to 100 %)",
+            Self::Drivers => {
+                "the motor drivers (pulse times up to 4.1 µs, 200 ms after ENABLE, a duty of 1 to \
+                 100 %)"
+            }
             Self::Mean => "the running mean (at most 400 ms)",
             Self::Delay => "the law's delay (at most 500 ms)",
             Self::Law => "the law: it takes longer than this board has time for",
@@ -154,6 +158,42 @@ impl fmt::Display for Refusal {
             Self::CoilsConfigured => {
                 f.write_str("coils are configured: it is for drivers with STEP and DIR inputs")
             }
+            Self::Wiring(error) => write!(f, "the board cannot be wired so: {error}"),
+            Self::NotWired => f.write_str("no wiring came before the configuration"),
         }
+    }
+}
+
+impl fmt::Display for WiringError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Board => f.write_str("the rig file names a board with another chip"),
+            Self::Drivers => {
+                f.write_str("this board has drivers of its own, and no coils or Motor HATs")
+            }
+            Self::Pin(line, error) => write!(f, "{line} is at {error}"),
+        }
+    }
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Step(i) => write!(f, "STEP of motor {}", motor(*i)),
+            Self::Direction(i) => write!(f, "DIR of motor {}", motor(*i)),
+            Self::Enable(i) => write!(f, "ENABLE {}", motor(*i)),
+            Self::Emergency => f.write_str("the emergency input"),
+            Self::Led => f.write_str("the LED"),
+        }
+    }
+}
+
+impl fmt::Display for PinError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Missing => "a pin that the board does not have",
+            Self::Taken => "a pin that the board uses itself",
+            Self::Twice => "a pin that is in use already",
+        })
     }
 }

@@ -4,9 +4,11 @@
 import assert from 'node:assert/strict';
 import { before, test } from 'node:test';
 import { Chip } from './src/chip.mjs';
-import { EMERGENCY, ENABLE, FLAG, MACHINE, MONITOR, ORIGIN } from './test/monitor.mjs';
+import { CONFIGURED } from './test/frames.mjs';
+import { EMERGENCY, FLAG, MACHINE, MONITOR, ORIGIN } from './test/monitor.mjs';
 
 const MS = 1e6;
+const [UART_TX, UART_RX, LED] = [0, 1, 25];
 const ELF = process.env.PLUMB_ELF;
 /**
  * Frame of Hello with id 300 (tests/tests/it/golden.rs); and a part of the board's answer that does
@@ -26,6 +28,15 @@ function started() {
   chip.uart0.onByte = (byte) => uart.push(byte);
   chip.runFor(200 * MS);
   return { chip, usb, uart };
+}
+
+/** Returns a chip that is configured as a Pico, with its emergency input closed. */
+function configured() {
+  const { chip } = started();
+  chip.drive(EMERGENCY, 0);
+  chip.usb.send(CONFIGURED);
+  chip.runFor(10 * MS);
+  return { chip };
 }
 
 const PIO0 = 0x50200000;
@@ -101,6 +112,17 @@ test('the watchdog resets a hanging processor, which starts again', () => {
   assert.ok(hex(usb).includes(ANSWER), hex(usb));
 });
 
+test('before a configuration every pin but those of the link and the LED is an input', () => {
+  const { chip } = started();
+  for (let pin = 0; pin < 30; pin++) {
+    const { outputEnable, pullupEnabled, pulldownEnabled } = chip.mcu.gpio[pin];
+    if ([UART_TX, UART_RX, LED].includes(pin)) continue;
+    assert.equal(outputEnable, false, `GP${pin} is no output`);
+    assert.deepEqual([pullupEnabled, pulldownEnabled], [false, true], `the pull of GP${pin}`);
+  }
+  assert.equal(chip.mcu.gpio[LED].outputEnable, true);
+});
+
 test('the Bootloader message starts the boot ROM', () => {
   const { chip } = started();
   chip.usb.send(Buffer.from('08ac0202b87e1bf300', 'hex'));
@@ -111,8 +133,8 @@ test('the Bootloader message starts the boot ROM', () => {
 test('two runs are the same', () => {
   const run = () => {
     const { chip } = started();
-    chip.usb.send(HELLO);
-    chip.drive(15, 0);
+    chip.drive(EMERGENCY, 0);
+    chip.usb.send(CONFIGURED);
     chip.runFor(300 * MS);
     return [String(chip.hash), chip.hash.count, chip.cycles];
   };
@@ -122,22 +144,22 @@ test('two runs are the same', () => {
 });
 
 test('the monitor of the emergency input is the one of the campaign', () => {
-  const { chip } = started();
+  const { chip } = configured();
   const [block] = chip.engine.blocks;
   const machine = block.machines[MACHINE];
   const end = ORIGIN + MONITOR.program.length;
   assert.deepEqual([...block.instructions.slice(ORIGIN, end)], MONITOR.program);
   assert.deepEqual([machine.wrapBottom, machine.wrapTop], MONITOR.wrap);
-  assert.deepEqual([machine.osr], MONITOR.words);
+  assert.deepEqual([machine.y], MONITOR.words);
   assert.deepEqual([machine.inBase, machine.jumpPin], [EMERGENCY, EMERGENCY]);
-  assert.deepEqual([machine.setBase, machine.setCount], [ENABLE, 1]);
+  assert.deepEqual([machine.outBase, machine.outCount], [0, 32], 'every pin');
   assert.equal(machine.divider, 256, 'a cycle for each instruction');
 });
 
 // The processor reads the input as closed, and some clocks later its write has ended the stop. A
 // contact that bounces opens again in between.
 test('an opening at any clock around the end of a stop is seen, and so is the next press', () => {
-  const { chip } = started();
+  const { chip } = configured();
   emergency(chip, 0);
   let cleared = 0;
   const [block] = chip.engine.blocks;
@@ -167,7 +189,7 @@ test('an opening at any clock around the end of a stop is seen, and so is the ne
 });
 
 test('an input that is open in two ticks trips, also where its monitor has failed', () => {
-  const { chip } = started();
+  const { chip } = configured();
   emergency(chip, 0);
   assert.ok(!isTripped(chip));
   chip.bus.write32(PIO_CTRL_CLEAR, 1 << MACHINE);

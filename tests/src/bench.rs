@@ -61,7 +61,10 @@ pub fn bench(rig: &Rig, plant: Box<dyn Plant + Send>, wire: Wire) -> Result<Benc
     let board = EmulatedBoard::with_plant(EMULATED, plant).with_wire(wire);
     let board = Rc::new(RefCell::new(board));
     let mut link = Link::connect(Memory::new(Rc::clone(&board)))?;
-    link.configure(rig.config().expect("a rig file that fits the board"))?;
+    link.configure(
+        rig.wiring().expect("a wiring"),
+        rig.config().expect("a rig file that fits the board"),
+    )?;
     let start = board.borrow().now();
     Ok(Bench { board, link, frame: 0, start })
 }

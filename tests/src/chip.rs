@@ -10,24 +10,23 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
+use plumb_protocol::boards;
 use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::FromBoard;
+use plumb_protocol::wiring::{MotorPins, Pins};
 use serde_json::{Value, json};
 
 pub use port::ChipPort;
-pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, REVERSING_BALL_UM, fast_config, point};
+pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, REVERSING_BALL_UM, Setup, fast_config, point};
 pub use symbols::symbol_address;
 
 /// Processor cycles per microsecond.
 pub const CYCLES_PER_US: u64 = 125;
 
-/// Pins of STEP and DIR of motors A, B, C (docs/use/board.md).
-pub const STEPPERS: [[u8; 2]; 3] = [[2, 3], [4, 5], [6, 7]];
-
-/// Pin of the enable line; low enables the drivers.
+/// Pin of a Pico's enable line; low enables the drivers.
 pub const ENABLE: u8 = 14;
 
-/// Pin of the emergency input; low if the emergency loop is closed.
+/// Pin of a Pico's emergency input; low if the emergency loop is closed.
 pub const EMERGENCY: u8 = 15;
 /// Time that the emergency input must be open to stop the board, µs: `ESTOP_FILTER_US` in
 /// firmware/src/generator.rs.
@@ -78,11 +77,20 @@ pub struct Chip {
 }
 
 impl Chip {
-    /// Powers a chip on with the emergency loop closed, and waits for USB.
+    /// Powers a Pico on with the emergency loop closed, and waits for USB.
     ///
     /// # Panics
     /// If Node or its packages are missing, or if the image does not start.
     pub fn start(image: &Path) -> Self {
+        Self::start_with(image, &boards::PICO.pins)
+    }
+
+    /// Powers a chip on with drivers and a closed emergency loop at these pins, and waits for USB.
+    /// The pulses at an inverted STEP pin are not counted.
+    ///
+    /// # Panics
+    /// If Node or its packages are missing, or if the image does not start.
+    pub fn start_with(image: &Path, pins: &Pins) -> Self {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("chip/serve.mjs");
         let mut child = Command::new("node")
             .arg(script)
@@ -105,7 +113,12 @@ impl Chip {
             id: 0,
             sequence: 0,
         };
-        chip.execute(json!({ "gpio": [EMERGENCY, 0], "steppers": STEPPERS }));
+        let stepper = |motor: &MotorPins| {
+            json!([motor.step.number, motor.direction.number, motor.direction.inverted])
+        };
+        let steppers: Vec<Value> = pins.motors.iter().map(stepper).collect();
+        let closed = [pins.emergency.number, u8::from(pins.emergency.inverted)];
+        chip.execute(json!({ "gpio": closed, "steppers": steppers }));
         chip.wait_for_usb();
         chip
     }

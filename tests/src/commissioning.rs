@@ -30,7 +30,10 @@ pub fn examine(case: &Case) -> Result<Report, ExaminationError> {
     let mut source = TrackingCamera::new(board.rig(), camera.clone(), Timing::default());
     let mut detector = NoisyDetector::new(FixedDetector(camera), case.seen(), case.seed);
     let mut link = Link::connect(board.transport())?;
-    link.configure(case.rig.config().expect("a rig file in range"))?;
+    link.configure(
+        case.rig.wiring().expect("a wiring"),
+        case.rig.config().expect("a rig file in range"),
+    )?;
     let mut parts = ExaminationParts {
         source: &mut source,
         detector: &mut detector,

@@ -43,7 +43,7 @@ mod setup;
 mod state;
 mod ticks;
 
-use plumb_protocol::config::{Config, Drivers};
+use plumb_protocol::config::Config;
 use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement, Diagnostics, Measurement};
 use plumb_protocol::frame::{self, FrameError};
 use plumb_protocol::message::{
@@ -51,6 +51,7 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
+use plumb_protocol::wiring::Wiring;
 
 use crate::law_worker::LawResponse;
 use crate::params::BuildLimits;
@@ -85,8 +86,8 @@ pub struct Tick {
     pub drivers_enabled: bool,
     /// Restart into the bootloader now; the motors stand still.
     pub bootloader: bool,
-    /// Write the configuration now ([`Board::config`]) and report the result
-    /// ([`Board::on_stored`]); the motors stand still.
+    /// Write wiring and configuration now ([`Board::wiring`], [`Board::config`]) and report the
+    /// result ([`Board::on_stored`]); the motors stand still.
     pub store: bool,
     /// Report the chip's counts ([`Board::on_diagnosed`]).
     pub diagnose: bool,
@@ -124,13 +125,18 @@ impl Board {
         self.session.provenance = provenance;
     }
 
-    /// Applies a configuration that was stored in flash; call before the first tick. The motors
-    /// have no current until a host's Hello has matched. A configuration that is out of range for
-    /// this board is ignored.
-    pub fn restore(&mut self, config: &Config) {
-        if let Ok(params) = self.setup.check(config) {
-            self.apply_config(params, config);
+    /// Applies a wiring and a configuration that were stored in flash; call before the first tick.
+    /// The motors have no current until a host's Hello has matched. Where either is out of range
+    /// for this board, both are ignored.
+    pub fn restore(&mut self, wiring: &Wiring, config: &Config) {
+        if let Ok(params) = self.setup.check(wiring, config) {
+            self.apply_config(params, wiring, config);
         }
+    }
+
+    /// Returns the wiring in force.
+    pub fn wiring(&self) -> Option<&Wiring> {
+        self.setup.wiring()
     }
 
     /// Returns the configuration in force.
@@ -141,11 +147,6 @@ impl Board {
     /// Returns the number of configurations since the start; wraps.
     pub fn generation(&self) -> u32 {
         self.setup.generation()
-    }
-
-    /// Returns the configured drivers; `None` before the first configuration.
-    pub fn drivers(&self) -> Option<Drivers> {
-        self.setup.params().map(|params| params.drivers)
     }
 
     /// Returns the step generator's timing for the configured drivers.

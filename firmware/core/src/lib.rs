@@ -15,11 +15,13 @@
 //!
 //! ```
 //! use plumb_core::{Board, BuildLimits, LawWorker, Outbox};
+//! use plumb_protocol::boards::Chip;
 //! use plumb_protocol::frame::encode;
 //! use plumb_protocol::message::{Command, Hello, State, ToBoard};
 //! use plumb_protocol::units::Micros;
 //!
-//! let mut board = Board::new(BuildLimits { max_pulse_rate: 1_250_000, storage: false });
+//! let chip = Some(Chip::Rp2040);
+//! let mut board = Board::new(BuildLimits { max_pulse_rate: 1_250_000, storage: false, chip });
 //! let (mut law_worker, mut out) = (LawWorker::new(), Outbox::new());
 //! let hello = ToBoard { id: 1, command: Command::Hello(Hello::OURS) };
 //! board.receive(Micros(0), &encode(&hello)?, &mut out);

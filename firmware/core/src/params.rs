@@ -1,11 +1,14 @@
 //! A configuration that was checked, and the limits of the build.
 
+use plumb_protocol::MOTORS;
+use plumb_protocol::boards::Chip;
 use plumb_protocol::config::{
-    self, Coils, Config, Deadlines, Drivers, Following, Growth, JogLimits, Law, Motor, PathLimits,
-    Progress, Reached, Workspace,
+    self, Config, Deadlines, Following, Growth, JogLimits, Law, Motor, PathLimits, Progress,
+    Reached, Workspace,
 };
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{Micrometres, Point};
+use plumb_protocol::wiring::{Coils, Drivers};
 
 use crate::law::{DeferredLawKind, Interval, LawSelection, MotorLimits};
 use crate::timing::{DriverTiming, TICK_US};
@@ -18,13 +21,15 @@ pub struct BuildLimits {
     pub max_pulse_rate: u32,
     /// Whether the board can keep a configuration over a loss of power.
     pub storage: bool,
+    /// The chip, whose boards it accepts; `None` for an emulated board, which accepts all.
+    pub chip: Option<Chip>,
 }
 
 /// A configuration within its ranges. [`Params::check`] is the only way to one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Params {
     pub(crate) law: Law,
-    pub(crate) motors: [Motor; 3],
+    pub(crate) motors: [Motor; MOTORS],
     pub(crate) microsteps: u8,
     pub(crate) workspace: Workspace,
     pub(crate) reached: Reached,
@@ -64,6 +69,8 @@ const MAX_GROWTH_MS: u16 = 5_000;
 const MAX_TURN: i32 = 1_600_000;
 /// Movement of a ball that follows, µm. Below 5 mm noise alone would pass for it.
 const MOVEMENT_UM: core::ops::RangeInclusive<i32> = 5_000..=1_000_000;
+/// Longest time from ENABLE to the first pulse, ms.
+const MAX_ENABLE_MS: u16 = 200;
 /// Longest time without progress, ms.
 const MAX_PROGRESS_MS: u16 = 60_000;
 /// Highest speed of a reference, µm/s.
@@ -88,13 +95,18 @@ const MAX_HAT_RATE: u32 = 300;
 pub(crate) const MAX_TRAVEL: i32 = 1 << 29;
 
 impl Params {
-    /// Checks every field of `config` against its range and the limits of the build.
+    /// Checks every field of `config` against its range, what `drivers` allow, and the limits of
+    /// the build.
     ///
     /// # Errors
     /// Returns the first field that is out of its range.
     #[cold]
-    pub fn check(config: &Config, build: &BuildLimits) -> Result<Self, ConfigField> {
-        let timing = check_fields(config, build, &mut Err)?;
+    pub fn check(
+        config: &Config,
+        drivers: &Drivers,
+        build: &BuildLimits,
+    ) -> Result<Self, ConfigField> {
+        let timing = check_fields(config, drivers, build, &mut Err)?;
         Ok(Self {
             law: config.law,
             motors: config.motors,
@@ -107,7 +119,7 @@ impl Params {
             progress: config.progress,
             jog: config.jog,
             path: config.path,
-            drivers: config.drivers,
+            drivers: *drivers,
             timing,
             mean_ms: config.mean.0,
         })
@@ -115,18 +127,31 @@ impl Params {
 
     /// Calls `report` for every field of `config` that is out of its range, in the order of
     /// [`check`](Self::check). A field of three motors is reported up to three times.
-    pub fn each_error(config: &Config, build: &BuildLimits, mut report: impl FnMut(ConfigField)) {
+    pub fn each_error(
+        config: &Config,
+        drivers: &Drivers,
+        build: &BuildLimits,
+        mut report: impl FnMut(ConfigField),
+    ) {
         let mut go_on = |field| {
             report(field);
             Ok(())
         };
         // `go_on` ends no check.
-        let _ = check_fields(config, build, &mut go_on);
+        let _ = check_fields(config, drivers, build, &mut go_on);
     }
 
     /// Returns the configured law before its first measurement.
     pub fn law(&self) -> LawSelection {
         LawSelection::new(&self.law)
+    }
+
+    /// Returns the time from ENABLE to the first pulse, µs.
+    pub(crate) fn enable_us(&self) -> u64 {
+        match &self.drivers {
+            Drivers::StepDir(times) => u64::from(times.enable.0) * 1000,
+            Drivers::Coils(_) | Drivers::MotorHats(_) => 0,
+        }
     }
 
     /// Returns the kind of a deferred law; `None` where an inline one is configured.
@@ -156,7 +181,7 @@ impl Params {
     }
 
     /// Returns the highest rate of each motor, Q8 steps/s.
-    pub(crate) fn max_rates(&self) -> [i32; 3] {
+    pub(crate) fn max_rates(&self) -> [i32; MOTORS] {
         self.motors.map(|m| m.max_rate.0)
     }
 }
@@ -165,12 +190,13 @@ impl Params {
 /// it returns one. Returns the timing of the drivers.
 fn check_fields(
     config: &Config,
+    drivers: &Drivers,
     build: &BuildLimits,
     report: &mut impl Report,
 ) -> Result<DriverTiming, ConfigField> {
     check_law(&config.law, report)?;
     ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps, report)?;
-    let (driver_pulse_rate, timing) = check_drivers(&config.drivers, config.microsteps, report)?;
+    let (driver_pulse_rate, timing) = check_drivers(drivers, config.microsteps, report)?;
     let max_pulse_rate = driver_pulse_rate.min(build.max_pulse_rate);
     for motor in &config.motors {
         check_motor(motor, config.microsteps, max_pulse_rate, report)?;
@@ -251,7 +277,8 @@ fn check_drivers(
     match drivers {
         Drivers::StepDir(times) => {
             let timing = DriverTiming::new(times);
-            ensure(timing.is_some(), ConfigField::Drivers, report)?;
+            let in_range = timing.is_some() && times.enable.0 <= MAX_ENABLE_MS;
+            ensure(in_range, ConfigField::Drivers, report)?;
             let timing = timing.unwrap_or(DriverTiming::SLOWEST);
             Ok((timing.max_pulse_rate(), timing))
         }

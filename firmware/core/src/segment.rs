@@ -31,6 +31,8 @@ const EMPTY: u32 = 9;
 pub struct Segments {
     /// Width of a pulse.
     high: u32,
+    /// Time from the end of a pulse for which the direction line stays.
+    hold: u32,
     /// Least time from a pulse to the next.
     min_period: u32,
     /// Least time from a change of direction to a pulse.
@@ -54,6 +56,7 @@ impl Segments {
     pub fn new(timing: DriverTiming) -> Self {
         let mut segments = Self {
             high: 0,
+            hold: 0,
             min_period: 0,
             setup: 0,
             late: 0,
@@ -69,8 +72,9 @@ impl Segments {
 
     /// Changes to another driver; at standstill.
     pub fn set_timing(&mut self, timing: DriverTiming) {
-        (self.high, self.min_period, self.setup) =
-            (timing.high.clocks(), timing.min_period(), timing.setup);
+        self.high = timing.high.clocks();
+        self.hold = timing.hold.saturating_sub(self.high);
+        (self.min_period, self.setup) = (timing.min_period(), timing.setup);
         self.set_pulses(0, self.direction);
     }
 
@@ -99,8 +103,10 @@ impl Segments {
         // TO_FIRST after `late` at least, since `min_period` is that much longer than a pulse.
         self.ready = last.wrapping_add(self.min_period as i32).max(TO_FIRST as i32) as u32;
         let end = last.wrapping_add((self.high + TO_END) as i32);
-        self.late = end.max(0) as u32;
-        (self.word | remaining, wait | end.min(0).unsigned_abs() << 16)
+        self.late = end.wrapping_add(self.hold as i32).max(0) as u32;
+        // The next segment may change the direction line at once.
+        let rest = self.late.wrapping_sub(end as u32);
+        (self.word | remaining, wait | rest << 16)
     }
 
     /// Returns the words for a tick without pulses.

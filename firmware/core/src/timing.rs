@@ -1,7 +1,7 @@
 //! Time base of the step generation, and the pulse timing of a STEP/DIR driver in its clocks.
 
-use plumb_protocol::config::StepDir;
 use plumb_protocol::units::Nanoseconds;
+use plumb_protocol::wiring::StepDir;
 
 /// Length of a tick, µs. Short enough that a new position changes the rates within 300 µs; long
 /// enough that planning takes a few percent of the chip.
@@ -26,9 +26,10 @@ pub(crate) const MIN_LOW: u32 = 14;
 /// Minimum times at a driver's inputs, in clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DriverTiming {
-    /// Time that STEP is high, at least, as a width that the generator can make. DIR is held for
-    /// as long after a pulse begins.
+    /// Time that STEP is high, at least, as a width that the generator can make.
     pub high: PulseWidth,
+    /// Time from the beginning of a pulse to a change of DIR, at least. Never below `high`.
+    pub hold: u32,
     /// Time that STEP is low between pulses, at least.
     pub low: u32,
     /// Time from a change of DIR to the next pulse, at least.
@@ -39,14 +40,17 @@ impl DriverTiming {
     /// The slowest timing that the generator can make: safe for any driver while none is
     /// configured.
     pub const SLOWEST: Self =
-        Self { high: PulseWidth { rounds: 31, delay: 15 }, low: 513, setup: 513 };
+        Self { high: PulseWidth { rounds: 31, delay: 15 }, hold: 513, low: 513, setup: 513 };
 
     /// Converts the times of a data sheet, rounded up to whole clocks. Returns `None` where the
     /// generator cannot make pulses so wide (above 513 clocks, 4.1 µs).
     pub fn new(driver: &StepDir) -> Option<Self> {
         let clocks = |ns: Nanoseconds| (u32::from(ns.0) * CLOCKS_PER_US).div_ceil(1000);
-        let (low, setup) = (clocks(driver.low).max(MIN_LOW), clocks(driver.setup));
-        Some(Self { high: PulseWidth::at_least(clocks(driver.high))?, low, setup })
+        let high = PulseWidth::at_least(clocks(driver.high))?;
+        let hold = clocks(driver.hold).max(high.clocks());
+        // The next segment, whose direction may be another, begins once DIR was held.
+        let low = clocks(driver.low).max(hold - high.clocks() + MIN_LOW);
+        Some(Self { high, hold, low, setup: clocks(driver.setup) })
     }
 
     /// Returns the least time from one pulse to the next, clocks.

@@ -6,17 +6,19 @@ use std::collections::VecDeque;
 use nalgebra::Point3;
 use plumb_core::params::Params;
 use plumb_core::{Board, BuildLimits, TICK_US, Tick};
-use plumb_protocol::Config;
 use plumb_protocol::diagnostics::ChipCounts;
-use plumb_protocol::message::{ConfigField, StartCause, State};
+use plumb_protocol::message::{Refusal, StartCause, State};
 use plumb_protocol::units::Micros;
+use plumb_protocol::{Config, Wiring};
 
 use crate::harness::{Harness, LawDelay};
 use crate::plant::{Plant, RigError};
 use crate::wire::{Link, Traffic, Wire};
 
-/// Limits of an emulated board: the pulse rate of the Pico's firmware, and no storage.
-pub const EMULATED: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false };
+/// Limits of an emulated board: the pulse rate of the Pico's firmware, no storage, and any kind of
+/// board.
+pub const EMULATED: BuildLimits =
+    BuildLimits { max_pulse_rate: 1_250_000, storage: false, chip: None };
 
 /// Largest number of bytes that wait for the host. Beyond it the oldest are dropped, as on a link
 /// that no host reads.
@@ -53,12 +55,14 @@ impl EmulatedBoard {
         }
     }
 
-    /// Returns every field of `config` that an emulated board refuses; the firmware of the Pico
-    /// refuses the same.
-    pub fn config_errors(config: &Config) -> Vec<ConfigField> {
-        let mut errors = Vec::new();
-        Params::each_error(config, &EMULATED, |field| errors.push(field));
-        errors
+    /// Returns every reason for which an emulated board refuses `wiring`, and `config` with it. The
+    /// firmware of the board that `wiring` names refuses the same.
+    pub fn refusals(wiring: &Wiring, config: &Config) -> Vec<Refusal> {
+        let mut refusals = Vec::new();
+        wiring.each_error(EMULATED.chip, |error| refusals.push(Refusal::Wiring(error)));
+        let drivers = &wiring.drivers;
+        Params::each_error(config, drivers, &EMULATED, |f| refusals.push(Refusal::Config(f)));
+        refusals
     }
 
     /// Creates a board whose motors move `plant`.

@@ -1,13 +1,14 @@
 //! The board's core with what its chip adds: a worker for the laws and a queue of bytes to the
 //! host. Everything outside the chip that runs the core goes through here.
 
+use plumb_core::config_store::Stored;
 use plumb_core::law_worker::{LawRequest, LawResponse};
 use plumb_core::{Board, BuildLimits, LawWorker, Outbox, Tick};
-use plumb_protocol::Config;
 use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement};
 use plumb_protocol::frame::{self, Accumulator, FrameError};
 use plumb_protocol::message::{Command, FromBoard, Hello, StartCause, ToBoard};
 use plumb_protocol::units::{Micros, Rate, Steps16};
+use plumb_protocol::{Config, Wiring};
 
 /// Time from a request to the law worker to its response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -73,22 +74,28 @@ impl Harness {
         }
     }
 
-    /// Creates a board that has been greeted and has this configuration, unless it refuses it. Its
-    /// answers are not taken.
-    pub fn configured(build: BuildLimits, law_delay: LawDelay, config: Config) -> Self {
+    /// Creates a board that has been greeted and has this wiring and configuration, unless it
+    /// refuses them. Its answers are not taken.
+    pub fn configured(
+        build: BuildLimits,
+        law_delay: LawDelay,
+        wiring: Wiring,
+        config: Config,
+    ) -> Self {
         let mut harness = Self::new(build, law_delay);
         harness.send(Micros(0), Command::Hello(Hello::OURS));
+        harness.send(Micros(0), Command::Wire(wiring));
         harness.send(Micros(0), Command::Configure(config));
         harness
     }
 
-    /// Restarts the board with `cause` and its stored configuration, if there is one. Messages that
+    /// Restarts the board with `cause` and what it has stored, if there is anything. Messages that
     /// were not taken are lost, and so is a law's response.
-    pub fn restart(&mut self, cause: StartCause, stored: Option<&Config>) {
+    pub fn restart(&mut self, cause: StartCause, stored: Option<&Stored>) {
         *self = Self { id: self.id, ..Self::new(self.build, self.law_delay) };
         self.board.set_start_cause(cause);
-        if let Some(config) = stored {
-            self.board.restore(config);
+        if let Some(stored) = stored {
+            self.board.restore(&stored.wiring, &stored.config);
         }
     }
 

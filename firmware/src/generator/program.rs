@@ -1,16 +1,14 @@
 //! Programs of the state machines, and reading their state.
 
-use embassy_rp::gpio::Pull;
 use embassy_rp::pac;
 use embassy_rp::peripherals::PIO0;
+use embassy_rp::pio::Common;
 use embassy_rp::pio::program::{
-    InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, SetDestination,
-    pio_asm,
-};
-use embassy_rp::pio::{
-    Common, Config, Direction, LoadedProgram, Pin, ShiftConfig, ShiftDirection, StateMachine,
+    InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, OutDestination,
+    SetDestination, pio_asm,
 };
 use plumb_core::timing::{CLOCKS_PER_US, PulseWidth};
+use plumb_protocol::wiring::MotorPins;
 
 use super::ESTOP_FILTER_US;
 
@@ -21,11 +19,41 @@ const LOOP_WIDTH: usize = 13;
 /// Address after `out y`: before it, the counter is that of the last segment.
 const COUNTED: u8 = 2;
 
+/// State machine of the monitor of the emergency input.
+const MONITOR: usize = 3;
+/// Address of the monitor's program.
+const MONITOR_ORIGIN: u8 = 17;
+
 /// Clocks from one sample of the open emergency input to the next.
 const CLOCKS_PER_SAMPLE: u32 = 2;
 
+/// Loads the programs, and prepares the state machines to run them. None of them has pins.
+pub(super) fn load(common: &mut Common<'static, PIO0>) {
+    let wrap = load_stepper(common);
+    (0..3).for_each(|machine| set_up(machine, wrap));
+    set_up(MONITOR, load_monitor(common));
+}
+
+/// First and last address of the part of a program that repeats.
+#[derive(Clone, Copy)]
+struct Wrap {
+    bottom: u8,
+    top: u8,
+}
+
+/// Prepares a state machine: the chip's clock, 32 bits a word, the lowest first.
+fn set_up(machine: usize, wrap: Wrap) {
+    let registers = pac::PIO0.sm(machine);
+    registers.clkdiv().write(|w| w.set_int(1));
+    registers.execctrl().write(|w| {
+        w.set_wrap_bottom(wrap.bottom);
+        w.set_wrap_top(wrap.top);
+    });
+    registers.shiftctrl().write(|w| w.set_out_shiftdir(true));
+}
+
 /// Loads the program that turns a segment's two words into pulses, at address 0.
-pub(super) fn load_stepper(common: &mut Common<'static, PIO0>) -> LoadedProgram<'static, PIO0> {
+fn load_stepper(common: &mut Common<'static, PIO0>) -> Wrap {
     // plumb_core::segment counts its clocks and packs its words. An instruction takes one clock.
     // The numbers are addresses.
     let program = pio_asm!(
@@ -56,62 +84,73 @@ pub(super) fn load_stepper(common: &mut Common<'static, PIO0>) -> LoadedProgram<
         "    jmp x--, rest      side 0", // 16
         ".wrap",
     );
-    common.load_program(&program.program)
+    let loaded = common.load_program(&program.program);
+    Wrap { bottom: loaded.wrap.target, top: loaded.wrap.source }
 }
 
-/// Prepares a state machine to run the program on its STEP and DIR pins.
-pub(super) fn set_up_stepper<const SM: usize>(
-    machine: &mut StateMachine<'static, PIO0, SM>,
-    program: &LoadedProgram<'static, PIO0>,
-    (step, direction): &(Pin<'static, PIO0>, Pin<'static, PIO0>),
-) {
-    let mut config = Config::default();
-    config.use_program(program, &[step]);
-    config.set_out_pins(&[direction]);
-    config.shift_out =
-        ShiftConfig { threshold: 32, direction: ShiftDirection::Right, auto_fill: false };
-    machine.set_config(&config);
-    machine.set_pin_dirs(Direction::Out, &[step, direction]);
+/// Connects a motor's stopped state machine to its STEP and DIR pins.
+pub(super) fn set_stepper_pins(machine: usize, pins: &MotorPins) {
+    pac::PIO0.sm(machine).pinctrl().write(|w| {
+        w.set_sideset_base(pins.step.number & 31);
+        w.set_sideset_count(1);
+        w.set_out_base(pins.direction.number & 31);
+        w.set_out_count(1);
+    });
 }
 
-/// Starts the monitor of the emergency input, which then runs for ever. It may switch off `enable`.
-pub(super) fn start_estop_monitor(
-    common: &mut Common<'static, PIO0>,
-    machine: &mut StateMachine<'static, PIO0, 3>,
-    mut estop: Pin<'static, PIO0>,
-    enable: &Pin<'static, PIO0>,
-) {
+/// Loads the monitor of the emergency input.
+fn load_monitor(common: &mut Common<'static, PIO0>) -> Wrap {
     // On the chip `wait` and `jmp pin` see the input two clocks late (RP2040 datasheet, section
-    // 3.7, INPUT_SYNC_BYPASS). tests/chip/test/monitor.mjs has a copy of this program.
+    // 3.7, INPUT_SYNC_BYPASS). `out pindirs` changes the direction of all pins at once: those of
+    // ENABLE have it from PIO0 and need not be neighbours, and those of STEP and DIR override it.
+    // tests/chip/test/monitor.mjs has a copy of this program.
     let program = pio_asm!(
         ".origin 17",
         "    pull block", // 17  samples of an opening after the first
+        "    mov y, osr", // 18
         ".wrap_target",
+        "    mov osr, null", // 19  the directions of an emergency
         "closed:",
-        "    wait 1 pin 0",  // 18  open, so pulled up
-        "    mov x, osr",    // 19
+        "    wait 1 pin 0",  // 20  open, so pulled up
+        "    mov x, y",      // 21
         "sample:",           //     every two clocks
-        "    jmp pin, open", // 20
-        "    jmp closed",    // 21  closed again: too short
+        "    jmp pin, open", // 22
+        "    jmp closed",    // 23  closed again: too short
         "open:",
-        "    jmp x--, sample", // 22
-        "    set pindirs, 0",  // 23  lets go of ENABLE: the drivers are off
-        "    irq wait 4",      // 24  sets the flag, and waits until the processor clears it
-        "    set pindirs, 1",  // 25  ENABLE is the processor's again
+        "    jmp x--, sample", // 24
+        "    out pindirs, 32", // 25  lets go of ENABLE: the drivers are off
+        "    irq wait 4",      // 26  sets the flag, and waits until the processor clears it
+        "    mov osr, ~null",  // 27
+        "    out pindirs, 32", // 28  ENABLE is the processor's again
         ".wrap",
     );
     let loaded = common.load_program(&program.program);
-    estop.set_pull(Pull::Up);
-    let mut config = Config::default();
-    config.use_program(&loaded, &[]);
-    config.set_in_pins(&[&estop]);
-    config.set_jmp_pin(&estop);
-    config.set_set_pins(&[enable]);
-    machine.set_config(&config);
-    machine.set_pin_dirs(Direction::In, &[&estop]);
-    machine.set_pin_dirs(Direction::Out, &[enable]);
-    machine.tx().push(ESTOP_FILTER_US * CLOCKS_PER_US / CLOCKS_PER_SAMPLE - 1);
-    machine.set_enable(true);
+    Wrap { bottom: loaded.wrap.target, top: loaded.wrap.source }
+}
+
+/// Starts the monitor with its input at this pin. It then runs until it is started again.
+#[cold]
+pub(super) fn start_estop_monitor(input: u8) {
+    let pio = pac::PIO0;
+    pio.ctrl().modify(|w| w.set_sm_enable(w.sm_enable() & !(1 << MONITOR)));
+    let registers = pio.sm(MONITOR);
+    registers.pinctrl().write(|w| {
+        w.set_in_base(input & 31);
+        // All pins.
+        w.set_out_base(0);
+        w.set_out_count(32);
+    });
+    registers.execctrl().modify(|w| w.set_jmp_pin(input & 31));
+    rewind(MONITOR);
+    let (destination, op, source) = (MovDestination::OSR, MovOperation::Invert, MovSource::NULL);
+    execute(MONITOR, InstructionOperands::MOV { destination, op, source });
+    execute(
+        MONITOR,
+        InstructionOperands::OUT { destination: OutDestination::PINDIRS, bit_count: 32 },
+    );
+    jump(MONITOR, MONITOR_ORIGIN);
+    pio.txf(MONITOR).write_value(ESTOP_FILTER_US * CLOCKS_PER_US / CLOCKS_PER_SAMPLE - 1);
+    pio.ctrl().modify(|w| w.set_sm_enable(w.sm_enable() | 1 << MONITOR));
 }
 
 /// Sets the width of the pulses, from the next one on.
@@ -136,8 +175,8 @@ fn execute(machine: usize, instruction: InstructionOperands) {
     pac::PIO0.sm(machine).instr().write(|w| w.set_instr(instruction.encode()));
 }
 
-/// Resets a motor's stopped state machine to the start of its program, with empty queues and STEP
-/// low.
+/// Resets a stopped state machine to address 0, where a motor's program starts, with empty queues
+/// and STEP low.
 pub(super) fn rewind(machine: usize) {
     let pio = pac::PIO0;
     // Changing the join of the queues empties them.
@@ -145,7 +184,12 @@ pub(super) fn rewind(machine: usize) {
         pio.sm(machine).shiftctrl().modify(|w| w.set_fjoin_rx(joined));
     }
     pio.ctrl().modify(|w| w.set_sm_restart(1 << machine));
-    execute(machine, InstructionOperands::JMP { condition: JmpCondition::Always, address: 0 });
+    jump(machine, 0);
+}
+
+/// Has a stopped state machine go on at an address.
+fn jump(machine: usize, address: u8) {
+    execute(machine, InstructionOperands::JMP { condition: JmpCondition::Always, address });
 }
 
 /// Returns the words in the queue of a motor's state machine.

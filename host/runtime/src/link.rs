@@ -24,7 +24,7 @@ use plumb_protocol::message::{
     ToBoard,
 };
 use plumb_protocol::units::{Covariance, Micros, Point};
-use plumb_protocol::{Config, Provenance};
+use plumb_protocol::{Config, Provenance, Wiring};
 use tracing::{debug, info};
 
 use crate::board_fault::BoardFault;
@@ -134,13 +134,14 @@ impl<T: Transport> Link<T> {
         Ok(link)
     }
 
-    /// Configures the board; its motors ramp down first.
+    /// Wires and configures the board; its motors ramp down first.
     ///
     /// # Errors
     /// [`LinkError::Faulted`] where the board has stopped by itself before: the fault stays until
     /// [`clear_fault`](Self::clear_fault). Others where it refuses, or the link fails.
-    pub fn configure(&mut self, config: Config) -> Result<(), LinkError> {
+    pub fn configure(&mut self, wiring: Wiring, config: Config) -> Result<(), LinkError> {
         self.stop()?;
+        self.request("the wiring", Command::Wire(wiring))?;
         let answer = self.request_at_rest("the configuration", Command::Configure(config));
         let Answer { id, time, .. } = answer.map_err(|error| match error {
             LinkError::Refused { refusal: Refusal::Faulted(fault), .. } => {

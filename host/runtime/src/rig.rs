@@ -1,5 +1,6 @@
 //! Rig file: the configuration of a rig in SI units, from which that of the board follows.
 
+mod board;
 pub mod check;
 mod guards;
 mod law;
@@ -19,11 +20,15 @@ use plumb_config::quantity::{Coordinate, NumberError};
 use plumb_config::toml_file::{MAX_BYTES, TomlFileError, parse_toml};
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::units::Point;
+use plumb_protocol::wiring;
 use serde::Deserialize;
 
 use self::quantity::Corner;
 use quantity::Conversion;
 
+pub use self::board::{
+    BoardName, BoardPort, BoardSettings, EnableName, EnableSetting, InvertedSettings, PinSettings,
+};
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
 pub use self::motion::{MotionError, MotionRules, OtherUnit, Outside, Side, WrongTarget};
@@ -31,7 +36,7 @@ pub use self::motors::Motors;
 pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};
 pub use motion::{JogSettings, PathSettings};
-pub use motors::Driver;
+pub use motors::{Driver, TimingSettings};
 pub use quantity::OutOfRange;
 pub use simulation::{MotorPoints, SimulatedMotor, Size, Wiring, WiringError};
 
@@ -49,8 +54,8 @@ const PAPER: &str = include_str!("../../rigs/paper.toml");
 pub struct Rig {
     /// Targets of the ball in their order, metres in the rig frame.
     pub targets: Vec<[Coordinate; 3]>,
-    /// Serial port of the board.
-    pub board: BoardPort,
+    /// The board and its pins.
+    pub board: BoardSettings,
     /// The control law; `taut` where none is named.
     #[serde(default)]
     pub law: LawSettings,
@@ -85,21 +90,6 @@ pub struct Rig {
     pub size: Option<Size>,
     /// The simulated rig; absent for a real one.
     pub simulation: Option<Simulation>,
-}
-
-/// Serial port of the board.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BoardPort {
-    /// Its path.
-    pub port: String,
-    /// Its rate, bit/s; without effect on USB-CDC.
-    #[serde(default = "default_baud", deserialize_with = "quantity::baud")]
-    pub baud: u32,
-}
-
-fn default_baud() -> u32 {
-    115_200
 }
 
 /// Box in the rig frame.
@@ -158,6 +148,14 @@ impl Rig {
         self.motion_rules().wrong_targets(targets)
     }
 
+    /// Returns the wiring of the board.
+    ///
+    /// # Errors
+    /// The first value that is beyond the range of the wire. The board checks the pins.
+    pub fn wiring(&self) -> Result<wiring::Wiring, OutOfRange> {
+        Conversion::first_error(|conversion| self.convert_wiring(conversion))
+    }
+
     /// Returns the configuration of the board, in its own units.
     ///
     /// # Errors
@@ -178,6 +176,14 @@ impl Rig {
         })
     }
 
+    fn convert_wiring(&self, conversion: &mut Conversion) -> wiring::Wiring {
+        wiring::Wiring {
+            board: self.board.kind.kind(),
+            pins: self.board.pins(&self.motors.driver),
+            drivers: self.motors.convert_driver(conversion),
+        }
+    }
+
     fn convert(&self, conversion: &mut Conversion) -> Config {
         Config {
             law: self.law.convert(conversion),
@@ -189,7 +195,6 @@ impl Rig {
             },
             reached: self.reached.convert(conversion),
             deadlines: self.deadlines.convert(conversion),
-            drivers: self.motors.driver.convert(conversion),
             growth: self.growth.convert(conversion),
             following: self.following.convert(conversion),
             progress: self.progress.convert(conversion),

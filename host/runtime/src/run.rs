@@ -18,6 +18,7 @@ use plumb_frame::source::{BoxedError, SourceError};
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
+use plumb_protocol::wiring::Wiring;
 use thiserror::Error;
 use tracing::info;
 
@@ -81,11 +82,15 @@ impl Run<Serial> {
 }
 
 /// Configures the board. Returns the fault that was cleared for it.
-fn configure<T: Transport>(link: &mut Link<T>, config: Config) -> Result<Option<Fault>, LinkError> {
-    match link.configure(config) {
+fn configure<T: Transport>(
+    link: &mut Link<T>,
+    wiring: Wiring,
+    config: Config,
+) -> Result<Option<Fault>, LinkError> {
+    match link.configure(wiring, config) {
         Err(LinkError::Faulted { fault: fault @ Fault::HostSilent, .. }) => {
             link.clear_fault()?;
-            link.configure(config)?;
+            link.configure(wiring, config)?;
             Ok(Some(fault))
         }
         result => result.map(|()| None),
@@ -134,10 +139,11 @@ impl<T: Transport> Run<T> {
     /// Where the rig file has no valid targets, or the board does not answer, stands in another
     /// fault or refuses the configuration.
     pub fn connect(rig: &Rig, transport: T) -> Result<Self, RunError> {
+        let wiring = rig.wiring().map_err(RunError::Config)?;
         let config = rig.config().map_err(RunError::Config)?;
         let (route, rules) = (route(rig)?, rig.motion_rules());
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
-        let cleared = configure(&mut link, config).map_err(RunError::Connect)?;
+        let cleared = configure(&mut link, wiring, config).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
         let (workspace, following_turn) = (config.workspace, config.following.turn);
         Ok(Self {

@@ -6,13 +6,15 @@
 
 use std::time::Duration;
 
-use plumb_protocol::config::{Config, Drivers, JogLimits, Motor, StepDir};
+use plumb_protocol::config::{Config, JogLimits, Motor};
 use plumb_protocol::diagnostics::{ChipMeasurement, Diagnostics, PulseCount};
 use plumb_protocol::message::Jog;
 use plumb_protocol::units::{Acceleration, Rate, Steps16};
+use plumb_protocol::wiring::{Drivers, StepDir, Wiring};
 use serde::Serialize;
 
 use crate::link::{Link, LinkError, Transport};
+use crate::rig::BoardName;
 
 /// Rates of the jogs, pulses/s; the highest is that of the build.
 pub const PULSE_RATES: [i32; 3] = [1_000, 100_000, 1_250_000];
@@ -80,28 +82,31 @@ fn config() -> Config {
         motors: [motor; 3],
         microsteps: MICROSTEPS,
         jog: JogLimits { max_rate: rate, max_distance: Steps16(TRAVEL) },
-        drivers: Drivers::StepDir(StepDir::TMC2209),
         ..Config::example()
     }
 }
 
-/// Runs the self-test. `told` gets each check when it is done. The board keeps the configuration of
-/// the self-test until it is configured or restarts; what its flash keeps is unchanged.
+/// Runs the self-test of a board with the pins of this kind. `told` gets each check when it is
+/// done. The board keeps the configuration of the self-test until it is configured or restarts;
+/// what its flash keeps is unchanged.
 ///
 /// # Errors
 /// Where the board refuses: it is in motion or in a fault, has coils configured, or is an emulated
 /// one; or the link fails.
 pub fn run<T: Transport>(
     link: &mut Link<T>,
+    board: BoardName,
     mut told: impl FnMut(&Check),
 ) -> Result<Vec<Check>, LinkError> {
+    let drivers = Drivers::StepDir(StepDir::TMC2209);
+    let wiring = Wiring { board: board.kind(), pins: board.board().pins, drivers };
     let mut checks = Vec::new();
     let mut done = |check: Check| {
         told(&check);
         checks.push(check);
     };
     let (begin, counted) = (link.measure()?, link.diagnostics()?);
-    link.configure(config())?;
+    link.configure(wiring, config())?;
     for rate in PULSE_RATES {
         for (motor, name) in (0..).zip(["A", "B", "C"]) {
             done(check_pulses(link, motor, name, rate)?);

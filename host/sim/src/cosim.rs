@@ -5,10 +5,10 @@ use plumb_core::TICK_US;
 use plumb_emulator::{EMULATED, Harness, LawDelay};
 use plumb_path::moving::MovingTarget;
 use plumb_path::trajectory::Moment;
-use plumb_protocol::Config;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, Refusal, State};
 use plumb_protocol::units::{Micros, Point};
+use plumb_protocol::{Config, Wiring};
 use plumb_runtime::reference::{keep_inside, reference};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -111,11 +111,11 @@ pub struct Cosim {
 }
 
 impl Cosim {
-    /// Creates a board with this configuration.
+    /// Creates a board with this wiring and configuration.
     ///
     /// # Errors
-    /// If the board refuses the configuration.
-    pub fn new(config: Config) -> Result<Self, CosimError> {
+    /// If the board refuses them.
+    pub fn new(wiring: Wiring, config: Config) -> Result<Self, CosimError> {
         let mut cosim = Self {
             harness: Harness::new(EMULATED, LawDelay::SameTick),
             clock: Micros(0),
@@ -129,6 +129,7 @@ impl Cosim {
             reached: false,
         };
         cosim.send(Command::Hello(Hello::OURS))?;
+        cosim.send(Command::Wire(wiring))?;
         cosim.send(Command::Configure(config))?;
         Ok(cosim)
     }

@@ -1,8 +1,6 @@
 //! Motor limits that all benchmarks share, and a board configuration with them.
 
-use plumb_protocol::config::{
-    Config, Deadlines, Drivers, JogLimits, Law, Motor, Reached, StepDir, Workspace,
-};
+use plumb_protocol::config::{Config, Deadlines, JogLimits, Law, Motor, Reached, Workspace};
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
 
 /// Limits of each motor of a rig.
@@ -55,7 +53,6 @@ impl RigLimits {
             progress: example.progress,
             jog: JogLimits { max_rate: motor.max_rate, max_distance: Steps16(1 << 30) },
             path: example.path,
-            drivers: Drivers::StepDir(StepDir::TMC2209),
             mean,
         }
     }

@@ -65,10 +65,9 @@ struct Line<'a> {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let findings =
-        check(&args.rig.rig, &EmulatedBoard::config_errors, &|rig, simulation, camera| {
-            check_simulation(rig, simulation, camera).map_err(BoxedError::from)
-        });
+    let findings = check(&args.rig.rig, &EmulatedBoard::refusals, &|rig, simulation, camera| {
+        check_simulation(rig, simulation, camera).map_err(BoxedError::from)
+    });
     for finding in &findings {
         tell!("{finding}");
     }

@@ -15,9 +15,9 @@ use super::{Failure, failed};
 /// # Errors
 /// Where the board has stopped by itself: the fault stays until `plumb clear`.
 pub(super) fn connect(file: &Path, rig: &Rig, serial: Serial) -> Result<Link<Serial>, Failure> {
-    let config = rig.config()?;
+    let (wiring, config) = (rig.wiring()?, rig.config()?);
     let mut link = Link::connect(serial)?;
-    link.configure(config).map_err(|error| explained(error, file))?;
+    link.configure(wiring, config).map_err(|error| explained(error, file))?;
     Ok(link)
 }
 

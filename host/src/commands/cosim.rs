@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb_config::bounded_read::read_line;
 use plumb_config::error_chain::ErrorChain;
-use plumb_protocol::Config;
+use plumb_protocol::{Config, Wiring};
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_sim::cosim::{Cosim, Request};
 use plumb_sim::limits::RigLimits;
@@ -45,18 +45,24 @@ pub(crate) struct Args {
     samples: u32,
 }
 
-/// Returns the configuration of the options.
-fn config(args: &Args) -> Result<Config, Failure> {
+/// Returns the wiring and the configuration of the options.
+fn setup(args: &Args) -> Result<(Wiring, Config), Failure> {
     if let Some(path) = &args.rig {
         let mut rig = Rig::read(path)?;
         if let Some(law) = &args.law {
             rig.law = law.clone();
         }
-        return Ok(rig.config()?);
+        return Ok((rig.wiring()?, rig.config()?));
     }
     let law = args.law.clone().unwrap_or_default();
     let mean = law.mean().config("mean")?;
-    Ok(RigLimits::default().config(law.config()?, mean, 0.010))
+    Ok((Wiring::example(), RigLimits::default().config(law.config()?, mean, 0.010)))
+}
+
+/// Begins a co-simulation.
+fn begin_with(args: &Args) -> Result<Cosim, Failure> {
+    let (wiring, config) = setup(args)?;
+    Ok(Cosim::new(wiring, config)?)
 }
 
 /// Begins a co-simulation, and carries out its first request.
@@ -64,7 +70,7 @@ fn config(args: &Args) -> Result<Config, Failure> {
 pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
     let request = r#"{"t": 0, "dt": 0.01, "position": [0.5, 0.3, 0.3]}"#;
     let request: Request = serde_json::from_str(request)?;
-    Cosim::new(config(args)?)?.step(&request, args.samples).map(drop)?;
+    begin_with(args)?.step(&request, args.samples).map(drop)?;
     Ok(())
 }
 
@@ -72,7 +78,7 @@ pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
 #[cfg(test)]
 pub(crate) fn begin_request(line: &str) -> Result<(), Failure> {
     let request: Request = serde_json::from_str(line)?;
-    Cosim::new(config(&Args { rig: None, law: None, samples: 1 })?)?.step(&request, 1).map(drop)?;
+    begin_with(&Args { rig: None, law: None, samples: 1 })?.step(&request, 1).map(drop)?;
     Ok(())
 }
 
@@ -80,7 +86,7 @@ pub(crate) fn begin_request(line: &str) -> Result<(), Failure> {
 const LONGEST_LINE: u64 = 1 << 16;
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let mut cosim = Cosim::new(config(&args)?)?;
+    let mut cosim = begin_with(&args)?;
     let mut input = std::io::stdin().lock();
     for number in 1_u64.. {
         let wrong = |error: &(dyn Error + 'static)| {

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use plumb_cameras::stream::StreamAddress;
+use plumb_runtime::rig::BoardName;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
 use serde::Serialize;
 use thiserror::Error;
@@ -18,6 +19,7 @@ use thiserror::Error;
 use self::dialogue::Dialogue;
 use super::exit::exit_code_of;
 use super::print::{self, tell};
+use super::rig_args::BoardOption;
 use super::{Failure, failed_because, numbers};
 
 /// Write a rig file and a camera file for a new rig
@@ -37,6 +39,9 @@ pub(crate) struct Args {
     /// A simulated rig instead of a real one, to try everything without hardware
     #[arg(long, conflicts_with_all = ["camera", "recording", "stream"])]
     simulated: bool,
+    /// Kind of the board
+    #[arg(long, value_enum)]
+    board: Option<BoardOption>,
     /// Motor drivers
     #[arg(long, value_enum)]
     driver: Option<DriverName>,
@@ -96,6 +101,10 @@ enum DriverName {
     Drv8825,
     /// Trinamic TMC2209, set by its straps
     Tmc2209,
+    /// Toshiba TB6600HG, behind opto-couplers
+    Tb6600,
+    /// Leadshine DM542 and its like
+    Dm542,
     /// Two H-bridges for each motor
     Coils,
     /// Two Adafruit Motor HATs
@@ -108,6 +117,8 @@ impl From<DriverName> for DriverKind {
             DriverName::A4988 => Self::A4988,
             DriverName::Drv8825 => Self::Drv8825,
             DriverName::Tmc2209 => Self::Tmc2209,
+            DriverName::Tb6600 => Self::Tb6600,
+            DriverName::Dm542 => Self::Dm542,
             DriverName::Coils => Self::Coils,
             DriverName::MotorHats => Self::MotorHats,
         }
@@ -173,6 +184,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     if let Some(straps) = &files.straps {
         tell!("straps of each driver for {} microsteps: {straps}", rig.microsteps);
     }
+    if let Some(note) = note(&rig) {
+        tell!("note: {note}");
+    }
     tell!("next: {}", next_step(&rig, &rig_path));
     if args.json {
         let straps = files.straps.map(|straps| straps.to_string());
@@ -192,6 +206,22 @@ fn sender(camera: &NewCamera, folder: &Path) -> Option<String> {
         StreamAddress::StandardInput => "another program writes them to standard input".to_owned(),
         _ => format!("another program sends them to {address}, where a run listens"),
     })
+}
+
+/// Returns what a person must know of the board or its drivers before they get current.
+fn note(rig: &NewRig) -> Option<&'static str> {
+    match (rig.board, rig.driver) {
+        (BoardName::SkrPico, _) => Some(
+            "the firmware does not set the SKR Pico's drivers yet: their microsteps differ, and a \
+             rig cannot run with it (docs/use/skr-pico.md)",
+        ),
+        (BoardName::Pico2, _) => Some("there is no firmware for a Pico 2 yet (docs/use/pico2.md)"),
+        (BoardName::Pico, DriverKind::Tb6600 | DriverKind::Dm542) => Some(
+            "a current switches these drivers off, so that a crash of the board leaves the motors \
+             on; they need a 5 V buffer (docs/use/opto.md)",
+        ),
+        (BoardName::Pico, _) => None,
+    }
 }
 
 /// Returns what to do with the files, for a person.

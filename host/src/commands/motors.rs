@@ -75,7 +75,7 @@ pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
 
 pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&args.rig.rig)?;
-    let mut link = connect(&args.rig.rig, &rig, args.port.open(&rig.board)?)?;
+    let mut link = connect(&args.rig.rig, &rig, args.port.open(&rig.board.address())?)?;
     link.home()?;
     let telemetry = link.status()?;
     report(&link, &telemetry, args.json)?;

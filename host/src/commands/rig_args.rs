@@ -3,10 +3,10 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use plumb_runtime::link::{Serial, boards};
 use plumb_runtime::rig::quantity::BAUD;
-use plumb_runtime::rig::{BoardPort, Rig};
+use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
 use super::{Failure, bad_input, numbers};
 
@@ -61,7 +61,7 @@ impl PortArgs {
                 Ok(Some(self.board_at(port.to_owned())))
             }
             (Some(port), None) => Ok(Some(self.board_at(port.to_owned()))),
-            (_, Some(rig)) => Ok(Some(self.applied_to(&Rig::read(rig)?.board))),
+            (_, Some(rig)) => Ok(Some(self.applied_to(&Rig::read(rig)?.board.address()))),
         }
     }
 
@@ -82,6 +82,27 @@ impl PortArgs {
     /// Returns the port of the options. An empty PLUMB_PORT names none.
     fn named(&self) -> Option<&str> {
         self.port.as_deref().filter(|port| !port.is_empty())
+    }
+}
+
+/// Kind of a board, as an option.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BoardOption {
+    /// Raspberry Pi Pico
+    Pico,
+    /// Raspberry Pi Pico 2
+    Pico2,
+    /// BIGTREETECH SKR Pico
+    SkrPico,
+}
+
+impl From<BoardOption> for BoardName {
+    fn from(option: BoardOption) -> Self {
+        match option {
+            BoardOption::Pico => Self::Pico,
+            BoardOption::Pico2 => Self::Pico2,
+            BoardOption::SkrPico => Self::SkrPico,
+        }
     }
 }
 

@@ -194,7 +194,7 @@ pub(super) fn drive(
     let chosen = source_name(file, &rig, options)?;
     let (sender, mut receiver) = operator();
     let stream = goal.stream(&rig, sender.targets().clone())?;
-    let transport = options.port.open(&rig.board)?;
+    let transport = options.port.open(&rig.board.address())?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
     let interrupted = interrupt_flag(Some("the ball"))?;

@@ -30,7 +30,7 @@ fn a_client_in_python_jogs_a_motor_also_over_a_link_that_loses_frames() {
         let Some(line) = last_line(wire) else { return };
         assert!(line.contains("'motors_steps': [10.0, 0.0, 0.0]"), "{wire:?}: {line}");
         assert!(
-            line.contains("'state': 'ready'") && line.contains("'configuration': 4"),
+            line.contains("'state': 'ready'") && line.contains("'configuration': 5"),
             "{wire:?}: {line}"
         );
     }

@@ -14,10 +14,12 @@ use plumb_frame::image::ImageSize;
 use crate::common::{Emulator, folder, json, patient, plumb, stderr};
 
 /// Drivers and their microsteps.
-const DRIVERS: [(&str, &[&str]); 5] = [
+const DRIVERS: [(&str, &[&str]); 7] = [
     ("a4988", &["1", "2", "4", "8", "16"]),
     ("drv8825", &["1", "2", "4", "8", "16"]),
     ("tmc2209", &["8", "16"]),
+    ("tb6600", &["1", "2", "4", "8", "16"]),
+    ("dm542", &["2", "4", "8", "16"]),
     ("coils", &["1", "2", "4", "8", "16"]),
     ("motor-hats", &["1", "2", "4", "8", "16"]),
 ];
@@ -165,15 +167,29 @@ fn a_simulated_ball_may_have_another_colour() {
 #[test]
 fn a_wrong_answer_is_asked_again() {
     let folder = folder();
-    // No triangle, then the default sides; then a driver without 4 microsteps.
-    let answers = "1\n0.3\n0.3\n\n\n\n\n\ntmc2209\n4\n8\n\n\n\n\n\n";
+    // No triangle, then the default sides; no board, then the default; then a driver without 4
+    // microsteps.
+    let answers = "1\n0.3\n0.3\n\n\n\n\n\npico3\n\ntmc2209\n4\n8\n\n\n\n\n\n";
     let output = answer(folder.path(), &[], answers);
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{text}");
     assert!(text.contains("no triangle has the sides"), "{text}");
+    assert!(text.contains("must be one of pico, pico2, skr-pico"), "{text}");
     assert!(text.contains("cannot be set to 4 microsteps"), "{text}");
     let rig = fs::read_to_string(folder.path().join("rig.toml")).unwrap();
     assert!(rig.contains("microsteps = 8\n"), "{rig}");
+}
+
+#[test]
+fn a_board_with_drivers_of_its_own_has_no_others() {
+    let folder = folder();
+    init_and_check(folder.path(), "skr", &["--board", "skr-pico"]);
+    let rig = fs::read_to_string(folder.path().join("skr/rig.toml")).unwrap();
+    assert!(rig.contains("kind = \"skr-pico\"\n") && rig.contains("driver = \"tmc2209\""));
+    let options = ["init", "other", "--yes", "--board", "skr-pico", "--driver", "a4988"];
+    let output = plumb(&options, folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("has drivers of its own"), "{}", stderr(&output));
 }
 
 #[test]

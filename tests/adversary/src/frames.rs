@@ -138,10 +138,11 @@ pub fn noise(random: &mut Random, length: u64) -> Vec<u8> {
 
 /// Returns any command with any content.
 fn message(random: &mut Random) -> ToBoard {
-    let command = match random.below(9) {
+    let command = match random.below(10) {
         0 => Command::Hello(Hello { version: random.bits() as u16, ..Hello::OURS }),
         1 => Command::Stop,
-        2 => Command::Configure(generate::invalid(random, [0; 3])),
+        2 => Command::Configure(generate::invalid(random, [0; 3]).config),
+        7 => Command::Wire(generate::invalid(random, [0; 3]).wiring),
         3 => Command::Target(generate::any_point(random)),
         4 => Command::Jog(Jog {
             motor: random.bits() as u8,

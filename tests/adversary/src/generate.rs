@@ -1,10 +1,14 @@
 //! Random configurations: typical ones, valid ones over the whole ranges, and invalid ones.
 
 use plumb_core::BuildLimits;
+use plumb_core::config_store::Stored;
 use plumb_core::timing::DriverTiming;
+use plumb_protocol::Wiring;
+use plumb_protocol::boards::{self, Chip};
 use plumb_protocol::config::*;
 use plumb_protocol::message::{Knot, Reference};
 use plumb_protocol::units::*;
+use plumb_protocol::wiring::*;
 
 use crate::random::Random;
 
@@ -22,7 +26,13 @@ const MAX_HAT_RATE: u32 = 300;
 
 /// Returns the limits of the build: the pulse rate of the Pico's firmware.
 pub const fn build(storage: bool) -> BuildLimits {
-    BuildLimits { max_pulse_rate: 1_250_000, storage }
+    BuildLimits { max_pulse_rate: 1_250_000, storage, chip: Some(Chip::Rp2040) }
+}
+
+/// Returns a Pico with TMC2209 drivers, and a configuration for a rig of typical size, with a
+/// stable loop.
+pub fn typical_setup(random: &mut Random) -> Stored {
+    Stored { wiring: Wiring::example(), config: typical(random) }
 }
 
 /// Returns a configuration for a rig of typical size, with a stable loop.
@@ -54,11 +64,11 @@ fn typical_law(random: &mut Random) -> Law {
     }
 }
 
-/// Returns a valid configuration whose travel contains `positions`.
-pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Config {
+/// Returns a valid wiring, and a valid configuration whose travel contains `positions`.
+pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Stored {
     let microsteps = random.pick(&[1, 2, 4, 8, 16]);
-    let drivers = drivers(random);
-    let max_rate = max_rate(&drivers, microsteps);
+    let wiring = wiring(random);
+    let max_rate = max_rate(&wiring.drivers, microsteps);
     let alike = random.percent(40);
     let first = motor(random, max_rate);
     let motors = positions.map(|position| {
@@ -67,7 +77,7 @@ pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Config {
         motor.travel_max.0 = motor.travel_max.0.max(position);
         motor
     });
-    Config {
+    let config = Config {
         law: law(random),
         motors,
         microsteps,
@@ -82,9 +92,19 @@ pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Config {
         progress: progress(random),
         jog: jog_limits(random),
         path: path_limits(random),
-        drivers,
         mean: Milliseconds(if random.percent(40) { 0 } else { random.corner(0, 400) as u16 }),
+    };
+    Stored { wiring, config }
+}
+
+/// Returns a Pico with any drivers, or an SKR Pico.
+fn wiring(random: &mut Random) -> Wiring {
+    let drivers = drivers(random);
+    let is_skr_pico = matches!(drivers, Drivers::StepDir(_)) && random.percent(25);
+    if !is_skr_pico {
+        return Wiring::pico(drivers);
     }
+    Wiring { board: boards::SKR_PICO.kind, pins: boards::SKR_PICO.pins, drivers }
 }
 
 fn drivers(random: &mut Random) -> Drivers {
@@ -99,6 +119,8 @@ fn drivers(random: &mut Random) -> Drivers {
             high: Nanoseconds(random.corner(0, 4100) as u16),
             low: Nanoseconds(random.corner(0, 65_535) as u16),
             setup: Nanoseconds(random.corner(0, 65_535) as u16),
+            hold: Nanoseconds(random.corner(0, 65_535) as u16),
+            enable: Milliseconds(random.corner(0, 200) as u16),
         }),
     }
 }
@@ -236,9 +258,9 @@ fn jog_limits(random: &mut Random) -> JogLimits {
     }
 }
 
-/// Returns a configuration with a value that is usually out of range.
-pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
-    let mut config = accepted(random, positions);
+/// Returns a wiring and a configuration with a value that is usually out of range.
+pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Stored {
+    let Stored { mut wiring, mut config } = accepted(random, positions);
     let motor = random.below(3) as usize;
     match random.below(24) {
         0 => config.motors[motor].max_rate = Rate(random.any_i32()),
@@ -255,7 +277,9 @@ pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
         10 => config.growth.time = Milliseconds(random.pick(&[0, 5_001, u16::MAX])),
         18 => config.following.movement = Micrometres(random.pick(&[0, 4_999, 1_000_001])),
         19 => config.progress.time = Milliseconds(random.pick(&[0, 60_001, u16::MAX])),
-        11 => config.drivers = Drivers::Coils(Coils { duty_percent: random.pick(&[0, 101, 255]) }),
+        11 => wiring.drivers = Drivers::Coils(Coils { duty_percent: random.pick(&[0, 101, 255]) }),
+        21 => wiring.pins.emergency.number = random.below(40) as u8,
+        22 => wiring.pins.motors[motor].step.number = random.bits() as u8,
         12 => config.mean = Milliseconds(random.range(401, 65_535) as u16),
         13 => {
             config.law =
@@ -266,7 +290,7 @@ pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
         14..=16 => config.law = invalid_interval(random),
         _ => config.motors[motor] = narrowed(config.motors[motor], positions[motor]),
     }
-    config
+    Stored { wiring, config }
 }
 
 fn invalid_interval(random: &mut Random) -> Law {

@@ -6,6 +6,7 @@ use plumb_core::law::{
 };
 use plumb_core::params::Params;
 use plumb_protocol::Config;
+use plumb_protocol::wiring::{Drivers, StepDir};
 
 use crate::campaign::Outcome;
 use crate::generate;
@@ -125,7 +126,7 @@ fn moved(from: i32, by: i64, most: i64) -> i32 {
 /// Runs the laws of one seed with `measurements` extreme measurements, then with ordinary ones.
 pub fn run(seed: u64, measurements: u64, outcome: &mut Outcome) {
     let mut random = Random::new(seed);
-    let config = generate::accepted(&mut random, [0; 3]);
+    let config = generate::accepted(&mut random, [0; 3]).config;
     run_deferred(&mut random, &config, measurements, outcome);
     run_inline(&mut random, &config, measurements, outcome);
 }
@@ -170,8 +171,11 @@ fn moves_at_rest(law: &mut impl Law, scene: &Scene) -> bool {
     (0..RECOVERY_MEASUREMENTS).any(|_| law.update(&scene.at_rest()).rates != MotorRates::default())
 }
 
+/// Drivers that follow every rate of the build.
+const DRIVERS: Drivers = Drivers::StepDir(StepDir::TMC2209);
+
 fn params(config: &Config) -> Params {
-    match Params::check(config, &generate::build(true)) {
+    match Params::check(config, &DRIVERS, &generate::build(true)) {
         Ok(params) => params,
         Err(field) => unreachable!("the configuration is within its ranges: {field}"),
     }

@@ -4,8 +4,9 @@ use plumb_core::MotorRates;
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
 use plumb_protocol::Config;
-use plumb_protocol::config::{Drivers, Law, Motor, Sign, StepDir};
+use plumb_protocol::config::{Law, Motor, Sign};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, SignGain, Steps16};
+use plumb_protocol::wiring::{Drivers, StepDir};
 
 use crate::campaign::Outcome;
 use crate::generate;
@@ -19,6 +20,8 @@ pub const RESTS: &str = "comes to rest";
 /// A planner that reports rest has no motion left, not even in its moving average.
 pub const STAYS: &str = "rest is rest";
 
+/// The drivers.
+const DRIVERS: Drivers = Drivers::StepDir(StepDir::TMC2209);
 /// Length of the longest moving average, ticks.
 const LONGEST_MEAN_TICKS: u64 = 2100;
 
@@ -79,7 +82,7 @@ pub fn run(seed: u64, stops: u64, outcome: &mut Outcome) {
     for stop in 0..stops {
         outcome.tick = stop;
         let config = config(&mut random);
-        match Params::check(&config, &generate::build(true)) {
+        match Params::check(&config, &DRIVERS, &generate::build(true)) {
             Ok(params) if random.one_in(20) => {
                 there_and_back(&mut random, &config, &params, outcome)
             }
@@ -106,7 +109,6 @@ fn config(random: &mut Random) -> Config {
         law: Law::Sign(Sign { gain: SignGain(1000) }),
         motors: [motor(random), motor(random), motor(random)],
         microsteps: random.pick(&[1, 2, 4, 8, 16, 16, 16]),
-        drivers: Drivers::StepDir(StepDir::TMC2209),
         mean: Milliseconds(if random.percent(30) { 0 } else { random.corner(1, 400) as u16 }),
         ..generate::typical(random)
     }

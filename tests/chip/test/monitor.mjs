@@ -1,10 +1,10 @@
 // The monitor of the emergency input, alone in the PIO engine: a campaign of contacts that bounce.
 //
-// The program is a copy of the firmware's (`start_estop_monitor` in
+// The program is a copy of the firmware's (`load_monitor` in
 // firmware/src/generator/program.rs); `firmware.test.mjs` compares it with the real image.
 import { VirtualClock } from '../src/clock.mjs';
 import { Engine } from '../src/pio/engine.mjs';
-import { pio, random, X } from './support.mjs';
+import { pio, random, X, Y } from './support.mjs';
 
 export const EMERGENCY = 15;
 export const ENABLE = 14;
@@ -24,6 +24,8 @@ const TICK = 25_000;
 export const ORIGIN = 17;
 const PIN_DIRECTIONS = 4;
 const OSR = 7;
+const NULL = 3;
+const INVERTED = 1 << 3;
 const PIN_HIGH = 6;
 const X_NOT_ZERO = 2;
 const EMERGENCY_PIN = 1;
@@ -35,6 +37,7 @@ const IRQ = 0x30;
 const PROGRAM = 0x48;
 const SM = 0xc8 + 0x18 * MACHINE;
 const EXECCTRL = SM + 0x04;
+const SHIFTCTRL = SM + 0x08;
 const INSTR = SM + 0x10;
 const PINCTRL = SM + 0x14;
 
@@ -46,16 +49,19 @@ const PINCTRL = SM + 0x14;
 export const MONITOR = {
   program: [
     pio.pull,
+    pio.mov(Y, OSR),
+    pio.mov(OSR, NULL),
     pio.wait(1, EMERGENCY_PIN, 0),
-    pio.mov(X, OSR),
-    pio.jmp(22, PIN_HIGH),
-    pio.jmp(18),
-    pio.jmp(20, X_NOT_ZERO),
-    pio.set(PIN_DIRECTIONS, 0),
+    pio.mov(X, Y),
+    pio.jmp(24, PIN_HIGH),
+    pio.jmp(20),
+    pio.jmp(22, X_NOT_ZERO),
+    pio.out(PIN_DIRECTIONS, 32),
     pio.irqWait(4),
-    pio.set(PIN_DIRECTIONS, 1),
+    pio.mov(OSR, INVERTED | NULL),
+    pio.out(PIN_DIRECTIONS, 32),
   ],
-  wrap: [18, 25],
+  wrap: [19, 28],
   words: [FILTER / 2 - 1],
   hasFilter: true,
   end: [[IRQ, FLAG]],
@@ -97,8 +103,10 @@ class Bench {
     this.pending = null;
     this.tick = TICK;
     this.isOpen = false;
-    this.write(PINCTRL, (EMERGENCY << 15) | (1 << 26) | (ENABLE << 5));
-    this.write(INSTR, pio.set(PIN_DIRECTIONS, 1));
+    this.write(PINCTRL, (EMERGENCY << 15) | (1 << 26) | (32 << 20) | (ENABLE << 5));
+    this.write(SHIFTCTRL, 1 << 19);
+    this.write(INSTR, pio.mov(OSR, INVERTED | NULL));
+    this.write(INSTR, pio.out(PIN_DIRECTIONS, 32));
     this.write(EXECCTRL, (EMERGENCY << 24) | (wrap[1] << 12) | (wrap[0] << 7));
     program.forEach((instruction, i) => this.write(PROGRAM + 4 * (ORIGIN + i), instruction));
     words.forEach((word) => this.write(TXF, word));

@@ -1,10 +1,10 @@
 //! The protocol, the pins and the pulses of a chip.
 
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
-use plumb_protocol::Config;
 use plumb_protocol::config::{
-    Drivers, Following, Growth, Interval, JogLimits, Law, Motor, Progress, StepDir, Workspace,
+    Following, Growth, Interval, JogLimits, Law, Motor, Progress, Workspace,
 };
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{
@@ -13,6 +13,8 @@ use plumb_protocol::message::{
 use plumb_protocol::units::{
     Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16,
 };
+use plumb_protocol::wiring::{Drivers, StepDir};
+use plumb_protocol::{Config, Wiring};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
@@ -41,12 +43,22 @@ pub struct Pulses {
 }
 
 impl Chip {
-    /// Connects to the board and configures it.
+    /// Connects to the board and configures it, as a Pico.
     ///
     /// # Panics
     /// If the board refuses.
-    pub fn configured(mut self, config: Config) -> Self {
+    pub fn configured(self, setup: impl Into<Setup>) -> Self {
+        let Setup { drivers, config } = setup.into();
+        self.wired(Wiring::pico(drivers), config)
+    }
+
+    /// Connects to the board and configures it with this wiring.
+    ///
+    /// # Panics
+    /// If the board refuses.
+    pub fn wired(mut self, wiring: Wiring, config: Config) -> Self {
         self.request(Command::Hello(Hello::OURS));
+        assert_eq!(self.request(Command::Wire(wiring)), None);
         assert_eq!(self.request(Command::Configure(config)), None);
         self
     }
@@ -262,12 +274,56 @@ impl Chip {
     }
 }
 
-/// Returns a configuration with a maximum of `rate` full steps/s at 1/16 steps and almost no ramp.
+/// A configuration with its drivers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Setup {
+    /// The drivers.
+    pub drivers: Drivers,
+    /// The configuration.
+    pub config: Config,
+}
+
+impl Deref for Setup {
+    type Target = Config;
+
+    fn deref(&self) -> &Config {
+        &self.config
+    }
+}
+
+impl DerefMut for Setup {
+    fn deref_mut(&mut self) -> &mut Config {
+        &mut self.config
+    }
+}
+
+impl From<Config> for Setup {
+    /// Returns the configuration with TMC2209 drivers.
+    fn from(config: Config) -> Self {
+        Self { drivers: Drivers::StepDir(StepDir::TMC2209), config }
+    }
+}
+
+impl Setup {
+    /// Returns the same with another law.
+    pub fn with_law(mut self, law: Law) -> Self {
+        self.config.law = law;
+        self
+    }
+
+    /// Returns the commands that configure a board so, as a Pico.
+    pub fn commands(self) -> [Command; 2] {
+        [Command::Wire(Wiring::pico(self.drivers)), Command::Configure(self.config)]
+    }
+}
+
+/// Returns STEP/DIR drivers, and a configuration with a maximum of `rate` full steps/s at 1/16
+/// steps and almost no ramp.
 /// A ball 2 m from its target needs this rate.
 ///
 /// # Panics
 /// If the rate is out of range.
-pub fn fast_config(rate: f64, driver: StepDir) -> Config {
+pub fn fast_config(rate: f64, driver: StepDir) -> Setup {
     let motor = Motor {
         max_rate: Rate::from_si(rate).expect("a rate"),
         max_acceleration: Acceleration(4_000_000),
@@ -275,7 +331,7 @@ pub fn fast_config(rate: f64, driver: StepDir) -> Config {
         travel_max: Steps16(1 << 29),
         reversed: false,
     };
-    Config {
+    let config = Config {
         law: Law::Interval(Interval::uniform(Bound(65536), Bound(65536), Gain(1 << 20))),
         motors: [motor; 3],
         jog: JogLimits { max_rate: motor.max_rate, max_distance: Steps16(1 << 28) },
@@ -283,9 +339,9 @@ pub fn fast_config(rate: f64, driver: StepDir) -> Config {
         growth: Growth { margin: Micrometres(1_000_000), time: Milliseconds(5_000) },
         following: Following { turn: Steps16(1_600_000), movement: Micrometres(1_000_000) },
         progress: Progress { margin: Micrometres(1), time: Milliseconds(60_000) },
-        drivers: Drivers::StepDir(driver),
         ..Config::example()
-    }
+    };
+    Setup { drivers: Drivers::StepDir(driver), config }
 }
 
 /// A target that needs the maximum rate of every motor from [`BALL_UM`], with [`fast_config`]; µm.

@@ -65,7 +65,7 @@ fn refusal(path: &Path) -> Result<(), BoxedError> {
 
 /// Returns the errors that `plumb check` finds.
 fn errors(path: &Path) -> Vec<String> {
-    let findings = check(path, &EmulatedBoard::config_errors, &|rig, simulation, camera| {
+    let findings = check(path, &EmulatedBoard::refusals, &|rig, simulation, camera| {
         check_simulation(rig, simulation, camera).map_err(BoxedError::from)
     });
     let errors = findings.iter().filter(|finding| finding.severity == Severity::Error);

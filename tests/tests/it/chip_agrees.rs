@@ -15,7 +15,7 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::units::{Micros, Point, Steps16};
 use plumb_runtime::reference::{INTERVAL_S, reference};
-use plumb_runtime::rig::{LawName, LawSettings, Rig};
+use plumb_runtime::rig::{BoardName, LawName, LawSettings, Rig};
 use plumb_tests::chip::{Chip, firmware_image, is_long};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -196,6 +196,19 @@ fn seeking(image: &std::path::Path, law: LawSettings) -> Pair {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law = law;
     let mut pair = Pair::new(Chip::start(image));
+    pair.request(Command::Wire(rig.wiring().expect("a wiring")));
+    pair.request(Command::Configure(rig.config().expect("a configuration")));
+    pair.request(Command::Target(rig.targets().expect("a target")[0]));
+    pair
+}
+
+/// Starts an SKR Pico with the paper's rig and target.
+fn seeking_on_an_skr_pico(image: &std::path::Path) -> Pair {
+    let mut rig = Rig::paper().expect("the paper's rig file");
+    rig.board.kind = BoardName::SkrPico;
+    let wiring = rig.wiring().expect("a wiring");
+    let mut pair = Pair::new(Chip::start_with(image, &wiring.pins));
+    pair.request(Command::Wire(wiring));
     pair.request(Command::Configure(rig.config().expect("a configuration")));
     pair.request(Command::Target(rig.targets().expect("a target")[0]));
     pair
@@ -232,6 +245,33 @@ fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
     }
 }
 
+/// The pulses are counted at the pins of the SKR Pico: DIR of X and Y is inverted there.
+#[test]
+fn the_papers_task_is_the_same_on_the_pins_of_an_skr_pico() {
+    let Some(image) = firmware_image() else { return };
+    let mut pair = seeking_on_an_skr_pico(&image);
+    let mut frames = 0;
+    while pair.state() != State::Holding {
+        pair.frame();
+        frames += 1;
+        assert!(frames < 1000, "{}", pair.state());
+    }
+    for pin in [12, 7, 2] {
+        assert_eq!(pair.chip.pin_level(pin), 0, "GP{pin}: the drivers are on");
+    }
+    // ENABLE of driver E is off; fans, heaters and the RGB light are low.
+    assert_eq!(pair.chip.pin_level(15), 1);
+    for pin in [17, 18, 20, 21, 23, 24] {
+        pair.chip.drive_pin(pin, Some(1));
+        assert_eq!(pair.chip.pin_level(pin), 0, "GP{pin} is held low");
+    }
+    pair.request(Command::Stop);
+    pair.run(600_000);
+    pair.assert_agree("an SKR Pico");
+    let error = (pair.plant.ball() - Task::paper().target).norm();
+    assert!(error < 0.010, "{error} m");
+}
+
 /// A circle of 5 cm at 5 cm/s, with a message before each picture.
 #[test]
 fn a_path_is_the_same_to_the_bit_with_every_law() {
@@ -249,6 +289,7 @@ fn a_path_is_the_same_to_the_bit_with_every_law() {
         let mut rig = Rig::paper().expect("the paper's rig file");
         rig.law = law.into();
         let mut pair = Pair::new(Chip::start(&image));
+        pair.request(Command::Wire(rig.wiring().expect("a wiring")));
         pair.request(Command::Configure(rig.config().expect("a configuration")));
         pair.frame();
         let is_deferred = matches!(law, LawName::Adaptive | LawName::Taut);

@@ -3,11 +3,11 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use plumb_protocol::Config;
-use plumb_protocol::config::StepDir;
 use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::{Command, FromBoard, Hello, Jog, Refusal, State};
 use plumb_protocol::provenance::{BoardKind, RELEASE};
 use plumb_protocol::units::{Rate, Steps16};
+use plumb_protocol::wiring::StepDir;
 use plumb_tests::chip::{Chip, ENABLE, fast_config, firmware_image};
 use serde_json::json;
 
@@ -93,7 +93,9 @@ fn a_power_cut_while_storing_leaves_the_old_or_the_new_configuration() {
     {
         let mut chip = Chip::start(&image).configured(old);
         store(&mut chip);
-        assert_eq!(chip.request(Command::Configure(new)), None);
+        for command in new.commands() {
+            assert_eq!(chip.request(command), None);
+        }
         let frame = chip.frame(Command::Store);
         chip.send(&frame, moment);
         chip.power_cycle();
@@ -126,13 +128,14 @@ fn over_uart(chip: &mut Chip, commands: &[Command]) -> Vec<FromBoard> {
 fn the_uart_controls_the_board_until_it_is_silent() {
     let Some(image) = firmware_image() else { return };
     let mut chip = Chip::start(&image);
-    let setting_up =
-        [Command::Hello(Hello::OURS), Command::Configure(fast_config(400.0, StepDir::A4988))];
+    let [wire, configure] = fast_config(400.0, StepDir::A4988).commands();
+    let setting_up = [Command::Hello(Hello::OURS), wire, configure];
     let replies = over_uart(&mut chip, &setting_up);
     let [
         FromBoard::Hello(hello),
         FromBoard::Provenance(provenance),
         FromBoard::Started(_),
+        FromBoard::Answer(_),
         FromBoard::Answer(answer),
         ..,
     ] = replies[..]

@@ -5,11 +5,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use plumb_protocol::Config;
-use plumb_protocol::config::{Coils, Drivers, StepDir};
 use plumb_protocol::message::{Command, Fault, Hello, Jog, State};
 use plumb_protocol::units::{Acceleration, Rate, Steps16};
-use plumb_tests::chip::{Chip, fast_config, firmware_image};
+use plumb_protocol::wiring::{Coils, Drivers, StepDir};
+use plumb_tests::chip::{Chip, Setup, fast_config, firmware_image};
 use serde_json::{Value, json};
 
 /// Addresses of the HATs on bus 0.
@@ -55,8 +54,8 @@ impl Hats {
     }
 }
 
-/// Returns the configuration of motors on HATs.
-fn hat_config() -> Config {
+/// Returns the wiring and the configuration of motors on HATs.
+fn hat_setup() -> Setup {
     let mut config = fast_config(250.0, StepDir::A4988);
     config.drivers = Drivers::MotorHats(Coils { duty_percent: 80 });
     config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(4000));
@@ -74,7 +73,8 @@ fn plug_in(chip: &mut Chip, hats: &[u8]) {
 fn configured(image: &Path) -> (Chip, Hats) {
     let (mut chip, mut hats) = (Chip::start(image), Hats::default());
     plug_in(&mut chip, &HATS);
-    let commands = [Command::Hello(Hello::OURS), Command::Configure(hat_config())];
+    let [wire, configure] = hat_setup().commands();
+    let commands = [Command::Hello(Hello::OURS), wire, configure];
     let frames = commands.map(|command| chip.frame(command)).concat();
     assert!(hats.apply(&chip.send(&frames, 100_000)) > 10, "both are set up");
     (chip, hats)

@@ -8,10 +8,9 @@ use std::fs;
 use std::path::Path;
 
 use plumb_image::Image;
-use plumb_protocol::Config;
-use plumb_protocol::config::StepDir;
 use plumb_protocol::message::{Command, Hello, Jog, StartCause, State};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
+use plumb_protocol::wiring::StepDir;
 use plumb_tests::chip::{CYCLES_PER_US, Chip, fast_config, firmware_image};
 use serde_json::{Value, json};
 
@@ -129,7 +128,7 @@ fn motors_ramp_down_before_a_reset_of_picotool() {
     let Some(image) = firmware_image() else { return };
     // Steps/s and steps/s²: a ramp of 0.25 s and 125 steps.
     let (rate, acceleration) = (1000.0, 4000.0);
-    let mut config: Config = fast_config(rate, StepDir::TMC2209);
+    let mut config = fast_config(rate, StepDir::TMC2209);
     for motor in &mut config.motors {
         motor.max_acceleration = Acceleration::from_si(acceleration).expect("an acceleration");
     }

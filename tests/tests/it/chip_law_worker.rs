@@ -8,13 +8,13 @@ use std::path::Path;
 use nalgebra::{Point3, Vector3};
 use object::{Object, ObjectSymbol};
 use plumb_path::trajectory::Moment;
-use plumb_protocol::Config;
-use plumb_protocol::config::{Coils, Drivers, Estimated, Law, StepDir};
+use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::message::{Command, Fault, FromBoard, State};
 use plumb_protocol::units::{Milliseconds, Steps16};
+use plumb_protocol::wiring::{Coils, Drivers, StepDir};
 use plumb_runtime::reference::reference;
 use plumb_tests::chip::{
-    BALL_UM, CYCLES_PER_US, Chip, ENABLE, FAR_TARGET_UM, fast_config, firmware_image,
+    BALL_UM, CYCLES_PER_US, Chip, ENABLE, FAR_TARGET_UM, Setup, fast_config, firmware_image,
 };
 use serde_json::json;
 
@@ -57,8 +57,8 @@ fn assert_on_time(chip: &mut Chip, law: Law) -> Vec<u64> {
 fn no_tick_is_late_while_a_deferred_law_computes() {
     let Some(image) = firmware_image() else { return };
     for law in laws() {
-        let mut chip = Chip::start(&image)
-            .configured(Config { law, ..fast_config(62_500.0, StepDir::TMC2209) });
+        let mut chip =
+            Chip::start(&image).configured(fast_config(62_500.0, StepDir::TMC2209).with_law(law));
         chip.seek(BALL_UM, FAR_TARGET_UM);
         chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
         for at in 0..15 {
@@ -96,7 +96,7 @@ fn no_tick_is_late_along_a_path() {
     };
     for law in laws() {
         let mut chip =
-            Chip::start(&image).configured(Config { law, ..fast_config(1000.0, StepDir::TMC2209) });
+            Chip::start(&image).configured(fast_config(1000.0, StepDir::TMC2209).with_law(law));
         chip.send_position(BALL_UM);
         chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
         for k in 0..30 {
@@ -129,8 +129,8 @@ fn law_worker_address(image: &Path) -> u64 {
 #[test]
 fn a_law_that_hangs_stops_the_motors_and_then_resets_the_board() {
     let Some(image) = firmware_image() else { return };
-    let mut chip = Chip::start(&image)
-        .configured(Config { law: laws()[0], ..fast_config(400.0, StepDir::TMC2209) });
+    let mut chip =
+        Chip::start(&image).configured(fast_config(400.0, StepDir::TMC2209).with_law(laws()[0]));
     chip.drive_pin(ENABLE, Some(1));
     chip.seek(BALL_UM, FAR_TARGET_UM);
     chip.run_us(30_000);
@@ -159,8 +159,8 @@ fn a_deferred_law_is_on_time_with_motor_hats() {
     chip.execute(json!({ "i2c": [0, 0x60, "pca9685"] }));
     chip.execute(json!({ "i2c": [0, 0x61, "pca9685"] }));
     let drivers = Drivers::MotorHats(Coils { duty_percent: 80 });
-    let mut chip =
-        chip.configured(Config { law: laws()[1], drivers, ..fast_config(250.0, StepDir::TMC2209) });
+    let mut chip = chip
+        .configured(Setup { drivers, ..fast_config(250.0, StepDir::TMC2209).with_law(laws()[1]) });
     chip.seek(BALL_UM, FAR_TARGET_UM);
     let mut writes = 0;
     for at in 0..20 {

@@ -7,10 +7,10 @@ use std::path::Path;
 
 use object::{Object, ObjectSymbol};
 use plumb_image::{Image, PanicPlace, panic_places};
-use plumb_protocol::Config;
-use plumb_protocol::config::{Estimated, Law, StepDir};
+use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
+use plumb_protocol::wiring::StepDir;
 use plumb_tests::chip::{
     BALL_UM, CYCLES_PER_US, Chip, EMERGENCY_FILTER_US, ENABLE, FAR_TARGET_UM, fast_config,
     firmware_image, is_long,
@@ -182,10 +182,9 @@ fn a_third_of_the_stack_stays_free() {
     for law in
         [Law::Adaptive(estimated), Law::Taut(estimated), fast_config(400.0, StepDir::A4988).law]
     {
-        assert_eq!(
-            chip.request(Command::Configure(Config { law, ..fast_config(400.0, StepDir::A4988) })),
-            None
-        );
+        for command in fast_config(400.0, StepDir::A4988).with_law(law).commands() {
+            assert_eq!(chip.request(command), None);
+        }
         chip.seek(BALL_UM, FAR_TARGET_UM);
         for z in 0..5 {
             chip.send_position([500_000, 300_000, 3_000 * z]);

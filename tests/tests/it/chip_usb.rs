@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use plumb_protocol::config::StepDir;
 use plumb_protocol::message::{Command, Hello, Jog, State};
 use plumb_protocol::units::{Rate, Steps16};
+use plumb_protocol::wiring::StepDir;
 use plumb_tests::chip::{Chip, fast_config, firmware_image};
 use serde_json::{Value, json};
 

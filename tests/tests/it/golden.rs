@@ -7,8 +7,8 @@ use std::fmt::Debug;
 
 use plumb_protocol::SCHEMA;
 use plumb_protocol::config::{
-    Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, PathLimits,
-    Progress, Reached, StepDir, Workspace,
+    Config, Deadlines, Following, Growth, Interval, JogLimits, Law, Motor, PathLimits, Progress,
+    Reached, Workspace,
 };
 use plumb_protocol::diagnostics::{
     ChipCounts, ChipMeasurement, Diagnostics, Measurement, ProcessorFault, PulseCount,
@@ -20,6 +20,7 @@ use plumb_protocol::units::{
     Acceleration, Bound, Covariance, Gain, Micrometres, Micros, Milliseconds, PathAcceleration,
     PathJerk, Point, Rate, RelativeTension, Speed, Steps16,
 };
+use plumb_protocol::wiring::{Drivers, Line, PinError, StepDir, Wiring, WiringError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -151,17 +152,35 @@ fn the_configuration() {
             jerk: PathJerk(10_000),
             deviation: Micrometres(20_000),
         },
-        drivers: Drivers::StepDir(StepDir::A4988),
         mean: Milliseconds(300),
     };
     to_board(
         Command::Configure(config),
         "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c7028080028080028080\
          02808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed\
-         0580ee050c80c00cd00fffed0580ee053c10ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
-         0aac02f403fa01c0a907d8048064c0b802d00f904e80c8018032c0cf24e807904ec0b80209e807e8\
-         07c801ac02046147fd00",
+         0580ee050c80c00cd00fffed0580ee054210ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
+         0aac02f403fa01c0a907d8048064c0b802d00f904e80c8018032c0cf24e807904ec0b802ac024374\
+         d9a400",
     );
+}
+
+#[test]
+fn the_wiring() {
+    let pico = Wiring::pico(Drivers::StepDir(StepDir::A4988));
+    to_board(
+        Command::Wire(pico),
+        "06ac021001020203020402050206020701020e020f0301190109e807e807c801c80105475d64dc00",
+    );
+    let board = plumb_protocol::boards::SKR_PICO;
+    let drivers = Drivers::StepDir(StepDir::DM542);
+    to_board(
+        Command::Wire(Wiring { board: board.kind, pins: board.pins, drivers }),
+        "06ac0210020b040a010604050113021c05010c0702020401010fc413c41388278827c8014fe854d200",
+    );
+    let wrong = WiringError::Pin(Line::Direction(1), PinError::Taken);
+    let answer = |refusal| FromBoard::Answer(Answer { id: 300, refusal, time: Micros(1_234_567) });
+    assert_bytes(answer(Some(Refusal::Wiring(wrong))), "1101ac0201160201010187ad4bbd858f7500");
+    assert_bytes(answer(Some(Refusal::NotWired)), "0d01ac02011787ad4bc9d6388a00");
 }
 
 #[test]

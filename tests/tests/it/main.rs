@@ -3,6 +3,7 @@
 mod book;
 mod check_agrees;
 mod chip_agrees;
+mod chip_boards;
 mod chip_devices;
 mod chip_hats;
 mod chip_identity;
@@ -39,3 +40,4 @@ mod style;
 mod targets;
 mod tensions;
 mod waits;
+mod wrong_pins;

@@ -38,8 +38,10 @@ impl<T: Transport> Host<T> {
     /// Connects to a new board and configures it by the paper's rig file.
     fn configured(wrap: impl FnOnce(Memory) -> T) -> Self {
         let mut host = Self::connected(wrap);
-        let config = Rig::paper().expect("the paper's rig file").config();
-        host.link.configure(config.expect("a valid rig file")).expect("a board that accepts it");
+        let rig = Rig::paper().expect("the paper's rig file");
+        let (wiring, config) = (rig.wiring(), rig.config().expect("a valid rig file"));
+        let wiring = wiring.expect("a valid rig file");
+        host.link.configure(wiring, config).expect("a board that accepts it");
         host
     }
 

@@ -277,7 +277,8 @@ fn the_rig_file_page_is_what_the_program_reads() {
         let text = slow.as_deref().unwrap_or(text);
         let rig = parse_toml::<Rig>(Path::new("rig.toml"), text).map_err(|e| e.to_string())?;
         let config = rig.config().map_err(|error| error.to_string())?;
-        Params::check(&config, &EMULATED).map_err(|field| field.to_string())?;
+        let drivers = rig.wiring().map_err(|error| error.to_string())?.drivers;
+        Params::check(&config, &drivers, &EMULATED).map_err(|field| field.to_string())?;
         Ok(format!("{rig:?}"))
     };
     let format = Format::new("rig-file.md", parse, &["law", "motors.driver"]);

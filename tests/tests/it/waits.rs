@@ -12,6 +12,7 @@ use plumb_cameras::camera_file;
 use plumb_config::error_chain::ErrorChain;
 use plumb_emulator::EmulatedBoard;
 use plumb_frame::source::{CameraSource, SourceError};
+use plumb_protocol::Wiring;
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Answer, FromBoard, Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Acceleration, Micros, Milliseconds, Point, Rate, Steps16};
@@ -128,7 +129,7 @@ fn outcome(
     let late: Lie = Box::new(move |message| !begun.get() || lie(message));
     let mut link = Link::connect(Lying::new(&board, late)).unwrap();
     if is_configured {
-        link.configure(Rig::paper().unwrap().config().unwrap()).unwrap();
+        link.configure(Wiring::example(), Rig::paper().unwrap().config().unwrap()).unwrap();
     }
     lies.set(true);
     let begin = board.board().borrow().now().0;
@@ -151,7 +152,7 @@ fn jog(link: &mut Link<Lying>) -> Result<(), LinkError> {
 }
 
 fn configure(link: &mut Link<Lying>) -> Result<(), LinkError> {
-    link.configure(Rig::paper().unwrap().config().unwrap())
+    link.configure(Wiring::example(), Rig::paper().unwrap().config().unwrap())
 }
 
 fn target(link: &mut Link<Lying>) -> Result<(), LinkError> {
@@ -251,7 +252,7 @@ fn a_board_that_never_leaves_for_its_bootloader_ends_the_wait() {
 fn examination_error(transport: impl Transport, source: &mut dyn CameraSource) -> String {
     let rig = Rig::paper().unwrap();
     let mut link = Link::connect(transport).unwrap();
-    link.configure(rig.config().unwrap()).unwrap();
+    link.configure(rig.wiring().unwrap(), rig.config().unwrap()).unwrap();
     let mut parts = ExaminationParts {
         source,
         detector: &mut FixedDetector(camera_file::paper().unwrap()),
@@ -343,7 +344,7 @@ fn an_honest_ramp_ends_in_rest_however_long_it_is() {
     for is_known in [true, false] {
         let board = VirtualBoard::paper().unwrap();
         let mut link = Link::connect(board.transport()).unwrap();
-        link.configure(config).unwrap();
+        link.configure(Wiring::example(), config).unwrap();
         let distance = Steps16(16 * 10_000);
         link.jog(Jog { motor: 0, distance, rate: config.jog.max_rate }).unwrap();
         while link.status().unwrap().rates[0] < config.jog.max_rate {

@@ -15,7 +15,8 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
         | Command::Stop
         | Command::Bootloader
         | Command::Status
-        | Command::Diagnose => Ok(()),
+        | Command::Diagnose
+        | Command::Wire(_) => Ok(()),
         Command::Position(_) => admit_position(state),
         Command::Configure(_) => match state {
             State::Unconfigured | State::Ready => Ok(()),
@@ -72,9 +73,9 @@ fn refusal(state: &State) -> Refusal {
 
 #[cfg(test)]
 mod tests {
-    use plumb_protocol::Config;
     use plumb_protocol::message::{self, Fault, Hello, Jog, KNOTS, Knot, Position, Reference};
     use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
+    use plumb_protocol::{Config, Wiring};
 
     use super::super::state::{Goal, Settling};
     use super::*;
@@ -106,7 +107,7 @@ mod tests {
     }
 
     /// Every command, in the order of the rows of [`EXPECTED`].
-    fn commands() -> [Command; 16] {
+    fn commands() -> [Command; 17] {
         let position = Position { sequence: 1, age_us: 0, ball: None, covariance: None };
         [
             Command::Hello(Hello::OURS),
@@ -132,12 +133,13 @@ mod tests {
             Command::Diagnose,
             Command::Measure,
             Command::TestFlash,
+            Command::Wire(Wiring::example()),
         ]
     }
 
     /// `+` accepted, `u` Unconfigured, `b` Busy with the state, `f` Faulted with the fault.
     #[rustfmt::skip]
-    const EXPECTED: [[char; 14]; 16] = [
+    const EXPECTED: [[char; 14]; 17] = [
         // Unconfigured, Ready, Jogging, Seeking, Holding, Following, Settling,
         // Stopping (then Bootloader), Storing (then Bootloader), Fault (storing, then Bootloader)
         /* Hello      */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
@@ -156,6 +158,7 @@ mod tests {
         /* Diagnose   */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
         /* Measure    */ ['+', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
         /* TestFlash  */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Wire       */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
     ];
 
     /// State on the wire of each column.

@@ -1,10 +1,11 @@
 //! Execution of commands.
 
-use plumb_protocol::config::{Config, Drivers, Workspace};
+use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::{
     BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Reference, Refusal, ToBoard,
 };
 use plumb_protocol::units::{Micrometres, Micros, Point, Speed};
+use plumb_protocol::wiring::{Drivers, Wiring};
 
 use super::admit::{admit, admit_position};
 use super::session::LastRequest;
@@ -103,6 +104,7 @@ impl Board {
         admit(&self.state, command)?;
         match *command {
             Command::Configure(ref config) => self.configure(id, config),
+            Command::Wire(ref wiring) => self.wire(wiring),
             Command::Target(target) => self.target(now, id, target, out),
             Command::Hold => self.hold(now, id),
             Command::Jog(jog) => self.jog(now, jog),
@@ -175,6 +177,7 @@ impl Board {
         let accepted = self.session.greet(hello);
         if accepted {
             self.state.forget_command();
+            self.setup.staged = None;
         } else {
             self.stop();
         }
@@ -198,24 +201,35 @@ impl Board {
         }
     }
 
+    /// Takes in the wiring of the next configuration.
+    #[cold]
+    fn wire(&mut self, wiring: &Wiring) -> Result<(), Refusal> {
+        wiring.check(self.setup.build.chip).map_err(Refusal::Wiring)?;
+        self.setup.staged = Some(*wiring);
+        Ok(())
+    }
+
     #[cold]
     fn configure(&mut self, id: u16, config: &Config) -> Result<(), Refusal> {
-        let params = self.setup.check(config).map_err(Refusal::Config)?;
-        self.apply_config(params, config);
+        let wiring = self.setup.staged.ok_or(Refusal::NotWired)?;
+        let params = self.setup.check(&wiring, config)?;
+        self.apply_config(params, &wiring, config);
         self.session.configuration = Some(id);
         Ok(())
     }
 
-    /// Puts `params`, which were made from `config`, into force; at standstill.
+    /// Puts `params`, which were made from `wiring` and `config`, into force; at standstill.
     #[cold]
-    pub(super) fn apply_config(&mut self, params: Params, config: &Config) {
+    pub(super) fn apply_config(&mut self, params: Params, wiring: &Wiring, config: &Config) {
         self.planner.configure(&params);
         // A command has time to build the law, a position has not.
         self.servo.configure(match params.law() {
             LawSelection::Inline(law) => Some(law),
             LawSelection::Deferred(_) => None,
         });
-        self.setup.apply(params, config);
+        self.setup.apply(params, wiring, config);
+        // New drivers are switched off first.
+        self.schedule.drivers_on = false;
         if self.state == State::Unconfigured {
             self.state = State::Ready;
         }
@@ -374,7 +388,8 @@ impl Board {
     #[cold]
     fn measure(&mut self, id: u16) -> Result<(), Refusal> {
         admit(&self.state, &Command::Measure)?;
-        if matches!(self.drivers(), Some(Drivers::Coils(_) | Drivers::MotorHats(_))) {
+        if self.setup.params().is_some_and(|params| !matches!(params.drivers, Drivers::StepDir(_)))
+        {
             return Err(Refusal::CoilsConfigured);
         }
         self.session.measurement = Some(id);

@@ -31,6 +31,10 @@ pub(super) struct Schedule {
     pub(super) telemetry_due: bool,
     /// Ticks to be planned until the emergency input counts as closed.
     pub(super) emergency_ticks: u8,
+    /// Whether the drivers are on.
+    pub(super) drivers_on: bool,
+    /// When drivers that were switched on will take pulses; `None` once they do.
+    pub(super) drivers_ready: Option<Micros>,
 }
 
 impl Schedule {
@@ -43,6 +47,8 @@ impl Schedule {
             check_due: false,
             telemetry_due: false,
             emergency_ticks: 0,
+            drivers_on: false,
+            drivers_ready: None,
         }
     }
 }
@@ -77,6 +83,9 @@ impl Board {
             return 0;
         }
         let mut timer = Timer { now: now.0, left: TELEMETRY_US as u32 };
+        if let Some(ready) = self.schedule.drivers_ready {
+            timer.milestone(ready, 0);
+        }
         if self.session.greeted {
             timer.deadline(self.session.last_telemetry, TELEMETRY_US);
         }

@@ -131,7 +131,8 @@ impl LastRequest {
             | Command::Follow(_)
             | Command::Status
             | Command::Diagnose
-            | Command::Measure => return None,
+            | Command::Measure
+            | Command::Wire(_) => return None,
         };
         Some(Self { id: message.id, content })
     }

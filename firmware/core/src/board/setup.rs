@@ -1,7 +1,8 @@
-//! The configuration in force.
+//! The wiring and the configuration in force, and the wiring of the next configuration.
 
 use plumb_protocol::config::Config;
-use plumb_protocol::message::{ConfigField, Refusal};
+use plumb_protocol::message::Refusal;
+use plumb_protocol::{MOTORS, Wiring};
 
 use crate::params::{BuildLimits, Params};
 
@@ -12,6 +13,10 @@ pub(super) struct Setup {
     /// Parameters made from `config`: driver timing and law included.
     params: Option<Params>,
     config: Option<Config>,
+    /// Wiring in force, if there is a configuration.
+    wiring: Option<Wiring>,
+    /// Wiring of the next configurations of this session.
+    pub(super) staged: Option<Wiring>,
     /// Number of configurations since the start; wraps.
     generation: u32,
 }
@@ -19,22 +24,28 @@ pub(super) struct Setup {
 impl Setup {
     /// Creates the setup of a board without a configuration.
     pub(super) fn new(build: BuildLimits) -> Self {
-        Self { build, params: None, config: None, generation: 0 }
+        Self { build, params: None, config: None, wiring: None, staged: None, generation: 0 }
     }
 
-    /// Checks `config` against its ranges and the limits of the build.
+    /// Checks `wiring`, and `config` with it, against their ranges and the limits of the build.
     ///
     /// # Errors
-    /// Returns the first field that is out of its range.
-    pub(super) fn check(&self, config: &Config) -> Result<Params, ConfigField> {
-        Params::check(config, &self.build)
+    /// The refusal of the first field that is out of its range.
+    pub(super) fn check(&self, wiring: &Wiring, config: &Config) -> Result<Params, Refusal> {
+        wiring.check(self.build.chip).map_err(Refusal::Wiring)?;
+        Params::check(config, &wiring.drivers, &self.build).map_err(Refusal::Config)
     }
 
-    /// Puts `params`, which were made from `config`, into force.
-    pub(super) fn apply(&mut self, params: Params, config: &Config) {
+    /// Puts `params`, which were made from `wiring` and `config`, into force.
+    pub(super) fn apply(&mut self, params: Params, wiring: &Wiring, config: &Config) {
         self.params = Some(params);
-        self.config = Some(*config);
+        (self.wiring, self.config) = (Some(*wiring), Some(*config));
         self.generation = self.generation.wrapping_add(1);
+    }
+
+    /// Returns the wiring in force.
+    pub(super) fn wiring(&self) -> Option<&Wiring> {
+        self.wiring.as_ref()
     }
 
     /// Returns the configuration in force.
@@ -66,7 +77,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Refusal::OutsideTravel`] with the first such motor.
-    pub(super) fn check_travel(&self, positions: [i32; 3]) -> Result<(), Refusal> {
+    pub(super) fn check_travel(&self, positions: [i32; MOTORS]) -> Result<(), Refusal> {
         let outside = self
             .require()?
             .motors

@@ -93,26 +93,45 @@ impl Board {
             self.fault(now, fault, out);
         }
         self.apply_law_response(now, out);
+        let drivers_enabled = self.enable_drivers(now);
         let setpoint = self.setpoint(now);
         self.planner.set_rates(setpoint.rates, setpoint.ramp_us);
         let overdue = now.since(self.session.last_telemetry) >= TELEMETRY_US;
         self.schedule.telemetry_due |= due && self.session.greeted && overdue;
-        let off = matches!(
-            self.state,
-            State::Fault { fault: Fault::EmergencyStop | Fault::Watchdog, .. }
-        );
         self.schedule.emergency_ticks = self.schedule.emergency_ticks.saturating_sub(1);
         (self.schedule.dirty, self.schedule.idle_ticks) = (self.schedule.emergency_ticks > 0, 0);
         self.plan_pulses(now, out);
         let writes = self.state.storing().is_some();
         Tick {
-            drivers_enabled: self.session.was_greeted && self.setup.params().is_some() && !off,
+            drivers_enabled,
             bootloader: self.state.leaves() && !self.planner.moving(),
             store: writes && !self.session.tests_flash,
             diagnose: self.session.diagnosis.is_some(),
             measure: self.session.measurement.is_some(),
             test_flash: writes && self.session.tests_flash,
         }
+    }
+
+    /// Returns whether the drivers are on from this tick on. After they are switched on, the motors
+    /// wait until they take pulses.
+    fn enable_drivers(&mut self, now: Micros) -> bool {
+        let off = matches!(
+            self.state,
+            State::Fault { fault: Fault::EmergencyStop | Fault::Watchdog, .. }
+        );
+        let enabled = self.session.was_greeted && self.setup.params().is_some() && !off;
+        if enabled != self.schedule.drivers_on {
+            self.switch_drivers(now, enabled);
+        }
+        self.schedule.drivers_ready.take_if(|ready| *ready <= now);
+        enabled
+    }
+
+    #[cold]
+    fn switch_drivers(&mut self, now: Micros, on: bool) {
+        let params = self.setup.params().filter(|_| on);
+        self.schedule.drivers_on = on;
+        self.schedule.drivers_ready = params.map(|params| Micros(now.0 + params.enable_us()));
     }
 
     #[inline(always)]
@@ -122,8 +141,12 @@ impl Board {
         }
     }
 
-    /// Returns the setpoint of the present state. A jog that has arrived ends.
+    /// Returns the setpoint of the present state: none before the drivers are ready. A jog that has
+    /// arrived ends.
     fn setpoint(&mut self, now: Micros) -> Setpoint {
+        if self.schedule.drivers_ready.is_some() {
+            return Setpoint::default();
+        }
         if let State::Jogging(jogging) = &self.state {
             return Setpoint::at_once(jogging.wanted(&self.planner).unwrap_or_else(|| {
                 self.state = State::Stopping { then: AfterStop::Ready };

@@ -11,6 +11,7 @@ mod fields;
 use std::collections::BTreeSet;
 
 use plumb_core::BuildLimits;
+use plumb_protocol::Wiring;
 use plumb_protocol::message::{Command, Hello, Jog, Knot, Position, Reference, State};
 use plumb_protocol::units::*;
 
@@ -151,6 +152,7 @@ fn no_accepted_configuration_overflows_at_the_ends_of_any_four_fields() {
         let mut bench = Bench::new(FASTEST);
         (bench.now, bench.sequence) = (case.start, case.sequence);
         assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+        assert_eq!(bench.send(Command::Wire(Wiring::pico(case.drivers))), Ok(()));
         let configured = bench.send(Command::Configure(case.config));
         assert_eq!(configured, Ok(()), "every end is accepted: {:?}", case.config);
         drive(&mut bench, &mut case);

@@ -7,11 +7,13 @@ pub(crate) mod deferred_bench;
 
 use plumb_core::BuildLimits;
 use plumb_core::params::Params;
-use plumb_protocol::Config;
+use plumb_protocol::boards::Chip;
 use plumb_protocol::config::{self, Law, Motor};
 use plumb_protocol::units::{Acceleration, Bound, Gain, Rate, Steps16};
+use plumb_protocol::{Config, Wiring};
 
-pub(crate) const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
+pub(crate) const BUILD: BuildLimits =
+    BuildLimits { max_pulse_rate: 1_000_000, storage: true, chip: Some(Chip::Rp2040) };
 
 /// The paper's bounds, γ in 1/s at 0.471 mm a step.
 pub(crate) fn paper_interval(gamma: f64) -> config::Interval {
@@ -37,6 +39,11 @@ pub(crate) fn config() -> Config {
     Config::example()
 }
 
+/// Returns the wiring of a Pico with TMC2209 drivers.
+pub(crate) fn wiring() -> Wiring {
+    Wiring::example()
+}
+
 pub(crate) fn params(config: Config) -> Params {
-    Params::check(&config, &BUILD).unwrap()
+    Params::check(&config, &wiring().drivers, &BUILD).unwrap()
 }

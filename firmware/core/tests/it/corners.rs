@@ -4,7 +4,7 @@
 //! chip too long, the result is compared with exact arithmetic.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use crate::common::{BUILD, config};
+use crate::common::{BUILD, config, wiring};
 use plumb_core::law::{DeferredLaw, DeferredLawKind, Law as _, Measurement, variances};
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
@@ -29,7 +29,7 @@ const ACCELERATIONS: [u32; 2] = [40, 4_000_000];
 const WIDEST: i32 = 1 << 29;
 
 fn params(config: Config) -> Params {
-    Params::check(&config, &FASTEST).unwrap()
+    Params::check(&config, &wiring().drivers, &FASTEST).unwrap()
 }
 
 /// Returns every difference of two positions with corners as its coordinates.
@@ -74,7 +74,7 @@ fn the_law_interval_is_exact_at_the_corners_of_its_bounds_and_errors() {
             let law = family(pattern, bounds, 16 << 16);
             let config = Config { law: Law::Interval(law), ..config() };
             // A motor without a sign moves nothing, which is refused.
-            let Ok(params) = Params::check(&config, &FASTEST) else { continue };
+            let Ok(params) = Params::check(&config, &wiring().drivers, &FASTEST) else { continue };
             let fast = params.interval().unwrap();
             // Every pattern with some errors, one pattern in a hundred with all of them.
             let step = if pattern % 100 == 0 { 1 } else { 61 };

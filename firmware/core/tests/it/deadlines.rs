@@ -9,7 +9,7 @@ use plumb_protocol::message::*;
 use plumb_protocol::units::{Milliseconds, Point, Rate, Steps16};
 
 use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{BUILD, config};
+use crate::common::{BUILD, config, wiring};
 
 fn deadlines(host: u16, position: u16, max_age: u16) -> Deadlines {
     Deadlines {
@@ -51,7 +51,11 @@ fn a_highest_age_at_the_position_deadline_or_above_is_refused() {
     for (position, max_age, accepted) in [(500, 499, true), (500, 500, false), (500, 5000, false)] {
         let config = Config { deadlines: deadlines(300, position, max_age), ..config() };
         let expected = if accepted { Ok(()) } else { Err(ConfigField::MaxAge) };
-        assert_eq!(Params::check(&config, &BUILD).map(drop), expected, "{position} {max_age}");
+        assert_eq!(
+            Params::check(&config, &wiring().drivers, &BUILD).map(drop),
+            expected,
+            "{position} {max_age}"
+        );
     }
 }
 

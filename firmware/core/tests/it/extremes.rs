@@ -13,7 +13,7 @@ use plumb_protocol::units::{
 };
 
 use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{self, BUILD, config, motor};
+use crate::common::{self, BUILD, config, motor, wiring};
 
 /// Highest pulse rate of the firmware's step generator, 1/s.
 const PULSES: i32 = 1_250_000;
@@ -34,7 +34,12 @@ fn planner(microsteps: u8, acceleration: u32, mean: u16, travel: i32) -> (Planne
     let config = Config { motors: [motor; 3], microsteps, mean: Milliseconds(mean), ..config() };
     let mut planner = Planner::default();
     planner.configure(
-        &Params::check(&config, &BuildLimits { max_pulse_rate: PULSES as u32, ..BUILD }).unwrap(),
+        &Params::check(
+            &config,
+            &wiring().drivers,
+            &BuildLimits { max_pulse_rate: PULSES as u32, ..BUILD },
+        )
+        .unwrap(),
     );
     (planner, fastest)
 }
@@ -93,7 +98,7 @@ fn a_clock_of_more_than_32_bits_keeps_the_deadlines() {
     for start in [(1 << 32) - 600_000, (1 << 40) + 7, 1 << 52] {
         let mut bench = Bench::new(BUILD);
         bench.now = start;
-        assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+        bench.greet();
         assert_eq!(bench.send(Command::Configure(config())), Ok(()));
         bench.send_ball(BALL);
         assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));

@@ -3,17 +3,18 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 use plumb_core::BuildLimits;
-use plumb_protocol::config::{Coils, Drivers, Motor};
+use plumb_protocol::config::Motor;
 use plumb_protocol::diagnostics::{
     ChipCounts, ChipMeasurement, Diagnostics, Measurement, ProcessorFault, PulseCount,
 };
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
-use plumb_protocol::{Command, Config, FromBoard, Hello, Provenance, ToBoard};
+use plumb_protocol::wiring::{Coils, Drivers};
+use plumb_protocol::{Command, Config, FromBoard, Hello, Provenance, ToBoard, Wiring};
 
 use crate::common::bench::Bench;
-use crate::common::{BUILD, config};
+use crate::common::{BUILD, config, wiring};
 
 fn jog(bench: &mut Bench) -> Result<(), Refusal> {
     let rate = Rate::from_si(400.0).unwrap();
@@ -99,7 +100,7 @@ fn a_board_reports_its_start_cause_and_begins_in_a_fault_after_its_own_error() {
     ] {
         let mut bench = Bench::new(BUILD);
         bench.harness.board.set_start_cause(cause);
-        bench.harness.board.restore(&config());
+        bench.harness.board.restore(&wiring(), &config());
         assert!(!bench.tick().drivers_enabled, "{cause:?}: no current before a Hello");
         assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
         assert_eq!(bench.tick().drivers_enabled, !stopped, "{cause:?}");
@@ -185,7 +186,7 @@ fn a_measurement_is_refused_with_coils_and_in_motion() {
     for drivers in [Drivers::Coils(coils), Drivers::MotorHats(coils)] {
         let slow = |motor| Motor { max_rate: Rate(100 << 8), ..motor };
         let motors = config().motors.map(slow);
-        let mut bench = Bench::configured(Config { drivers, motors, ..config() });
+        let mut bench = Bench::wired(Wiring::pico(drivers), Config { motors, ..config() });
         assert_eq!(bench.send(Command::Measure), Err(Refusal::CoilsConfigured));
         assert!(!bench.tick().measure);
     }
@@ -222,7 +223,7 @@ fn a_test_of_the_flash_is_answered_when_it_is_done() {
 #[test]
 fn motors_have_current_from_the_first_matching_hello_on() {
     let mut bench = Bench::new(BUILD);
-    bench.harness.board.restore(&config());
+    bench.harness.board.restore(&wiring(), &config());
     assert!(!bench.tick().drivers_enabled);
     let other = Hello { version: 0, ..Hello::OURS };
     let _ = bench.send(Command::Hello(other));
@@ -237,7 +238,7 @@ fn motors_have_current_from_the_first_matching_hello_on() {
 #[test]
 fn a_stored_configuration_is_restored_but_moves_nothing_before_a_hello() {
     let mut bench = Bench::new(BUILD);
-    bench.harness.board.restore(&config());
+    bench.harness.board.restore(&wiring(), &config());
     assert_eq!(bench.harness.board.state(), State::Ready);
     assert_eq!(bench.harness.board.config(), Some(&config()));
     assert_eq!(jog(&mut bench), Err(Refusal::NotGreeted));
@@ -250,7 +251,7 @@ fn a_stored_configuration_is_restored_but_moves_nothing_before_a_hello() {
 #[test]
 fn a_stored_configuration_that_is_out_of_range_is_ignored() {
     let mut bench = Bench::new(BuildLimits { max_pulse_rate: 100, ..BUILD });
-    bench.harness.board.restore(&config());
+    bench.harness.board.restore(&wiring(), &config());
     assert_eq!(bench.harness.board.state(), State::Unconfigured);
 }
 

@@ -10,7 +10,7 @@ use plumb_protocol::units::{Milliseconds, Rate, Steps16};
 use proptest::prelude::*;
 
 use crate::common::bench::Bench;
-use crate::common::{BUILD, config, motor, params};
+use crate::common::{BUILD, config, motor, params, wiring};
 
 fn planner(mean: u16) -> Planner {
     let mut planner = Planner::default();
@@ -157,7 +157,7 @@ fn a_motor_behind_its_reference_stops_before_its_travel() {
 #[test]
 fn a_span_above_the_limit_is_refused() {
     let config = Config { mean: Milliseconds(401), ..config() };
-    assert_eq!(Params::check(&config, &BUILD), Err(ConfigField::Mean));
+    assert_eq!(Params::check(&config, &wiring().drivers, &BUILD), Err(ConfigField::Mean));
 }
 
 /// Jogs motor A by 50 steps through a mean of `mean_ms`, with a Stop after `stop_ms`. Returns the

@@ -2,19 +2,47 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+use std::ops::{Deref, DerefMut};
+
 use plumb_core::params::Params;
 use plumb_protocol::Config;
-use plumb_protocol::config::{Coils, Drivers, Estimated, Law, Sign, StepDir};
+use plumb_protocol::config::{Estimated, Law, Sign};
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{
     Acceleration, Bound, Gain, Micrometres, Milliseconds, Rate, SignGain, Speed, Steps16,
 };
 
-use crate::common::{BUILD, config};
+use plumb_protocol::wiring::{Coils, Drivers, StepDir};
 
-fn errors(config: &Config) -> Vec<ConfigField> {
+use crate::common::{self, BUILD};
+
+/// A configuration and its drivers.
+struct Setup {
+    config: Config,
+    drivers: Drivers,
+}
+
+impl Deref for Setup {
+    type Target = Config;
+
+    fn deref(&self) -> &Config {
+        &self.config
+    }
+}
+
+impl DerefMut for Setup {
+    fn deref_mut(&mut self) -> &mut Config {
+        &mut self.config
+    }
+}
+
+fn config() -> Setup {
+    Setup { config: common::config(), drivers: common::wiring().drivers }
+}
+
+fn errors(setup: &Setup) -> Vec<ConfigField> {
     let mut errors = Vec::new();
-    Params::each_error(config, &BUILD, |field| errors.push(field));
+    Params::each_error(setup, &setup.drivers, &BUILD, |field| errors.push(field));
     errors
 }
 
@@ -53,13 +81,13 @@ fn every_field_out_of_range_is_reported_and_the_board_names_the_first() {
         ConfigField::Mean,
     ];
     assert_eq!(all, expected);
-    assert_eq!(Params::check(&config, &BUILD), Err(all[0]));
+    assert_eq!(Params::check(&config, &config.drivers, &BUILD), Err(all[0]));
 }
 
 /// End of a range.
 struct End {
     /// Sets the value of a configuration.
-    set: fn(&mut Config, i32),
+    set: fn(&mut Setup, i32),
     /// Last value that is accepted.
     accepted: i32,
     /// First value that is refused.
@@ -67,7 +95,7 @@ struct End {
     field: ConfigField,
 }
 
-const fn end(set: fn(&mut Config, i32), ends: [i32; 2], field: ConfigField) -> End {
+const fn end(set: fn(&mut Setup, i32), ends: [i32; 2], field: ConfigField) -> End {
     End { set, accepted: ends[0], refused: ends[1], field }
 }
 
@@ -76,7 +104,7 @@ fn milliseconds(value: i32) -> Milliseconds {
 }
 
 /// Sets drivers, and one motor's rate in full steps/s with full steps.
-fn full_steps(config: &mut Config, drivers: Drivers, rate: i32) {
+fn full_steps(config: &mut Setup, drivers: Drivers, rate: i32) {
     (config.drivers, config.microsteps) = (drivers, 1);
     for motor in &mut config.motors {
         motor.max_rate = Rate(256);
@@ -90,14 +118,14 @@ const FAR: i32 = 4_000_000;
 
 /// Ends of the ranges of the law.
 const LAW: &[End] = {
-    fn interval(config: &mut Config) -> &mut plumb_protocol::config::Interval {
+    fn interval(config: &mut Setup) -> &mut plumb_protocol::config::Interval {
         let Law::Interval(law) = &mut config.law else { panic!("the law of these tests") };
         law
     }
-    fn sign_gain(config: &mut Config, gain: i32) {
+    fn sign_gain(config: &mut Setup, gain: i32) {
         config.law = Law::Sign(Sign { gain: SignGain(gain as u32) });
     }
-    fn delay(config: &mut Config, ms: i32) {
+    fn delay(config: &mut Setup, ms: i32) {
         config.law = Law::Taut(Estimated { delay: milliseconds(ms) });
     }
     const LARGEST: i32 = 8 << 16;
@@ -132,7 +160,7 @@ const LAW: &[End] = {
 
 /// Ends of the ranges of motors and drivers.
 const MOTORS: &[End] = {
-    fn duty(config: &mut Config, duty: i32) {
+    fn duty(config: &mut Setup, duty: i32) {
         config.drivers = Drivers::Coils(Coils { duty_percent: duty as u8 });
     }
     &[
@@ -179,11 +207,11 @@ const MOTORS: &[End] = {
 
 /// Ends of the ranges of workspace, deadlines and guards.
 const LIMITS: &[End] = {
-    fn age_below_position(config: &mut Config, age: i32) {
+    fn age_below_position(config: &mut Setup, age: i32) {
         config.deadlines.position = milliseconds(500);
         config.deadlines.max_age = milliseconds(age);
     }
-    fn flat(config: &mut Config, height: i32) {
+    fn flat(config: &mut Setup, height: i32) {
         config.workspace.max.0[2] = Micrometres(config.workspace.min.0[2].0 + height);
     }
     &[

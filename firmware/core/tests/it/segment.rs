@@ -4,13 +4,14 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 use plumb_core::law::MotorRates;
+use plumb_core::params::Params;
 use plumb_core::plan::Planner;
 use plumb_core::segment::{Segments, given};
 use plumb_core::timing::{DriverTiming, PulseWidth, TICK_CLOCKS};
 use plumb_core::{Pulses, StepPlan};
 use plumb_protocol::Config;
-use plumb_protocol::config::{Drivers, StepDir};
-use plumb_protocol::units::Nanoseconds;
+use plumb_protocol::units::{Milliseconds, Nanoseconds};
+use plumb_protocol::wiring::{Drivers, StepDir};
 use proptest::prelude::*;
 
 /// State machine that runs firmware/src/generator/program.rs, one instruction a clock.
@@ -82,7 +83,7 @@ fn check(timing: DriverTiming, plans: &[Pulses]) -> Machine {
         // The last clocks of a period of one pulse are the plan's rounding.
         assert!(given.0 >= planned.0 && given.0 - planned.0 <= 3000, "{given:?} for {planned:?}");
     }
-    let low = u64::from(timing.low);
+    let (low, hold) = (u64::from(timing.low), u64::from(timing.hold));
     for pair in machine.pulses.windows(2) {
         assert!(pair[1].0 - pair[0].0 >= machine.high + low, "too close: {pair:?}");
     }
@@ -90,7 +91,7 @@ fn check(timing: DriverTiming, plans: &[Pulses]) -> Machine {
         let next = machine.pulses.iter().find(|p| p.0 >= turn);
         assert!(next.is_none_or(|p| p.0 - turn >= u64::from(timing.setup)), "set-up at {turn}");
         let last = machine.pulses.iter().rev().find(|p| p.0 < turn);
-        assert!(last.is_none_or(|p| turn - p.0 >= machine.high), "hold at {turn}");
+        assert!(last.is_none_or(|p| turn - p.0 >= hold), "hold at {turn}");
     }
     machine
 }
@@ -99,13 +100,10 @@ fn check(timing: DriverTiming, plans: &[Pulses]) -> Machine {
 fn plans(timing: &StepDir, acceleration: u32, wanted: &[(i32, u8)]) -> Vec<Pulses> {
     let max = DriverTiming::new(timing).unwrap().max_pulse_rate().min(1_000_000) / 16;
     let motor = crate::common::motor(f64::from(max), acceleration, 1 << 28);
-    let config = Config {
-        motors: [motor; 3],
-        drivers: Drivers::StepDir(*timing),
-        ..crate::common::config()
-    };
+    let config = Config { motors: [motor; 3], ..crate::common::config() };
     let mut planner = Planner::default();
-    planner.configure(&crate::common::params(config));
+    let drivers = Drivers::StepDir(*timing);
+    planner.configure(&Params::check(&config, &drivers, &crate::common::BUILD).unwrap());
     let mut plans = Vec::new();
     let mut tick = |per_mille: i32| {
         let rate = (i64::from(per_mille) * i64::from(motor.max_rate.0) / 1000) as i32;
@@ -129,7 +127,11 @@ fn drivers() -> impl Strategy<Value = StepDir> {
         Just(StepDir::A4988),
         Just(StepDir::DRV8825),
         Just(StepDir::TMC2209),
-        (ns(4000), ns(4000), ns(4000)).prop_map(|(high, low, setup)| StepDir { high, low, setup }),
+        Just(StepDir::TB6600),
+        Just(StepDir::DM542),
+        (ns(4000), ns(4000), ns(4000), ns(9000)).prop_map(|(high, low, setup, hold)| {
+            StepDir { high, low, setup, hold, enable: Milliseconds(0) }
+        }),
     ]
 }
 

@@ -3,13 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 use plumb_protocol::Config;
-use plumb_protocol::config::Drivers;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Point, Rate, Steps16};
 
 use crate::common::bench::{BALL, Bench, TARGET, point};
-use crate::common::{BUILD, config};
+use crate::common::{BUILD, config, wiring};
 
 /// Reports a motor driver that does not answer.
 fn fail_driver(bench: &mut Bench) {
@@ -41,15 +40,15 @@ fn telemetry(bench: &mut Bench) -> Telemetry {
 }
 
 #[test]
-fn the_generation_and_the_drivers_are_those_of_the_configuration() {
+fn the_generation_and_the_wiring_are_those_of_the_configuration() {
     let mut bench = Bench::greeted(BUILD);
-    assert_eq!((bench.harness.board.generation(), bench.harness.board.drivers()), (0, None));
+    assert_eq!((bench.harness.board.generation(), bench.harness.board.wiring()), (0, None));
     assert!(bench.harness.board.driver_timing().is_none());
     for generation in 1..4 {
         assert_eq!(bench.send(Command::Configure(config())), Ok(()));
         assert_eq!(bench.harness.board.generation(), generation);
     }
-    assert!(matches!(bench.harness.board.drivers(), Some(Drivers::StepDir(_))));
+    assert_eq!(bench.harness.board.wiring(), Some(&wiring()));
     assert!(bench.harness.board.driver_timing().is_some());
 }
 
@@ -87,7 +86,7 @@ fn a_position_as_old_as_the_limit_is_accepted() {
 #[test]
 fn a_decoded_position_before_the_greeting_is_refused() {
     let mut bench = Bench::new(BUILD);
-    bench.harness.board.restore(&config());
+    bench.harness.board.restore(&wiring(), &config());
     let position = Position { sequence: 1, age_us: 0, ball: Some(point(BALL)), covariance: None };
     bench.harness.board.on_position(Micros(bench.now), 5, &position, &mut bench.harness.outbox);
     assert_eq!(bench.answers(), [Err(Refusal::NotGreeted)]);

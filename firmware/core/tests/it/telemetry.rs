@@ -4,7 +4,7 @@
 use plumb_protocol::message::*;
 
 use crate::common::bench::Bench;
-use crate::common::{self, BUILD, config};
+use crate::common::{self, BUILD, config, wiring};
 
 /// Returns the times of the telemetry received, on the board's clock, µs.
 fn times(bench: &Bench) -> Vec<u64> {
@@ -20,7 +20,7 @@ fn a_board_that_nobody_has_greeted_sends_nothing() {
     for is_stored in [false, true] {
         let mut bench = Bench::new(BUILD);
         if is_stored {
-            bench.harness.board.restore(&config());
+            bench.harness.board.restore(&wiring(), &config());
         }
         bench.run_ms(1_000);
         assert_eq!(bench.received, []);

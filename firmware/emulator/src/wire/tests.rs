@@ -76,6 +76,7 @@ impl Plant for MonitoredPlant {
 
 #[test]
 fn a_reboot_keeps_the_rigs_position() {
+    use plumb_protocol::Wiring;
     use plumb_protocol::config::{Config, Deadlines};
     use plumb_protocol::message::Jog;
     use plumb_protocol::units::{Milliseconds, Rate, Steps16};
@@ -94,8 +95,12 @@ fn a_reboot_keeps_the_rigs_position() {
     let config = Config { deadlines, ..example };
     let jog = |board: &mut EmulatedBoard, motor| {
         let jog = Jog { motor, distance: Steps16(100 * 16), rate: Rate(400 << 8) };
-        for command in [Command::Hello(Hello::OURS), Command::Configure(config), Command::Jog(jog)]
-        {
+        for command in [
+            Command::Hello(Hello::OURS),
+            Command::Wire(Wiring::example()),
+            Command::Configure(config),
+            Command::Jog(jog),
+        ] {
             board.write(&to_board(1, command));
         }
     };

@@ -3,6 +3,7 @@
 use nalgebra::Point3;
 use plumb_emulator::{EMULATED, Harness, LawDelay};
 use plumb_protocol::Config;
+use plumb_protocol::Wiring;
 use plumb_protocol::message::{Command, Fault, Position, State};
 use plumb_protocol::units::{Micros, Point};
 
@@ -21,7 +22,7 @@ impl BoardController {
     /// Creates a board with this configuration and sends it `target` (metres, rig frame).
     pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
         let mut controller = Self {
-            harness: Harness::configured(EMULATED, LawDelay::SameTick, config),
+            harness: Harness::configured(EMULATED, LawDelay::SameTick, Wiring::example(), config),
             sequence: 0,
             reached: false,
             resumed: false,

@@ -8,6 +8,7 @@ use plumb_core::params::Params;
 use plumb_emulator::EMULATED;
 use plumb_emulator::plant::Task;
 use plumb_protocol::Config;
+use plumb_protocol::Wiring;
 use plumb_protocol::units::Point;
 use plumb_runtime::rig::quantity::{Delay, Mean};
 use plumb_runtime::rig::{Estimating, LawName, LawSettings};
@@ -157,7 +158,8 @@ pub(super) fn checked(
         settings.mean().config("mean")?,
         suite.threshold_m,
     );
-    let params = Params::check(&config, &EMULATED).map_err(BenchError::Config)?;
+    let params = Params::check(&config, &Wiring::example().drivers, &EMULATED)
+        .map_err(BenchError::Config)?;
     Ok((config, params))
 }
 

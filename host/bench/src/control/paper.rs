@@ -92,7 +92,7 @@ fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
     let plant = Box::new(QuasiStatic::new(task.geometry, task.start)?);
     let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));
     let mut link = Link::connect(Memory::new(Rc::clone(&board)))?;
-    link.configure(rig.config()?)?;
+    link.configure(rig.wiring()?, rig.config()?)?;
     for target in rig.targets()? {
         link.set_target(target)?;
     }

@@ -5,6 +5,7 @@ pub(super) mod size;
 #[cfg(test)]
 mod tests;
 mod view;
+mod wiring;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -17,6 +18,7 @@ use plumb_config::reference::{Key, keys};
 use plumb_config::toml_file::{MAX_BYTES, Mistake, diagnose, place};
 use plumb_frame::camera::Camera;
 use plumb_frame::source::BoxedError;
+use plumb_protocol::message::Refusal;
 use serde::Serialize;
 
 use super::quantity::Conversion;
@@ -130,20 +132,30 @@ fn is_below(key: &str, wrong: &[String]) -> bool {
 /// Returns the errors of values that the board refuses.
 fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Finding> {
     let mut conversion = Conversion::default();
-    let config = rig.convert(&mut conversion);
+    let (wiring, config) = (rig.convert_wiring(&mut conversion), rig.convert(&mut conversion));
     let mut findings = Vec::new();
     let mut reported = Vec::new();
     for error in conversion.into_errors() {
         reported.push(error.key.to_owned());
         findings.push(document.out_of_range(&[error.key], error.why));
     }
-    let mut fields = board(&config);
-    fields.dedup();
-    for field in fields {
-        let keys = board::wrong_keys(rig, field, board);
-        if !keys.iter().any(|key| is_below(key, &reported)) {
-            findings.push(board::finding(document, field, &keys, &config, board));
-            reported.extend(keys.iter().map(|key| (*key).to_owned()));
+    let mut refusals = board(&wiring, &config);
+    refusals.dedup();
+    for refusal in refusals {
+        match refusal {
+            Refusal::Config(field) => {
+                let keys = board::wrong_keys(rig, field, board);
+                if !keys.iter().any(|key| is_below(key, &reported)) {
+                    findings.push(board::finding(document, field, &keys, rig, board));
+                    reported.extend(keys.iter().map(|key| (*key).to_owned()));
+                }
+            }
+            Refusal::Wiring(error) => findings.push(wiring::finding(document, &wiring, &error)),
+            other => findings.push(document.finding(
+                Severity::Error,
+                &["board.kind"],
+                format!("is refused: {other}"),
+            )),
         }
     }
     findings.extend(targets(document, rig));

@@ -1,11 +1,14 @@
 //! Limits and drivers of the motors, as in rig files.
 
-use plumb_protocol::config::{Coils, Drivers, Motor, StepDir};
-use plumb_protocol::units::{Acceleration, Nanoseconds, Rate, Steps16};
+use plumb_protocol::config::Motor;
+use plumb_protocol::units::{Acceleration, Milliseconds, Nanoseconds, Rate, Steps16};
+use plumb_protocol::wiring::{Coils, Drivers, StepDir};
 use serde::Deserialize;
 
+use super::board::EnableName;
 use super::quantity::{
-    Conversion, Duty, HighTime, LowTime, MotorAcceleration, MotorRate, SetupTime, TravelLimit,
+    Conversion, Duty, EnableTime, HighTime, HoldTime, LowTime, MotorAcceleration, MotorRate,
+    SetupTime, TravelLimit,
 };
 
 /// Limits of the motors, and their drivers.
@@ -26,9 +29,59 @@ pub struct Motors {
     /// The drivers of the motors.
     #[serde(default)]
     pub driver: Driver,
+    /// Times of the driver's inputs in place of its own.
+    #[serde(default)]
+    pub timing: TimingSettings,
+}
+
+/// Times of a driver's inputs in place of its own, seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimingSettings {
+    /// Least time STEP is high.
+    pub high: Option<HighTime>,
+    /// Least time STEP is low.
+    pub low: Option<LowTime>,
+    /// Least time from a change of DIR to STEP going high.
+    pub setup: Option<SetupTime>,
+    /// Least time from STEP going high to a change of DIR.
+    pub hold: Option<HoldTime>,
+    /// Least time from ENABLE to STEP going high.
+    pub enable: Option<EnableTime>,
+}
+
+impl TimingSettings {
+    /// Puts the times of the file in the place of those of a driver.
+    fn apply(&self, times: StepDir, conversion: &mut Conversion) -> StepDir {
+        let mut fit = |key, seconds: Option<f64>, own: Nanoseconds| match seconds {
+            Some(seconds) => conversion.fit(key, seconds, Nanoseconds::from_si),
+            None => own,
+        };
+        let mut times = StepDir {
+            high: fit("motors.timing.high", self.high.map(HighTime::get), times.high),
+            low: fit("motors.timing.low", self.low.map(LowTime::get), times.low),
+            setup: fit("motors.timing.setup", self.setup.map(SetupTime::get), times.setup),
+            hold: fit("motors.timing.hold", self.hold.map(HoldTime::get), times.hold),
+            enable: times.enable,
+        };
+        if let Some(seconds) = self.enable {
+            // A time between two milliseconds is rounded up.
+            let whole = |seconds: f64| Milliseconds::from_si((seconds * 1e3 - 1e-6).ceil() * 1e-3);
+            times.enable = conversion.fit("motors.timing.enable", seconds.get(), whole);
+        }
+        times
+    }
 }
 
 impl Motors {
+    /// Returns the drivers in the board's units.
+    pub(super) fn convert_driver(&self, conversion: &mut Conversion) -> Drivers {
+        match self.driver.convert(conversion) {
+            Drivers::StepDir(times) => Drivers::StepDir(self.timing.apply(times, conversion)),
+            drivers => drivers,
+        }
+    }
+
     /// Returns the motors A, B and C in the board's units.
     pub(super) fn convert(&self, conversion: &mut Conversion) -> [Motor; 3] {
         let (rate, acceleration) = (self.max_rate.get(), self.max_acceleration.get());
@@ -60,6 +113,10 @@ pub enum Driver {
     Drv8825,
     /// Trinamic TMC2209 and its like: 0.2 µs pulses.
     Tmc2209,
+    /// Toshiba TB6600HG behind opto-couplers: 2.2 µs pulses.
+    Tb6600,
+    /// Leadshine DM542 and its like, with opto-couplers: 2.5 µs pulses.
+    Dm542,
     /// Any other driver with STEP and DIR inputs, by its data sheet.
     StepDir {
         /// Least time STEP is high, seconds.
@@ -82,18 +139,34 @@ pub enum Driver {
 }
 
 impl Driver {
+    /// Returns the usual effect of the drivers' ENABLE.
+    pub(super) fn enable(&self) -> EnableName {
+        match self {
+            Self::Tb6600 | Self::Dm542 => EnableName::OptoOff,
+            Self::Coils { .. } | Self::MotorHats { .. } => EnableName::ActiveHigh,
+            Self::A4988 | Self::Drv8825 | Self::Tmc2209 | Self::StepDir { .. } => {
+                EnableName::ActiveLow
+            }
+        }
+    }
+
     /// Returns the drivers in the board's units.
     pub(super) fn convert(&self, conversion: &mut Conversion) -> Drivers {
         match self {
             Self::A4988 => Drivers::StepDir(StepDir::A4988),
             Self::Drv8825 => Drivers::StepDir(StepDir::DRV8825),
             Self::Tmc2209 => Drivers::StepDir(StepDir::TMC2209),
+            Self::Tb6600 => Drivers::StepDir(StepDir::TB6600),
+            Self::Dm542 => Drivers::StepDir(StepDir::DM542),
             Self::StepDir { high, low, setup } => {
                 let mut fit = |key, seconds| conversion.fit(key, seconds, Nanoseconds::from_si);
+                let high = fit("motors.driver.step-dir.high", high.get());
                 Drivers::StepDir(StepDir {
-                    high: fit("motors.driver.step-dir.high", high.get()),
+                    high,
                     low: fit("motors.driver.step-dir.low", low.get()),
                     setup: fit("motors.driver.step-dir.setup", setup.get()),
+                    hold: high,
+                    enable: Milliseconds(0),
                 })
             }
             Self::Coils { duty } => {

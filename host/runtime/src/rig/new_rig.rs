@@ -13,7 +13,7 @@ use plumb_cameras::stream::StreamAddress;
 use thiserror::Error;
 
 use self::triangle::{WorkspaceBox, check_length};
-use super::FULL_STEPS_PER_REVOLUTION;
+use super::{BoardName, FULL_STEPS_PER_REVOLUTION};
 
 pub use self::driver::{DriverKind, MicrostepsError, Straps};
 pub use self::triangle::{HEIGHT_RANGE_M, SIDE_RANGE_M, SizeError, Triangle};
@@ -54,6 +54,8 @@ pub enum NewCamera {
 pub struct NewRig {
     /// Serial port of the board.
     pub port: String,
+    /// Kind of the board.
+    pub board: BoardName,
     /// Motor drivers.
     pub driver: DriverKind,
     /// Microsteps in a full step.
@@ -75,6 +77,14 @@ pub struct NewRig {
 /// Description from which no file can be written.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum NewRigError {
+    /// The board has drivers of its own.
+    #[error("{} has drivers of its own, TMC2209: {driver} does not fit", board.kind())]
+    Board {
+        /// The board.
+        board: BoardName,
+        /// The driver.
+        driver: DriverKind,
+    },
     /// The driver cannot have so many microsteps.
     #[error(transparent)]
     Microsteps(#[from] MicrostepsError),
@@ -100,6 +110,7 @@ impl Default for NewRig {
     fn default() -> Self {
         Self {
             port: "/dev/ttyACM0".to_owned(),
+            board: BoardName::Pico,
             driver: DriverKind::Tmc2209,
             microsteps: 16,
             sides: [0.61, 0.88, 0.93],
@@ -116,9 +127,15 @@ impl NewRig {
     /// Returns the texts of the files.
     ///
     /// # Errors
-    /// Where a size is out of its range, or the driver cannot have these microsteps.
+    /// Where a size is out of its range, the driver cannot have these microsteps, or the board
+    /// cannot have the driver.
     pub fn files(&self) -> Result<NewFiles, NewRigError> {
-        let straps = self.driver.straps(self.microsteps)?;
+        let (board, driver) = (self.board, self.driver);
+        if !board.board().has_free_drivers && driver != DriverKind::Tmc2209 {
+            return Err(NewRigError::Board { board, driver });
+        }
+        // Nobody straps the drivers that a board has.
+        let straps = driver.straps(self.microsteps)?.filter(|_| board.board().has_free_drivers);
         let limits = Limits::of(self)?;
         Ok(NewFiles {
             rig: text::rig_file(self, &limits, straps.as_ref()),

@@ -29,6 +29,10 @@ quantities! {
     LowTime = Range::above_zero(65e-6, "s");
     /// Least time from a change of direction to a pulse, seconds.
     SetupTime = Range::new(0.0, 65e-6, "s");
+    /// Least time from a pulse to a change of direction, seconds.
+    HoldTime = Range::new(0.0, 65e-6, "s");
+    /// Least time from ENABLE to a pulse, seconds.
+    EnableTime = Range::new(0.0, 0.2, "s");
     /// Share of the supply's voltage.
     Duty = Range::new(0.005, 1.0, "");
     /// Rate of a motor, full steps/s. The driver and the build of the board may allow less.

@@ -8,7 +8,8 @@ use crate::limits::RigLimits;
 fn cosim(law: LawName) -> Cosim {
     let law = LawSettings::from(law);
     let mean = law.mean().config("mean").unwrap();
-    Cosim::new(RigLimits::default().config(law.config().unwrap(), mean, 0.010)).unwrap()
+    Cosim::new(Wiring::example(), RigLimits::default().config(law.config().unwrap(), mean, 0.010))
+        .unwrap()
 }
 
 fn request(t: f64, dt: f64) -> Request {

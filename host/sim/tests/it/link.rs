@@ -7,10 +7,10 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use plumb_emulator::{EMULATED, EmulatedBoard};
-use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{Command, Fault, Hello, StartCause, State, ToBoard};
 use plumb_protocol::units::{Acceleration, Micros, Milliseconds, Point};
+use plumb_protocol::{Config, Wiring};
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunError};
@@ -49,7 +49,7 @@ fn a_board_whose_motors_still_turn_is_configured_once_they_rest() {
     let (target, ball) = target_and_ball();
     for phase in 0..100 {
         let (board, mut link) = memory();
-        link.configure(smoothed()).unwrap();
+        link.configure(Wiring::example(), smoothed()).unwrap();
         link.set_target(target).unwrap();
         for _ in 0..10 {
             see(&board, &mut link, ball, 33_000);
@@ -57,7 +57,7 @@ fn a_board_whose_motors_still_turn_is_configured_once_they_rest() {
         see(&board, &mut link, ball, 200 * phase);
         // Another host takes over.
         let mut link = Link::connect(Memory::new(Rc::clone(&board))).unwrap();
-        let configured = link.configure(smoothed());
+        let configured = link.configure(Wiring::example(), smoothed());
         assert!(configured.is_ok(), "after {phase} ticks: {configured:?}");
     }
 }
@@ -66,7 +66,7 @@ fn a_board_whose_motors_still_turn_is_configured_once_they_rest() {
 fn a_target_that_is_refused_for_a_fault_is_not_reported_as_set() {
     let (target, _) = target_and_ball();
     let (board, mut link) = memory();
-    link.configure(smoothed()).unwrap();
+    link.configure(Wiring::example(), smoothed()).unwrap();
     link.set_target(target).unwrap();
     // Nobody speaks to the board: it stops by itself.
     let now = board.borrow().now().0;
@@ -86,7 +86,7 @@ fn a_board_without_a_configuration_reports_that() {
 fn the_numbers_of_requests_may_wrap_in_a_long_run() {
     let (target, _) = target_and_ball();
     let (board, mut link) = memory();
-    link.configure(smoothed()).unwrap();
+    link.configure(Wiring::example(), smoothed()).unwrap();
     link.set_target(target).unwrap();
     for _ in 0..70_000 {
         see(&board, &mut link, target, 1_000);
@@ -112,7 +112,7 @@ fn the_numbers_of_requests_may_wrap_in_a_long_run() {
 fn a_host_that_was_suspended_for_minutes_finds_the_fault() {
     let (target, ball) = target_and_ball();
     let (board, mut link) = memory();
-    link.configure(smoothed()).unwrap();
+    link.configure(Wiring::example(), smoothed()).unwrap();
     // Each time anew: a second fault is not hidden by the first, nor the other way round.
     for _ in 0..2 {
         assert_eq!(link.fault(), None);
@@ -127,7 +127,7 @@ fn a_host_that_was_suspended_for_minutes_finds_the_fault() {
         assert_eq!(link.fault(), Some(Fault::HostSilent));
         assert!(link.target_telemetry().is_none());
         link.clear_fault().unwrap();
-        link.configure(smoothed()).unwrap();
+        link.configure(Wiring::example(), smoothed()).unwrap();
     }
 }
 
@@ -135,13 +135,13 @@ fn a_host_that_was_suspended_for_minutes_finds_the_fault() {
 fn a_fault_that_a_host_left_behind_is_cleared_only_on_request() {
     let (target, ball) = target_and_ball();
     let (board, mut link) = memory();
-    link.configure(smoothed()).unwrap();
+    link.configure(Wiring::example(), smoothed()).unwrap();
     link.set_target(target).unwrap();
     see(&board, &mut link, ball, 3_000_000);
     let fault = State::Fault(Fault::HostSilent);
     assert_eq!(board.borrow().state(), fault);
     let mut link = Link::connect(Memory::new(Rc::clone(&board))).unwrap();
-    let refused = link.configure(smoothed()).unwrap_err();
+    let refused = link.configure(Wiring::example(), smoothed()).unwrap_err();
     assert!(matches!(refused, LinkError::Faulted { fault: Fault::HostSilent, .. }), "{refused:?}");
     let message = refused.to_string();
     for part in ["nothing came from the host", "overloaded or asleep", "Nothing has moved"] {
@@ -149,7 +149,7 @@ fn a_fault_that_a_host_left_behind_is_cleared_only_on_request() {
     }
     assert_eq!(board.borrow().state(), fault);
     link.clear_fault().unwrap();
-    link.configure(smoothed()).unwrap();
+    link.configure(Wiring::example(), smoothed()).unwrap();
     assert_eq!(board.borrow().state(), State::Ready);
 }
 
@@ -163,7 +163,7 @@ fn next_run(board: &Rc<RefCell<EmulatedBoard>>) -> (Result<Run<Memory>, RunError
 fn a_new_run_clears_no_fault_but_that_of_a_silent_host() {
     let (target, ball) = target_and_ball();
     let (board, mut link) = memory();
-    link.configure(smoothed()).unwrap();
+    link.configure(Wiring::example(), smoothed()).unwrap();
     link.set_target(target).unwrap();
     see(&board, &mut link, ball, 3_000_000);
     let (run, state) = next_run(&board);
@@ -173,7 +173,7 @@ fn a_new_run_clears_no_fault_but_that_of_a_silent_host() {
     assert_eq!(run.unwrap().cleared_fault(), None);
 
     let (board, mut link) = memory();
-    link.configure(smoothed()).unwrap();
+    link.configure(Wiring::example(), smoothed()).unwrap();
     link.set_target(target).unwrap();
     see(&board, &mut link, ball, 33_000);
     // The host speaks, and sees no ball.
@@ -195,7 +195,7 @@ fn a_new_run_clears_no_fault_but_that_of_a_silent_host() {
 fn lose_session(end: impl Fn(&mut EmulatedBoard)) -> LinkError {
     let (target, ball) = target_and_ball();
     let (board, mut link) = memory();
-    link.configure(smoothed()).unwrap();
+    link.configure(Wiring::example(), smoothed()).unwrap();
     link.set_target(target).unwrap();
     for frame in 0..100 {
         if frame == 60 {

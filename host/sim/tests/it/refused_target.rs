@@ -44,7 +44,7 @@ fn move_motors(rig: &Rig, board: &Rc<RefCell<EmulatedBoard>>) {
     let [x, y, z] = target.to_metres();
     let ball = Point::from_metres([x, y, z + 0.2]).unwrap();
     let mut link = Link::connect(Memory::new(Rc::clone(board))).unwrap();
-    link.configure(rig.config().unwrap()).unwrap();
+    link.configure(rig.wiring().unwrap(), rig.config().unwrap()).unwrap();
     link.set_target(target).unwrap();
     for _ in 0..30 {
         link.position(Some(ball), None, Duration::ZERO).unwrap();

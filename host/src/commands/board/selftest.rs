@@ -13,13 +13,16 @@ use super::{chip_counts, firmware_line};
 use crate::commands::exit::FAILED;
 use crate::commands::old_file::{ask, write};
 use crate::commands::print::tell;
-use crate::commands::rig_args::BoardArgs;
+use crate::commands::rig_args::{BoardArgs, BoardOption};
 use crate::commands::{Failure, bad_input, print};
 
 #[derive(Parser)]
 pub(super) struct Args {
     #[command(flatten)]
     board: BoardArgs,
+    /// Kind of the board, whose STEP and DIR pins are tested
+    #[arg(long, value_enum, default_value = "pico")]
+    kind: BoardOption,
     /// The motors' supply is off: do not ask
     #[arg(long)]
     yes: bool,
@@ -35,7 +38,7 @@ pub(super) fn main(args: &Args) -> Result<ExitCode, Failure> {
     let mut link = Link::connect(args.board.open()?)?;
     let (port, provenance) = (link.port(), link.provenance()?);
     tell!("{port}: {provenance}");
-    let checks = selftest::run(&mut link, print_check)?;
+    let checks = selftest::run(&mut link, args.kind.into(), print_check)?;
     let failed = checks.iter().filter(|check| check.outcome == Outcome::Failed).count();
     let report = json!({
         "plumb": RELEASE.to_string(),

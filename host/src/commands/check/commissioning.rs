@@ -56,12 +56,12 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     let camera = camera_file::parse(&rig.camera.file, &camera)?;
     if !args.yes {
         // A board that cannot be configured makes the question needless.
-        check_state(file, args.port.open(&rig.board)?)?;
+        check_state(file, args.port.open(&rig.board.address())?)?;
         if !ask(words::QUESTION)? {
             return Err(bad_input("nothing has moved: the check needs a yes"));
         }
     }
-    let port = args.port.open(&rig.board)?;
+    let port = args.port.open(&rig.board.address())?;
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
     let link = connect(file, &rig, port)?;

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use plumb_cameras::stream::AddressError;
 use plumb_config::quantity::Range;
+use plumb_runtime::rig::BoardName;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
 
 use super::dialogue::{Dialogue, DialogueError};
 use super::{Args, CameraName, DriverName, colour};
+use crate::commands::rig_args::BoardOption;
 use crate::commands::{Failure, bad_input, numbers};
 
 /// Returns the rig of the options, and of the answers to questions about the others.
@@ -22,7 +24,8 @@ pub(super) fn rig<I: BufRead, O: Write>(
         dialogue.tell("Lengths in metres. Enter takes the value in brackets; Ctrl-D ends.")?;
     }
     let (sides, height) = size(args, &usual, dialogue)?;
-    let (driver, microsteps) = motors(args, &usual, dialogue)?;
+    let board = board(args, &usual, dialogue)?;
+    let (driver, microsteps) = motors(args, board, &usual, dialogue)?;
     let cable_per_turn = length(
         args.cable_per_turn,
         "Cable that a turn of a motor winds (circumference of its drum)",
@@ -50,6 +53,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
     };
     Ok(NewRig {
         port,
+        board,
         driver,
         microsteps,
         sides,
@@ -114,14 +118,33 @@ fn size<I: BufRead, O: Write>(
     }
 }
 
-/// Returns the drivers and their microsteps.
+/// Returns the kind of the board.
+fn board<I: BufRead, O: Write>(
+    args: &Args,
+    usual: &NewRig,
+    dialogue: &mut Dialogue<I, O>,
+) -> Result<BoardName, Failure> {
+    if let Some(option) = args.board {
+        return Ok(option.into());
+    }
+    let names = BoardName::ALL.map(|name| name.board().name).join(", ");
+    let parse = |text: &str| {
+        BoardOption::from_str(text, true).map_err(|_| format!("must be one of {names}"))
+    };
+    let usual = usual.board.board().name;
+    Ok(dialogue.ask(&format!("Board ({names})"), usual, parse)?.into())
+}
+
+/// Returns the drivers and their microsteps. A board with drivers of its own has no others.
 fn motors<I: BufRead, O: Write>(
     args: &Args,
+    board: BoardName,
     usual: &NewRig,
     dialogue: &mut Dialogue<I, O>,
 ) -> Result<(DriverKind, u8), Failure> {
     let driver: DriverKind = match args.driver {
         Some(name) => name.into(),
+        None if !board.board().has_free_drivers => DriverKind::Tmc2209,
         None => {
             let names = DriverKind::ALL.map(DriverKind::name).join(", ");
             let question = format!("Motor drivers ({names})");

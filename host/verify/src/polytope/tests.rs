@@ -1,6 +1,7 @@
 use plumb_core::BuildLimits;
 use plumb_core::law::{Interval as FixedPoint, V_FRACTION_BITS};
 use plumb_core::params::Params;
+use plumb_protocol::Wiring;
 use plumb_protocol::config::{self, Config};
 use plumb_protocol::units::{Bound, Gain};
 use proptest::prelude::*;
@@ -27,8 +28,8 @@ fn board_families() -> impl Strategy<Value = config::Interval> {
 /// Returns the board's law for the family.
 fn fixed_point(family: config::Interval) -> FixedPoint {
     let config = Config { law: config::Law::Interval(family), ..Config::example() };
-    let build = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
-    Params::check(&config, &build).unwrap().interval().unwrap()
+    let build = BuildLimits { max_pulse_rate: 1_000_000, storage: true, chip: None };
+    Params::check(&config, &Wiring::example().drivers, &build).unwrap().interval().unwrap()
 }
 
 /// Converts a family in the board's units.

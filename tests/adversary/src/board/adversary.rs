@@ -1,5 +1,6 @@
 //! The choice of the board's next event.
 
+use plumb_core::config_store::Stored;
 use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::*;
@@ -21,6 +22,8 @@ const JACOBIAN: [[f64; 3]; 3] = [[-0.5, -0.5, 1.0], [-1.0, 1.0, 0.0], [-0.7, -0.
 pub enum Action {
     /// Sends a command.
     Send(Command),
+    /// Sends a wiring and a configuration, or the configuration alone.
+    Configure(Stored, bool),
     /// Repeats the last frame, or the last frame with a request.
     Repeat,
     /// Sends noise, or a damaged frame.
@@ -91,13 +94,23 @@ impl Adversary {
         self.greeted = false;
     }
 
-    /// Returns a configuration that should be accepted.
-    pub fn config(&self, random: &mut Random, view: &View) -> Config {
+    /// Returns a wiring and a configuration that should be accepted.
+    pub fn setup(&self, random: &mut Random, view: &View) -> Stored {
         if self.ordinary {
-            generate::typical(random)
+            generate::typical_setup(random)
         } else {
             generate::accepted(random, view.positions)
         }
+    }
+
+    /// Returns the action that configures the board, usually with its wiring.
+    fn configure(&self, random: &mut Random, view: &View) -> Action {
+        Action::Configure(self.setup(random, view), !random.one_in(10))
+    }
+
+    /// Returns the same with a value that is usually out of range.
+    fn configure_wrongly(random: &mut Random, view: &View) -> Action {
+        Action::Configure(generate::invalid(random, view.positions), true)
     }
 
     /// Moves the ball with the motors, by 1/16 steps.
@@ -115,13 +128,13 @@ impl Adversary {
     /// Chooses the next action.
     pub fn choose(&mut self, random: &mut Random, view: &View) -> Action {
         if let Some(way_on) = self.way_on(random, view) {
-            return Action::Send(way_on);
+            return way_on;
         }
         let roll = random.below(if self.ordinary { 4000 } else { 1000 });
         match roll {
             0..=9 => Action::Send(Command::Hello(hello(random))),
-            10..=24 => Action::Send(Command::Configure(self.config(random, view))),
-            25..=34 => Action::Send(Command::Configure(generate::invalid(random, view.positions))),
+            10..=24 => self.configure(random, view),
+            25..=34 => Self::configure_wrongly(random, view),
             35..=104 => Action::Send(Command::Target(target(random, view))),
             105..=144 => Action::Send(Command::Jog(jog(random, view))),
             145..=164 => Action::Send(Command::Hold),
@@ -144,29 +157,30 @@ impl Adversary {
         }
     }
 
-    /// Returns, sometimes, the command that leaves a state in which few commands are accepted.
-    fn way_on(&self, random: &mut Random, view: &View) -> Option<Command> {
+    /// Returns, sometimes, the action that leaves a state in which few commands are accepted.
+    fn way_on(&self, random: &mut Random, view: &View) -> Option<Action> {
         if random.percent(60) {
             return None;
         }
-        match view.state {
-            _ if !self.greeted => Some(Command::Hello(Hello::OURS)),
-            State::Fault(_) => Some(Command::ClearFault),
-            State::Unconfigured => Some(Command::Configure(self.config(random, view))),
-            State::Ready => Some(match random.below(16) {
-                0 => Command::Configure(self.config(random, view)),
-                1 => Command::Configure(generate::invalid(random, view.positions)),
+        let command = match view.state {
+            _ if !self.greeted => Command::Hello(Hello::OURS),
+            State::Fault(_) => Command::ClearFault,
+            State::Unconfigured => return Some(self.configure(random, view)),
+            State::Ready => match random.below(16) {
+                0 => return Some(self.configure(random, view)),
+                1 => return Some(Self::configure_wrongly(random, view)),
                 2 if random.one_in(4) => Command::TestFlash,
                 2 => Command::Store,
                 6 if random.one_in(4) => Command::Home,
                 3..=5 => Command::Jog(jog(random, view)),
                 _ => Command::Target(target(random, view)),
-            }),
-            State::Following => Some(Command::Follow(generate::reference(random, view.config))),
+            },
+            State::Following => Command::Follow(generate::reference(random, view.config)),
             State::Jogging | State::Seeking | State::Holding | State::Stopping | State::Storing => {
-                None
+                return None;
             }
-        }
+        };
+        Some(Action::Send(command))
     }
 
     /// Returns a position: mostly a fresh one of the ball; sometimes late, out of order,

@@ -1,8 +1,8 @@
 //! A board and its surroundings: the decoders of both directions, the law worker, and a twin.
 
+use plumb_core::config_store::Stored;
 use plumb_core::{Board, Tick};
 use plumb_emulator::{Harness, LawDelay};
-use plumb_protocol::Config;
 use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement};
 use plumb_protocol::frame::FrameError;
 use plumb_protocol::message::{FromBoard, StartCause};
@@ -182,7 +182,7 @@ impl Chip {
     }
 
     /// Restarts the board, with the stored configuration, if there is one.
-    pub(super) fn restart(&mut self, cause: StartCause, stored: Option<&Config>) {
+    pub(super) fn restart(&mut self, cause: StartCause, stored: Option<&Stored>) {
         self.harness.restart(cause, stored);
         if let Some(twin) = &mut self.twin {
             twin.restart(cause, stored);

@@ -59,6 +59,7 @@ fn name(command: &Command) -> &'static str {
         Command::Store => "Store",
         Command::Home => "Home",
         Command::Follow(_) => "Follow",
+        Command::Wire(_) => "Wire",
     }
 }
 

@@ -34,7 +34,7 @@ pub fn is_request(command: &Command) -> bool {
     match command {
         Command::Hello(_) | Command::Stop | Command::Bootloader => false,
         Command::Position(_) | Command::Status | Command::Follow(_) => false,
-        Command::Diagnose | Command::Measure => false,
+        Command::Diagnose | Command::Measure | Command::Wire(_) => false,
         Command::Configure(_) | Command::Target(_) | Command::Jog(_) => true,
         Command::Hold | Command::ClearFault | Command::Home => true,
         Command::Store | Command::TestFlash => true,

@@ -1,7 +1,7 @@
 //! One run: the adversary's actions on a chip, and the events for the invariants.
 
 use plumb_core::Tick;
-use plumb_protocol::Config;
+use plumb_core::config_store::Stored;
 use plumb_protocol::frame::{FrameError, read};
 use plumb_protocol::message::*;
 
@@ -108,9 +108,9 @@ impl<'a> Session<'a> {
         }
         self.send(Command::Hello(Hello::OURS));
         let view = self.view();
-        let config = self.adversary.config(&mut self.random, &view);
-        self.send(Command::Configure(config));
-        let target = generate::point_in(&mut self.random, &config.workspace);
+        let setup = self.adversary.setup(&mut self.random, &view);
+        self.configure(setup, true);
+        let target = generate::point_in(&mut self.random, &setup.config.workspace);
         let view = self.view();
         let position = self.adversary.position(&mut self.random, &view);
         self.send(position);
@@ -139,6 +139,7 @@ impl<'a> Session<'a> {
     fn execute(&mut self, action: Action) {
         match action {
             Action::Send(command) => self.send(command),
+            Action::Configure(setup, is_wired) => self.configure(setup, is_wired),
             Action::Repeat => {
                 self.outcome.tally.count("repeated frames");
                 let request = self.random.percent(50);
@@ -162,6 +163,14 @@ impl<'a> Session<'a> {
             1 => self.now + TICK - 1,
             _ => self.now,
         }
+    }
+
+    /// Configures the board, with the wiring where that is wanted.
+    fn configure(&mut self, setup: Stored, is_wired: bool) {
+        if is_wired {
+            self.send(Command::Wire(setup.wiring));
+        }
+        self.send(Command::Configure(setup.config));
     }
 
     fn send(&mut self, command: Command) {
@@ -323,7 +332,7 @@ impl<'a> Session<'a> {
         (self.now, self.emergency) = (0, false);
     }
 
-    fn stored_config(&mut self) -> Option<Config> {
+    fn stored_config(&mut self) -> Option<Stored> {
         match self.random.below(3) {
             0 => Some(generate::accepted(&mut self.random, [0; 3])),
             1 => Some(generate::invalid(&mut self.random, [0; 3])),

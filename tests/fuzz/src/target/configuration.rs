@@ -4,10 +4,11 @@
 use plumb_adversary::generate;
 use plumb_adversary::random::Random;
 use plumb_core::MotorRates;
+use plumb_core::config_store::Stored;
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
-use plumb_protocol::Config;
 use plumb_protocol::frame::read;
+use plumb_protocol::{Config, Wiring};
 
 use super::Target;
 
@@ -28,16 +29,19 @@ const TICKS: u64 = 500;
 pub fn run(input: &[u8]) {
     let Some((kind, bytes)) = input.split_first() else { return };
     let mut random = Random::of_input(bytes);
-    let config = match kind % 4 {
-        0 => read::<Config>(bytes).ok(),
+    let setup = match kind % 4 {
+        0 => read::<Config>(bytes).ok().map(|config| Stored { wiring: Wiring::example(), config }),
         1 => Some(generate::invalid(&mut random, [0; 3])),
         _ => Some(generate::accepted(&mut random, [0; 3])),
     };
-    let Some(config) = config else { return };
+    let Some(Stored { wiring, config }) = setup else { return };
     let build = generate::build(true);
     let mut wrong = Vec::new();
-    Params::each_error(&config, &build, |field| wrong.push(field));
-    match Params::check(&config, &build) {
+    Params::each_error(&config, &wiring.drivers, &build, |field| wrong.push(field));
+    let mut wrong_lines = Vec::new();
+    wiring.each_error(build.chip, |error| wrong_lines.push(error));
+    assert_eq!(wiring.check(build.chip).err(), wrong_lines.first().copied());
+    match Params::check(&config, &wiring.drivers, &build) {
         Ok(params) => {
             assert_eq!(wrong, [], "an accepted configuration has wrong fields");
             drive(&params, &config, &mut random);
@@ -77,6 +81,6 @@ mod tests {
     fn the_message_in_the_corpus_is_a_configuration_that_the_board_accepts() {
         let message = include_bytes!("../../corpus/configuration/message");
         let config = read::<Config>(&message[1..]).unwrap();
-        assert!(Params::check(&config, &generate::build(true)).is_ok());
+        assert!(Params::check(&config, &Wiring::example().drivers, &generate::build(true)).is_ok());
     }
 }

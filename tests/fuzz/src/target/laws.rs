@@ -24,7 +24,7 @@ pub fn run(input: &[u8]) {
     let mut random = Random::of_input(input);
     let mut outcome = Outcome::of(0);
     let estimates = random.percent(50);
-    let config = generate::accepted(&mut random, [0; 3]);
+    let config = generate::accepted(&mut random, [0; 3]).config;
     if estimates {
         laws::run_deferred(&mut random, &config, MEASUREMENTS, &mut outcome);
     } else {

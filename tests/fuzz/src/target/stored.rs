@@ -1,8 +1,8 @@
-//! The configuration in the board's flash.
+//! Wiring and configuration in the board's flash.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use plumb_core::config_store::ConfigStore;
-use plumb_protocol::Config;
+use plumb_core::config_store::{ConfigStore, Stored};
+use plumb_protocol::{Config, Wiring};
 
 use super::Target;
 
@@ -11,13 +11,13 @@ pub const TARGET: Target = Target {
     name: "stored",
     input: "the contents of the flash",
     run,
-    max_length: 600,
+    max_length: 1100,
     smoke: 20_000,
     words: &["\0"],
 };
 
-/// Bytes of a sector. The firmware's have 4096; a record takes 256.
-const SECTOR: usize = 256;
+/// Bytes of a sector. The firmware's have 4096; a record takes 512.
+const SECTOR: usize = 512;
 
 /// Flash of two sectors.
 struct Flash([u8; 2 * SECTOR]);
@@ -64,7 +64,7 @@ pub fn run(input: &[u8]) {
     flash.0[..length].copy_from_slice(&input[..length]);
     let store = ConfigStore([0, SECTOR as u32]);
     let found = store.load(&mut flash);
-    let example = Config::example();
+    let example = Stored { wiring: Wiring::example(), config: Config::example() };
     let stored = store.save(&mut flash, &example);
     assert_eq!(stored, Ok(()), "after {found:?}");
     assert_eq!(store.load(&mut flash), Some(example), "after {found:?}");

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 use plumb_path::trajectory::Moment;
-use plumb_protocol::config::StepDir;
 use plumb_protocol::message::{Command, State};
+use plumb_protocol::wiring::StepDir;
 use plumb_runtime::reference::{INTERVAL_S, reference};
 use plumb_tests::chip::{BALL_UM, CYCLES_PER_US, Chip, fast_config};
 use serde_json::json;

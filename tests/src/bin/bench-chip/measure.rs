@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use plumb_protocol::Config;
-use plumb_protocol::config::{Estimated, Law, StepDir};
+use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::message::{Command, Jog};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
+use plumb_protocol::wiring::StepDir;
 use plumb_tests::chip::{
-    BALL_UM, CYCLES_PER_US, Chip, FAR_TARGET_UM, REVERSING_BALL_UM, fast_config,
+    BALL_UM, CYCLES_PER_US, Chip, FAR_TARGET_UM, REVERSING_BALL_UM, Setup, fast_config,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -177,13 +177,16 @@ impl BenchLaw {
         }
     }
 
-    /// Returns `config` with this law.
-    pub(crate) fn select(self, config: Config) -> Config {
+    /// Returns `setup` with this law.
+    pub(crate) fn select(self, mut setup: Setup) -> Setup {
         let estimated = Estimated { delay: Milliseconds(0) };
         match self {
-            Self::Interval => config,
-            Self::Adaptive => Config { law: Law::Adaptive(estimated), ..config },
-            Self::Taut => Config { law: Law::Taut(estimated), mean: Milliseconds(320), ..config },
+            Self::Interval => setup,
+            Self::Adaptive => setup.with_law(Law::Adaptive(estimated)),
+            Self::Taut => {
+                setup.mean = Milliseconds(320);
+                setup.with_law(Law::Taut(estimated))
+            }
         }
     }
 }

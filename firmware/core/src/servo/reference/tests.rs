@@ -3,6 +3,7 @@
 use plumb_protocol::Config;
 use plumb_protocol::message::Knot;
 use plumb_protocol::units::{Milliseconds, Speed};
+use plumb_protocol::wiring::{Drivers, StepDir};
 
 use super::*;
 use crate::params::BuildLimits;
@@ -10,7 +11,8 @@ use crate::params::BuildLimits;
 /// Returns limits with a moving average of 400 ms.
 fn params() -> Params {
     let config = Config { mean: Milliseconds(400), ..Config::example() };
-    Params::check(&config, &BuildLimits { max_pulse_rate: 1_000_000, storage: false }).unwrap()
+    let build = BuildLimits { max_pulse_rate: 1_000_000, storage: false, chip: None };
+    Params::check(&config, &Drivers::StepDir(StepDir::TMC2209), &build).unwrap()
 }
 
 /// Returns a line from zero along x with `speed`, µm/s, and knots every 0.5 s.

@@ -6,6 +6,7 @@ use plumb_core::timing::DriverTiming;
 use plumb_protocol::Config;
 use plumb_protocol::config::*;
 use plumb_protocol::units::*;
+use plumb_protocol::wiring::{Coils, Drivers, StepDir};
 
 use super::FASTEST;
 use crate::common::config;
@@ -17,6 +18,7 @@ const WIDEST: i32 = 1 << 29;
 
 /// A configuration and what happens under it.
 pub(super) struct Case {
+    pub(super) drivers: Drivers,
     pub(super) config: Config,
     /// Clock of the board at the start, µs.
     pub(super) start: u64,
@@ -38,6 +40,7 @@ pub(super) struct Case {
 impl Case {
     pub(super) fn new() -> Self {
         Self {
+            drivers: Drivers::StepDir(StepDir::TMC2209),
             config: config(),
             start: 0,
             sequence: 0,
@@ -69,10 +72,10 @@ pub(super) fn fields() -> Vec<&'static [Setter]> {
             |c| c.config.law = Law::Taut(Estimated { delay: Milliseconds(500) }),
         ],
         &[
-            |c| c.config.drivers = step_dir(0, 0, 0),
-            |c| c.config.drivers = step_dir(4_100, u16::MAX, u16::MAX),
-            |c| c.config.drivers = Drivers::Coils(Coils { duty_percent: 1 }),
-            |c| c.config.drivers = Drivers::MotorHats(Coils { duty_percent: 100 }),
+            |c| c.drivers = step_dir(0, 0, 0),
+            |c| c.drivers = step_dir(4_100, u16::MAX, u16::MAX),
+            |c| c.drivers = Drivers::Coils(Coils { duty_percent: 1 }),
+            |c| c.drivers = Drivers::MotorHats(Coils { duty_percent: 100 }),
         ],
         &[|c| c.config.microsteps = 1, |c| c.config.microsteps = 16],
         // One motor at the other end than the two others shows what they share.
@@ -170,13 +173,14 @@ fn interval([alpha, beta]: [u32; 2], gain: u32) -> Law {
 
 fn step_dir(high: u16, low: u16, setup: u16) -> Drivers {
     let [high, low, setup] = [high, low, setup].map(Nanoseconds);
-    Drivers::StepDir(StepDir { high, low, setup })
+    let hold = Nanoseconds(high.0 / 2);
+    Drivers::StepDir(StepDir { high, low, setup, hold, enable: Milliseconds(0) })
 }
 
 /// Sets the highest rates, Q8 steps/s, at most what drivers and build allow.
 fn set_rates(case: &mut Case, rates: [i32; 3]) {
     let microsteps = u32::from(case.config.microsteps);
-    let pulses = match &case.config.drivers {
+    let pulses = match &case.drivers {
         Drivers::StepDir(times) => DriverTiming::new(times).unwrap().max_pulse_rate(),
         Drivers::Coils(_) => 2_500 * microsteps,
         Drivers::MotorHats(_) => 300 * microsteps,

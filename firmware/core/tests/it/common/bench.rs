@@ -2,11 +2,11 @@
 
 use plumb_core::{BuildLimits, TICK_US, Tick};
 use plumb_emulator::{Harness, LawDelay};
-use plumb_protocol::Config;
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micros, Point};
+use plumb_protocol::{Config, Wiring};
 
-use super::{BUILD, config};
+use super::{BUILD, config, wiring};
 
 /// A board with its clock and its messages.
 pub(crate) struct Bench {
@@ -20,6 +20,8 @@ pub(crate) struct Bench {
     pub(crate) outputs: Tick,
 }
 
+/// Id of the wiring: none that a test uses.
+const WIRE_ID: u16 = 60_000;
 pub(crate) const TARGET: [f64; 3] = [0.4, 0.4, 0.15];
 pub(crate) const BALL: [f64; 3] = [0.54, 0.22, 0.459];
 
@@ -41,12 +43,23 @@ impl Bench {
 
     pub(crate) fn greeted(build: BuildLimits) -> Self {
         let mut bench = Self::new(build);
-        assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+        bench.greet();
         bench
     }
 
+    /// Greets the board and sends it a wiring.
+    pub(crate) fn greet(&mut self) {
+        assert_eq!(self.send(Command::Hello(Hello::OURS)), Ok(()));
+        assert_eq!(self.send_as(WIRE_ID, Command::Wire(wiring())), Ok(()));
+    }
+
     pub(crate) fn configured(config: Config) -> Self {
+        Self::wired(wiring(), config)
+    }
+
+    pub(crate) fn wired(wiring: Wiring, config: Config) -> Self {
         let mut bench = Self::greeted(BUILD);
+        assert_eq!(bench.send_as(WIRE_ID, Command::Wire(wiring)), Ok(()));
         assert_eq!(bench.send(Command::Configure(config)), Ok(()));
         bench
     }

@@ -7,8 +7,8 @@ use plumb_protocol::Config;
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, Telemetry};
 use plumb_protocol::units::{Covariance, Micros};
 
-use super::BUILD;
 use super::bench::{BALL, TARGET, point};
+use super::{BUILD, wiring};
 
 /// A board, and a law worker that takes some ticks to respond.
 pub(crate) struct DeferredBench {
@@ -33,6 +33,7 @@ impl DeferredBench {
         };
         for command in [
             Command::Hello(Hello::OURS),
+            Command::Wire(wiring()),
             Command::Configure(config),
             Command::Target(point(TARGET)),
         ] {

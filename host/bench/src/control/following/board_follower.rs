@@ -3,6 +3,7 @@
 use nalgebra::Point3;
 use plumb_emulator::{EMULATED, Harness, LawDelay};
 use plumb_protocol::Config;
+use plumb_protocol::Wiring;
 use plumb_protocol::message::{Command, Fault, FromBoard, Position, State};
 use plumb_protocol::units::{Micros, Point};
 
@@ -26,7 +27,7 @@ pub(super) struct BoardFollower<'a> {
 impl<'a> BoardFollower<'a> {
     /// Creates a board with this configuration.
     pub(super) fn new(config: Config, course: &'a Course) -> Self {
-        let harness = Harness::configured(EMULATED, LawDelay::SameTick, config);
+        let harness = Harness::configured(EMULATED, LawDelay::SameTick, Wiring::example(), config);
         Self { harness, course, position: 0, message: 0, is_seen: false, reading: None }
     }
 

@@ -1,8 +1,9 @@
 //! Limits of the board, by the keys of the rig file.
 
 use plumb_protocol::config::Config;
-use plumb_protocol::message::ConfigField;
+use plumb_protocol::message::{ConfigField, Refusal};
 use plumb_protocol::units::Rate;
+use plumb_protocol::wiring::Wiring;
 
 use super::{Document, Finding, Severity};
 use crate::rig::quantity::Conversion;
@@ -10,8 +11,16 @@ use crate::rig::{
     DeadlineSettings, GrowthRule, JogSettings, LawName, PathSettings, ReachedRule, Rig,
 };
 
-/// Check of a configuration by the board's own limits: returns every field out of range.
-pub type BoardCheck<'a> = &'a dyn Fn(&Config) -> Vec<ConfigField>;
+/// Check of a wiring and a configuration by the board's own limits: returns every reason to refuse
+/// them.
+pub type BoardCheck<'a> = &'a dyn Fn(&Wiring, &Config) -> Vec<Refusal>;
+
+/// Returns whether the board refuses this field of `rig`.
+fn is_refused(rig: &Rig, field: ConfigField, board: BoardCheck<'_>) -> bool {
+    let mut conversion = Conversion::default();
+    let (wiring, config) = (rig.convert_wiring(&mut conversion), rig.convert(&mut conversion));
+    board(&wiring, &config).contains(&Refusal::Config(field))
+}
 
 /// Returns the keys of the rig file that a field of the configuration follows from.
 fn keys(field: ConfigField, law: LawName) -> &'static [&'static str] {
@@ -34,7 +43,7 @@ fn keys(field: ConfigField, law: LawName) -> &'static [&'static str] {
         ConfigField::Path => {
             &["path.max_speed", "path.max_acceleration", "path.max_jerk", "path.deviation"]
         }
-        ConfigField::Drivers => &["motors.driver"],
+        ConfigField::Drivers => &["motors.driver", "motors.timing"],
         ConfigField::Mean => match law {
             LawName::Interval => &["law.interval.mean"],
             LawName::Sign => &["law.sign.mean"],
@@ -82,24 +91,24 @@ pub(super) fn wrong_keys(
     let is_wrong_alone = |key: &&&str| {
         let mut rig = rig.clone();
         keys.iter().filter(|other| *other != *key).for_each(|other| reset(&mut rig, other));
-        board(&rig.convert(&mut Conversion::default())).contains(&field)
+        is_refused(&rig, field, board)
     };
     let wrong: Vec<_> = keys.iter().filter(is_wrong_alone).copied().collect();
     if wrong.is_empty() { keys.to_vec() } else { wrong }
 }
 
-/// Returns the finding about a field of `config` that the board refuses because of these keys.
+/// Returns the finding about a field of `rig` that the board refuses because of these keys.
 pub(super) fn finding(
     document: &Document<'_>,
     field: ConfigField,
     names: &[&str],
-    config: &Config,
+    rig: &Rig,
     board: BoardCheck<'_>,
 ) -> Finding {
     if field != ConfigField::MaxRate {
         return document.out_of_range(names, "is out of range");
     }
-    let largest = largest_rate(config, board);
+    let largest = largest_rate(rig, board);
     let problem = format!(
         "is out of range: with this driver and these microsteps the rate is above 0 and at most \
          {largest} full steps/s"
@@ -107,14 +116,17 @@ pub(super) fn finding(
     document.finding(Severity::Error, names, problem)
 }
 
-/// Returns the highest rate that the board accepts with the other values of `config`, whole full
+/// Returns the highest rate that the board accepts with the other values of `rig`, whole full
 /// steps/s; 0 where it accepts none.
-fn largest_rate(config: &Config, board: BoardCheck<'_>) -> u32 {
+fn largest_rate(rig: &Rig, board: BoardCheck<'_>) -> u32 {
+    let mut conversion = Conversion::default();
+    let wiring = rig.convert_wiring(&mut conversion);
+    let config = rig.convert(&mut conversion);
     let is_accepted = |rate: u32| {
-        let mut config = *config;
+        let mut config = config;
         let Some(rate) = Rate::from_si(f64::from(rate)) else { return false };
         config.motors.iter_mut().for_each(|motor| motor.max_rate = rate);
-        !board(&config).contains(&ConfigField::MaxRate)
+        !board(&wiring, &config).contains(&Refusal::Config(ConfigField::MaxRate))
     };
     let (mut accepted, mut refused) = (0, 1 << 24);
     while refused - accepted > 1 {

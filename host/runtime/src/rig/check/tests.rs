@@ -2,23 +2,25 @@ use std::fs;
 
 use plumb_config::toml_file::place;
 use plumb_protocol::config::Config;
-use plumb_protocol::message::ConfigField;
+use plumb_protocol::message::{ConfigField, Refusal};
+use plumb_protocol::wiring::Wiring;
 
 use super::*;
 use crate::rig::PAPER;
 
 /// Board that refuses more than 16 microsteps, a travel without 0, and 1000 full steps/s.
-fn board(config: &Config) -> Vec<ConfigField> {
+fn board(wiring: &Wiring, config: &Config) -> Vec<Refusal> {
     let mut fields = Vec::new();
+    wiring.each_error(None, |error| fields.push(Refusal::Wiring(error)));
     if config.microsteps > 16 {
-        fields.push(ConfigField::Microsteps);
+        fields.push(Refusal::Config(ConfigField::Microsteps));
     }
     for motor in &config.motors {
         if motor.max_rate.to_si() > 1000.0 {
-            fields.push(ConfigField::MaxRate);
+            fields.push(Refusal::Config(ConfigField::MaxRate));
         }
         if motor.travel_min.0 > 0 || motor.travel_max.0 < 0 {
-            fields.push(ConfigField::Travel);
+            fields.push(Refusal::Config(ConfigField::Travel));
         }
     }
     fields

@@ -13,6 +13,10 @@ pub enum DriverKind {
     Drv8825,
     /// Trinamic TMC2209 with its UART unconnected.
     Tmc2209,
+    /// Toshiba TB6600HG behind opto-couplers.
+    Tb6600,
+    /// Leadshine DM542 and its like.
+    Dm542,
     /// Two H-bridges for each motor.
     Coils,
     /// Two Adafruit Motor HATs.
@@ -38,13 +42,21 @@ fn list(values: &[u8]) -> String {
 
 impl DriverKind {
     /// All kinds.
-    pub const ALL: [Self; 5] =
-        [Self::A4988, Self::Drv8825, Self::Tmc2209, Self::Coils, Self::MotorHats];
+    pub const ALL: [Self; 7] = [
+        Self::A4988,
+        Self::Drv8825,
+        Self::Tmc2209,
+        Self::Tb6600,
+        Self::Dm542,
+        Self::Coils,
+        Self::MotorHats,
+    ];
 
     /// Returns the microsteps that the driver and the board support.
     pub fn microsteps(self) -> &'static [u8] {
         match self {
             Self::Tmc2209 => &[8, 16],
+            Self::Dm542 => &[2, 4, 8, 16],
             _ => &[1, 2, 4, 8, 16],
         }
     }
@@ -55,6 +67,8 @@ impl DriverKind {
             Self::A4988 => "a4988",
             Self::Drv8825 => "drv8825",
             Self::Tmc2209 => "tmc2209",
+            Self::Tb6600 => "tb6600",
+            Self::Dm542 => "dm542",
             Self::Coils => "coils",
             Self::MotorHats => "motor-hats",
         }
@@ -80,7 +94,8 @@ impl DriverKind {
             Self::A4988 => Some(Straps::new(&["MS1", "MS2", "MS3"], a4988(microsteps))),
             Self::Drv8825 => Some(Straps::new(&["M0", "M1", "M2"], drv8825(microsteps))),
             Self::Tmc2209 => Some(Straps::new(&["MS1", "MS2"], tmc2209(microsteps))),
-            Self::Coils | Self::MotorHats => None,
+            // The switches of these drivers are printed on their boxes, and differ.
+            Self::Tb6600 | Self::Dm542 | Self::Coils | Self::MotorHats => None,
         })
     }
 }
@@ -91,6 +106,8 @@ impl fmt::Display for DriverKind {
             Self::A4988 => "an A4988",
             Self::Drv8825 => "a DRV8825",
             Self::Tmc2209 => "a TMC2209 without UART",
+            Self::Tb6600 => "a TB6600",
+            Self::Dm542 => "a DM542",
             Self::Coils => "a pair of H-bridges",
             Self::MotorHats => "a Motor HAT",
         })

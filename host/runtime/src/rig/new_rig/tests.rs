@@ -13,7 +13,7 @@ fn written(rig: &NewRig) -> (Vec<Finding>, Rig) {
     let files = rig.files().unwrap_or_else(|error| panic!("{rig:?}: {error}"));
     fs::write(&path, files.rig).unwrap();
     fs::write(folder.path().join("camera.toml"), files.camera).unwrap();
-    (check(&path, &|_| Vec::new(), &|_, _, _| Ok(())), Rig::read(&path).unwrap())
+    (check(&path, &|_, _| Vec::new(), &|_, _, _| Ok(())), Rig::read(&path).unwrap())
 }
 
 #[test]

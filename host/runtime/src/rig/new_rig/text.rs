@@ -111,6 +111,7 @@ pub(super) fn rig_file(rig: &NewRig, limits: &Limits, straps: Option<&Straps>) -
     file.key("targets", &format!("[{}]", point(limits.workspace.at([0.5; 3]))));
     file.table("board", "");
     file.key("board.port", &format!("{:?}", rig.port));
+    file.key("board.kind", &format!("{:?}", rig.board.board().name));
     file.text.push_str("\n# Without a table [law.NAME] the law is `taut`.\n");
     motors(&mut file, rig, limits, straps);
     file.table("workspace", "Inside the triangle, above the floor and below the motors.");

@@ -1,0 +1,182 @@
+//! Table `[board]` of a rig file: the board's address, its kind and its pins.
+
+use plumb_protocol::boards::{self, Board};
+use plumb_protocol::provenance::BoardKind;
+use plumb_protocol::wiring::{EnablePins, EnablePolarity, MOTORS, MotorPins, Pin, Pins};
+use serde::Deserialize;
+
+use super::motors::Driver;
+use super::quantity;
+
+/// The board: its address, its kind and its pins.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoardSettings {
+    /// Path of its serial port.
+    pub port: String,
+    /// Rate of the port, bit/s; without effect on USB-CDC.
+    #[serde(default = "default_baud", deserialize_with = "quantity::baud")]
+    pub baud: u32,
+    /// Its kind, from which its pins follow.
+    #[serde(default)]
+    pub kind: BoardName,
+    /// Effect of ENABLE; without it that of the drivers.
+    pub enable: Option<EnableName>,
+    /// Pins in place of those of the kind.
+    #[serde(default)]
+    pub pins: PinSettings,
+    /// Inversions in place of those of the kind.
+    #[serde(default)]
+    pub inverted: InvertedSettings,
+}
+
+/// Address of a board.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BoardPort {
+    /// Path of its serial port.
+    pub port: String,
+    /// Rate of the port, bit/s; without effect on USB-CDC.
+    pub baud: u32,
+}
+
+fn default_baud() -> u32 {
+    115_200
+}
+
+/// Kind of a board, as a rig file names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+pub enum BoardName {
+    /// Raspberry Pi Pico.
+    #[default]
+    #[serde(rename = "pico")]
+    Pico,
+    /// Raspberry Pi Pico 2.
+    #[serde(rename = "pico2")]
+    Pico2,
+    /// BIGTREETECH SKR Pico.
+    #[serde(rename = "skr-pico")]
+    SkrPico,
+}
+
+impl BoardName {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::Pico, Self::Pico2, Self::SkrPico];
+
+    /// Returns the kind as the protocol has it.
+    pub fn kind(self) -> BoardKind {
+        self.board().kind
+    }
+
+    /// Returns the board's entry in the table of boards.
+    pub fn board(self) -> &'static Board {
+        match self {
+            Self::Pico => &boards::PICO,
+            Self::Pico2 => &boards::PICO_2,
+            Self::SkrPico => &boards::SKR_PICO,
+        }
+    }
+}
+
+/// Effect of ENABLE, as a rig file names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EnableName {
+    /// Low gives the motors current.
+    ActiveLow,
+    /// High gives the motors current.
+    ActiveHigh,
+    /// A current through an opto-coupler switches the motors off; high gives that current.
+    OptoOff,
+}
+
+/// Pins in place of those of the board's kind, by their GPIO numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PinSettings {
+    /// STEP of motors A, B, C.
+    pub step: Option<[u8; MOTORS]>,
+    /// DIR of motors A, B, C.
+    pub direction: Option<[u8; MOTORS]>,
+    /// ENABLE: one pin for all drivers, or one for each.
+    pub enable: Option<EnableSetting>,
+    /// Emergency input.
+    pub emergency: Option<u8>,
+    /// Light.
+    pub led: Option<u8>,
+}
+
+/// Pins of ENABLE.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(untagged, expecting = "a pin (0 to 29), or a list of three pins")]
+pub enum EnableSetting {
+    /// One pin for all drivers.
+    Shared(u8),
+    /// A pin for each of motors A, B, C.
+    PerMotor([u8; MOTORS]),
+}
+
+/// Inversions in place of those of the board's kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InvertedSettings {
+    /// STEP of motors A, B, C.
+    pub step: Option<[bool; MOTORS]>,
+    /// DIR of motors A, B, C.
+    pub direction: Option<[bool; MOTORS]>,
+    /// ENABLE.
+    #[serde(default)]
+    pub enable: bool,
+    /// Emergency input.
+    #[serde(default)]
+    pub emergency: bool,
+    /// Light.
+    #[serde(default)]
+    pub led: bool,
+}
+
+impl BoardSettings {
+    /// Returns the address.
+    pub fn address(&self) -> BoardPort {
+        BoardPort { port: self.port.clone(), baud: self.baud }
+    }
+
+    /// Returns the pins of the kind with those of the file in their place.
+    pub(super) fn pins(&self, driver: &Driver) -> Pins {
+        let Self { pins, inverted, .. } = self;
+        let table = self.kind.board().pins;
+        let motors = [0, 1, 2].map(|motor| {
+            let of =
+                |pin: Pin, number: Option<[u8; MOTORS]>, inverted: Option<[bool; MOTORS]>| Pin {
+                    number: number.map_or(pin.number, |numbers| numbers[motor]),
+                    inverted: inverted.map_or(pin.inverted, |inverted| inverted[motor]),
+                };
+            let MotorPins { step, direction } = table.motors[motor];
+            MotorPins {
+                step: of(step, pins.step, inverted.step),
+                direction: of(direction, pins.direction, inverted.direction),
+            }
+        });
+        let enable = pins.enable.map_or(table.enable, |enable| match enable {
+            EnableSetting::Shared(pin) => EnablePins::Shared(pin),
+            EnableSetting::PerMotor(pins) => EnablePins::PerMotor(pins),
+        });
+        let emergency = Pin {
+            number: pins.emergency.unwrap_or(table.emergency.number),
+            inverted: inverted.emergency,
+        };
+        let led = pins.led.or(table.led.map(|led| led.number));
+        let led = led.map(|number| Pin { number, inverted: inverted.led });
+        Pins { motors, enable, polarity: self.polarity(driver), emergency, led }
+    }
+
+    /// Returns the effect of ENABLE.
+    fn polarity(&self, driver: &Driver) -> EnablePolarity {
+        use EnablePolarity::{ActiveHigh, ActiveLow, OptoOffHigh, OptoOffLow};
+        let inverted = |usual, inverted| if self.inverted.enable { inverted } else { usual };
+        match self.enable.unwrap_or(driver.enable()) {
+            EnableName::ActiveLow => inverted(ActiveLow, ActiveHigh),
+            EnableName::ActiveHigh => inverted(ActiveHigh, ActiveLow),
+            EnableName::OptoOff => inverted(OptoOffHigh, OptoOffLow),
+        }
+    }
+}

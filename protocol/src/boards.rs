@@ -1,0 +1,167 @@
+//! The table of boards: their pins, and which of them a wiring cannot have. Host, board core and
+//! firmware read the same table.
+
+use crate::provenance::BoardKind;
+use crate::wiring::{EnablePins, EnablePolarity, MotorPins, Pin, PinError, Pins};
+
+/// Number of the chips' pins: GP0 to GP29.
+pub const PIN_COUNT: u8 = 30;
+
+/// Pins of the link to the host, on every board: UART0's TX and RX.
+pub const UART: [u8; 2] = [0, 1];
+
+/// Pins of the coils, a bit each: GP2 to GP13.
+pub const COILS: u32 = 0x3ffc;
+
+/// Pins of the Motor HATs' bus, a bit each: GP16 (SDA) and GP17 (SCL).
+pub const HATS: u32 = 1 << 16 | 1 << 17;
+
+/// Chip of a board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Chip {
+    /// RP2040.
+    Rp2040,
+    /// RP2350A.
+    Rp2350,
+}
+
+/// A pin that the board uses itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TakenPin {
+    /// GPIO number.
+    pub number: u8,
+    /// What the pin is connected to.
+    pub to: &'static str,
+    /// Level at which the firmware holds it once the board is configured; `None` leaves it an
+    /// input.
+    pub held: Option<bool>,
+}
+
+impl TakenPin {
+    const fn new(number: u8, to: &'static str) -> Self {
+        Self { number, to, held: None }
+    }
+
+    const fn held(number: u8, to: &'static str, level: bool) -> Self {
+        Self { number, to, held: Some(level) }
+    }
+}
+
+/// A kind of board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Board {
+    /// The kind.
+    pub kind: BoardKind,
+    /// Its name in a rig file.
+    pub name: &'static str,
+    /// Its chip.
+    pub chip: Chip,
+    /// The pins of a wiring that names no others.
+    pub pins: Pins,
+    /// Pins that the board uses itself, besides [`UART`].
+    pub taken: &'static [TakenPin],
+    /// Whether the drivers are not part of the board, so that it may have coils or Motor HATs.
+    pub has_free_drivers: bool,
+}
+
+/// Pins of a Raspberry Pi Pico that a wiring names no others for.
+const PICO_PINS: Pins = Pins {
+    motors: [
+        MotorPins { step: Pin::new(2), direction: Pin::new(3) },
+        MotorPins { step: Pin::new(4), direction: Pin::new(5) },
+        MotorPins { step: Pin::new(6), direction: Pin::new(7) },
+    ],
+    enable: EnablePins::Shared(14),
+    polarity: EnablePolarity::ActiveLow,
+    emergency: Pin::new(15),
+    led: Some(Pin::new(25)),
+};
+
+/// Pins that a Pico and a Pico 2 use themselves (Pico data sheet, section 2.1; Pico 2 data sheet,
+/// section 2.1).
+const PICO_TAKEN: &[TakenPin] = &[
+    TakenPin::new(23, "the power save of its regulator"),
+    TakenPin::new(24, "the sense of VBUS"),
+    TakenPin::new(29, "the measurement of VSYS"),
+];
+
+/// Raspberry Pi Pico.
+pub const PICO: Board = Board {
+    kind: BoardKind::Pico,
+    name: "pico",
+    chip: Chip::Rp2040,
+    pins: PICO_PINS,
+    taken: PICO_TAKEN,
+    has_free_drivers: true,
+};
+
+/// Raspberry Pi Pico 2.
+pub const PICO_2: Board = Board {
+    kind: BoardKind::Pico2,
+    name: "pico2",
+    chip: Chip::Rp2350,
+    pins: PICO_PINS,
+    taken: PICO_TAKEN,
+    has_free_drivers: true,
+};
+
+/// BIGTREETECH SKR Pico V1.0: motors A, B, C on its X, Y, Z. The pins are those of the maker's
+/// pin diagram, and of Klipper's `config/generic-bigtreetech-skr-pico-v1.0.cfg`, which inverts DIR
+/// of X and Y.
+pub const SKR_PICO: Board = Board {
+    kind: BoardKind::SkrPico,
+    name: "skr-pico",
+    chip: Chip::Rp2040,
+    pins: Pins {
+        motors: [
+            MotorPins { step: Pin::new(11), direction: Pin::inverted(10) },
+            MotorPins { step: Pin::new(6), direction: Pin::inverted(5) },
+            MotorPins { step: Pin::new(19), direction: Pin::new(28) },
+        ],
+        enable: EnablePins::PerMotor([12, 7, 2]),
+        polarity: EnablePolarity::ActiveLow,
+        emergency: Pin::new(4),
+        led: None,
+    },
+    taken: &[
+        TakenPin::new(8, "the UART of its drivers"),
+        TakenPin::new(9, "the UART of its drivers"),
+        TakenPin::held(15, "ENABLE of its driver E", true),
+        TakenPin::held(17, "a fan", false),
+        TakenPin::held(18, "a fan", false),
+        TakenPin::held(20, "a fan", false),
+        TakenPin::held(21, "the heater of a bed", false),
+        TakenPin::held(23, "a heater", false),
+        TakenPin::held(24, "its RGB light", false),
+        TakenPin::new(26, "a thermistor"),
+        TakenPin::new(27, "a thermistor"),
+    ],
+    has_free_drivers: false,
+};
+
+/// All boards.
+pub const ALL: [&Board; 3] = [&PICO, &PICO_2, &SKR_PICO];
+
+impl Board {
+    /// Returns the board of this kind; `None` for one without pins.
+    pub fn of(kind: BoardKind) -> Option<&'static Self> {
+        ALL.into_iter().find(|board| board.kind == kind)
+    }
+
+    /// Returns what the board uses this pin for itself; `None` for a free pin.
+    pub fn taken(&self, pin: u8) -> Option<&'static str> {
+        if UART.contains(&pin) {
+            return Some("the serial line to the computer");
+        }
+        self.taken.iter().find(|taken| taken.number == pin).map(|taken| taken.to)
+    }
+
+    /// Returns why no line can be at this pin; `None` for a free pin.
+    pub fn pin_error(&self, pin: u8) -> Option<PinError> {
+        match self.taken(pin) {
+            _ if pin >= PIN_COUNT => Some(PinError::Missing),
+            Some(_) => Some(PinError::Taken),
+            None => None,
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! Wiring of a board: which pin is connected to what, and the motor drivers.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use crate::boards::{self, Board};
+use crate::provenance::BoardKind;
+use crate::units::{Milliseconds, Nanoseconds};
+
+/// Number of motors.
+pub const MOTORS: usize = 3;
+
+/// Wiring of a board: [`Command::Wire`](crate::Command::Wire).
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wiring {
+    /// The board that the pins are those of.
+    pub board: BoardKind,
+    /// The pins.
+    pub pins: Pins,
+    /// The motor drivers.
+    pub drivers: Drivers,
+}
+
+/// Pins of a board by their GPIO numbers, 0 to 29.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pins {
+    /// STEP and DIR of motors A, B and C. Unused with coils and Motor HATs, which have fixed pins.
+    pub motors: [MotorPins; MOTORS],
+    /// ENABLE of the drivers.
+    pub enable: EnablePins,
+    /// Level of ENABLE that gives the motors current.
+    pub polarity: EnablePolarity,
+    /// Emergency input: connected to ground in operation, open to stop. An inverted one is
+    /// connected to 3.3 V in operation.
+    pub emergency: Pin,
+    /// Light that blinks while the program runs; `None` for a board without one.
+    pub led: Option<Pin>,
+}
+
+/// A pin, and whether its level is inverted.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pin {
+    /// GPIO number.
+    pub number: u8,
+    /// Whether the pin is low where it would be high.
+    pub inverted: bool,
+}
+
+impl Pin {
+    /// Returns a pin that is not inverted.
+    pub const fn new(number: u8) -> Self {
+        Self { number, inverted: false }
+    }
+
+    /// Returns an inverted pin.
+    pub const fn inverted(number: u8) -> Self {
+        Self { number, inverted: true }
+    }
+}
+
+/// Pins of a motor's driver. DIR is high to reel in, unless the motor or the pin is reversed.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MotorPins {
+    /// STEP: a pulse is high.
+    pub step: Pin,
+    /// DIR.
+    pub direction: Pin,
+}
+
+/// Pins of ENABLE.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EnablePins {
+    /// One pin for all drivers.
+    Shared(u8),
+    /// A pin for each of motors A, B and C.
+    PerMotor([u8; MOTORS]),
+}
+
+impl EnablePins {
+    /// Returns the pins in the order of the motors, or the one pin.
+    pub fn numbers(&self) -> &[u8] {
+        match self {
+            Self::Shared(pin) => core::slice::from_ref(pin),
+            Self::PerMotor(pins) => pins,
+        }
+    }
+}
+
+/// Effect of ENABLE. Grows at its end.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EnablePolarity {
+    /// Low gives the motors current, as with an A4988 or a TMC2209.
+    ActiveLow,
+    /// High gives the motors current, as with the STBY input of a TB6612.
+    ActiveHigh,
+    /// High sends a current through an opto-coupler, which switches the motors off. Without a
+    /// current there, as from a board in reset, the motors are on.
+    OptoOffHigh,
+    /// The same with a low pin, which sinks that current.
+    OptoOffLow,
+}
+
+/// Motor drivers. Grows at its end.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drivers {
+    /// One driver per motor with inputs STEP, DIR and ENABLE.
+    StepDir(StepDir),
+    /// Two H-bridges per motor on four pins of the board (for example TB6612). 1 microstep means
+    /// full steps, 2 half steps; more use pulse-width modulation.
+    Coils(Coils),
+    /// Two Adafruit Motor HATs (PCA9685 at 0x60: motors A and B, at 0x61: motor C).
+    MotorHats(Coils),
+}
+
+/// Timing of a driver's inputs, from its data sheet.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StepDir {
+    /// Minimum time of STEP high.
+    pub high: Nanoseconds,
+    /// Minimum time of STEP low.
+    pub low: Nanoseconds,
+    /// Minimum setup time from a change of DIR to the rising edge of STEP.
+    pub setup: Nanoseconds,
+    /// Minimum hold time from the rising edge of STEP to a change of DIR. DIR is held for as long
+    /// as STEP is high in any case.
+    pub hold: Nanoseconds,
+    /// Minimum time from ENABLE to the first rising edge of STEP: up to 200 ms.
+    pub enable: Milliseconds,
+}
+
+impl StepDir {
+    /// Allegro A4988 (data sheet rev. 5, figure 1).
+    pub const A4988: Self = Self::new(1000, 1000, 200, 200);
+    /// Texas Instruments DRV8825 (SLVSA73F, section 6.6).
+    pub const DRV8825: Self = Self::new(1900, 1900, 650, 650);
+    /// Trinamic TMC2209: about twice the least times of its data sheet (rev. 1.09, section 13.1).
+    /// They depend on its clock: for STEP a period and 20 ns, 103 ns at the nominal 12 MHz.
+    pub const TMC2209: Self = Self::new(200, 200, 50, 50);
+    /// Toshiba TB6600HG (data sheet: CLK pulse width of 2.2 µs). It gives no other times: those of
+    /// the [`DM542`](Self::DM542) serve, but for ENABLE.
+    pub const TB6600: Self = Self { enable: Milliseconds(1), ..Self::new(2200, 2200, 5000, 5000) };
+    /// Leadshine DM542 (user's manual, sequence chart of control signals). It gives no hold time of
+    /// DIR: that of its set-up serves.
+    pub const DM542: Self = Self { enable: Milliseconds(200), ..Self::new(2500, 2500, 5000, 5000) };
+
+    /// Returns a driver without a delay after ENABLE; all times in nanoseconds.
+    pub const fn new(high: u16, low: u16, setup: u16, hold: u16) -> Self {
+        Self {
+            high: Nanoseconds(high),
+            low: Nanoseconds(low),
+            setup: Nanoseconds(setup),
+            hold: Nanoseconds(hold),
+            enable: Milliseconds(0),
+        }
+    }
+}
+
+/// Settings of the coil drivers.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Coils {
+    /// Highest coil voltage as a percentage of the supply voltage: 1 to 100.
+    pub duty_percent: u8,
+}
+
+/// Reason why a board refuses a wiring. Grows at its end.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WiringError {
+    /// The kind of board has another chip, or none.
+    Board,
+    /// This kind of board cannot have coils or Motor HATs: it has drivers of its own.
+    Drivers,
+    /// A line cannot be at its pin.
+    Pin(Line, PinError),
+}
+
+/// A line between the board and its surroundings.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Line {
+    /// STEP of a motor (0 = A, 1 = B, 2 = C).
+    Step(u8),
+    /// DIR of a motor.
+    Direction(u8),
+    /// ENABLE: the shared one, or that of a motor.
+    Enable(u8),
+    /// The emergency input.
+    Emergency,
+    /// The light.
+    Led,
+}
+
+/// Reason why a line cannot be at a pin.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PinError {
+    /// The board has no such pin.
+    Missing,
+    /// The board uses the pin itself.
+    Taken,
+    /// Another line is at this pin, or the coils or the Motor HATs are.
+    Twice,
+}
+
+impl Wiring {
+    /// Returns the wiring of a Pico with its default pins, as docs/use/board.md draws them.
+    pub const fn pico(drivers: Drivers) -> Self {
+        let polarity = match drivers {
+            Drivers::StepDir(_) => EnablePolarity::ActiveLow,
+            Drivers::Coils(_) | Drivers::MotorHats(_) => EnablePolarity::ActiveHigh,
+        };
+        Self { board: BoardKind::Pico, pins: Pins { polarity, ..boards::PICO.pins }, drivers }
+    }
+
+    /// Returns a wiring that every RP2040 accepts: a Pico with TMC2209 drivers.
+    pub const fn example() -> Self {
+        Self::pico(Drivers::StepDir(StepDir::TMC2209))
+    }
+
+    /// Returns the lines in use with their pins: without STEP and DIR where coils or Motor HATs
+    /// take their place.
+    pub fn lines(&self) -> impl Iterator<Item = (Line, u8)> + '_ {
+        let has_steps = matches!(self.drivers, Drivers::StepDir(_));
+        let motors = self.pins.motors.iter().filter(move |_| has_steps).zip(0..);
+        let steps = motors.flat_map(|(pins, motor)| {
+            let (step, direction) = (pins.step.number, pins.direction.number);
+            [(Line::Step(motor), step), (Line::Direction(motor), direction)]
+        });
+        let enable = self.pins.enable.numbers().iter().zip(0..);
+        let enable = enable.map(|(pin, index)| (Line::Enable(index), *pin));
+        let led = self.pins.led.map(|pin| (Line::Led, pin.number));
+        steps.chain(enable).chain([(Line::Emergency, self.pins.emergency.number)]).chain(led)
+    }
+
+    /// Returns the fixed pins of the drivers, a bit each: those of coils or of Motor HATs.
+    pub const fn driver_pins(&self) -> u32 {
+        match self.drivers {
+            Drivers::StepDir(_) => 0,
+            Drivers::Coils(_) => boards::COILS,
+            Drivers::MotorHats(_) => boards::HATS,
+        }
+    }
+
+    /// Calls `report` for every reason to refuse this wiring, in the order of the fields.
+    ///
+    /// `chip` is the chip of the build; `None` accepts the boards of every chip. Where a kind of
+    /// board has no pins, nothing else is checked.
+    pub fn each_error(&self, chip: Option<boards::Chip>, mut report: impl FnMut(WiringError)) {
+        let board = Board::of(self.board);
+        let Some(board) = board.filter(|board| chip.is_none_or(|chip| chip == board.chip)) else {
+            return report(WiringError::Board);
+        };
+        if !board.has_free_drivers && !matches!(self.drivers, Drivers::StepDir(_)) {
+            report(WiringError::Drivers);
+        }
+        let mut used = self.driver_pins();
+        for (line, pin) in self.lines() {
+            let bit = 1_u32.checked_shl(pin.into()).unwrap_or(0);
+            let error = match board.pin_error(pin) {
+                None if used & bit != 0 => Some(PinError::Twice),
+                error => error,
+            };
+            used |= bit;
+            if let Some(error) = error {
+                report(WiringError::Pin(line, error));
+            }
+        }
+    }
+
+    /// Checks this wiring for a build of this chip.
+    ///
+    /// # Errors
+    /// The first reason to refuse it.
+    pub fn check(&self, chip: Option<boards::Chip>) -> Result<(), WiringError> {
+        let mut first = Ok(());
+        self.each_error(chip, |error| {
+            if first.is_ok() {
+                first = Err(error);
+            }
+        });
+        first
+    }
+}
