@@ -57,12 +57,19 @@ make_bare() {
 # to its folder.
 copy_bare() {
   root=$(mktemp -d)
-  trap 'umount --recursive --lazy "$root/dev" "$root/proc"; rm -rf --one-file-system "$root"' EXIT
+  trap remove_copy EXIT
   cp -a "$bare/." "$root"
   cp /etc/resolv.conf /etc/hosts "$root/etc/"
   mount -t proc proc "$root/proc"
   mount --bind /dev "$root/dev"
   mount -t devpts -o ptmxmode=666,gid=5,mode=620 devpts "$root/dev/pts"
+}
+
+# remove_copy: removes the copy, without what is mounted in it.
+remove_copy() {
+  awk -v within="$root/" 'index($2, within) == 1 { print $2 }' /proc/mounts | sort --reverse |
+    xargs --no-run-if-empty umount --lazy
+  rm -rf --one-file-system "$root"
 }
 
 # inside COMMAND...: runs a command in the copy.

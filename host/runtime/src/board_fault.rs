@@ -125,7 +125,8 @@ pub fn after_fault(fault: Fault) -> &'static str {
              clear the fault and begin again."
         }
         Fault::BallOutside => {
-            "Check whether the ball really left the workspace. If not, the camera's pose is wrong."
+            "Check whether the ball really left the workspace: then clear the fault and jog the \
+             ball back. If not, the camera's pose is wrong."
         }
         Fault::TargetOutside => "Clear the fault and choose a target inside the workspace.",
         Fault::Travel(_) => {

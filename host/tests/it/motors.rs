@@ -84,10 +84,10 @@ fn a_jog_beyond_its_limits_moves_nothing() {
         (&["jog", "A", "nan"], 2, "distance nan"),
         (&["jog", "A", "20cm"], 2, "as in 20mm"),
         (&["jog", "D", "20"], 2, "must be A, B or C"),
-        (&["jog", "A"], 2, "A"),
+        (&["jog", "A"], 2, "a motor and a distance in one word"),
         (&["jog", real, "A", "20mm"], 2, "cable_per_step"),
         (&["jog"], 2, "need a terminal"),
-        (&["jog", "B", "A", "20"], 2, "B is a motor, and no rig file"),
+        (&["jog", "B", "20", "mm"], 2, "such as `plumb jog B 200` or `plumb jog B 20mm`"),
     ];
     for (arguments, code, named) in cases {
         let output = rig.command(arguments).stdin(Stdio::null()).output().unwrap();
@@ -99,6 +99,23 @@ fn a_jog_beyond_its_limits_moves_nothing() {
     let output = plumb(&["jog", "a"], rig.folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("such as `plumb jog rig.toml A 200`"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_jog_beyond_the_travel_names_the_position_and_the_key() {
+    let rig = Rig::new();
+    let text = std::fs::read_to_string(&rig.file).unwrap();
+    std::fs::write(&rig.file, text.replace("travel = [-1000, 1500]", "travel = [-50, 50]"))
+        .unwrap();
+    assert_eq!(rig.plumb(&["jog", "A", "20"]).status.code(), Some(0));
+    let jog = rig.plumb(&["jog", "A", "40"]);
+    assert_eq!(jog.status.code(), Some(1), "{}", stderr(&jog));
+    for words in ["motor A is at 20.00 steps", "motors.travel", "ends before 60.00", "plumb home"] {
+        assert!(stderr(&jog).contains(words), "{words}: {}", stderr(&jog));
+    }
+    // Nothing has moved, so nothing is said to move.
+    assert!(!stderr(&jog).contains("pays cable out"), "{}", stderr(&jog));
+    assert_eq!(rig.steps(), [20.0, 0.0, 0.0]);
 }
 
 #[test]

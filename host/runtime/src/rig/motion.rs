@@ -53,8 +53,9 @@ pub enum MotionError {
     Triangle,
     /// A motor is too slow.
     #[error(
-        "motor {motor} would have to turn at {rate:.0} full steps/s, above `motors.max_rate = \
-         {limit}`: choose a lower speed"
+        "motor {motor} would have to turn at {rate:.1} full steps/s, above `motors.max_rate = \
+         {limit}`: choose a lower speed, at most {:.0} % of this one",
+        (limit / rate * 100.0).floor()
     )]
     MotorRate {
         /// Name of the motor.

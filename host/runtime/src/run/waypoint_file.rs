@@ -200,6 +200,7 @@ mod tests {
     fn a_mistake_is_named_with_its_line_and_column() {
         for (text, named) in [
             ("0.4,0.3,0.2\n0.4,0,3,0.2,1,1\n", "way.csv:2: 6 columns without names"),
+            ("0.2 0.3 0.24\n", "way.csv:1: one column: separate x, y and z by commas"),
             ("0.2,0.3,0.24,0.3\n", "way.csv:1: 4 columns without names; 3 are x, y, z"),
             ("x,y,z\n0.4,0.3\n", "way.csv:2: 2 columns"),
             ("x,y,z\n0.4,0.3,0.2,1\n", "way.csv:2: 4 columns, but the first line names 3"),

@@ -7,10 +7,11 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
-use plumb_protocol::message::{Jog, State, Telemetry};
+use plumb_config::error_chain::ErrorChain;
+use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
 use plumb_runtime::board_report::BoardReport;
-use plumb_runtime::link::{Link, Serial};
+use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
 use super::super::connection::connect;
@@ -106,11 +107,18 @@ fn split(words: [Option<String>; 3]) -> Result<(PathBuf, Option<[String; 2]>), F
         && !rig.exists()
     {
         let name = NAMES[motor];
-        return Err(bad_input(format!(
-            "{name} is a motor, and no rig file: name the rig file first, then the motor and its \
-             distance, such as `plumb jog rig.toml {name} 200`; where {RIG_VARIABLE} names the \
-             file, `plumb jog {name} 200`"
-        )));
+        // Where a variable names the rig file, a wrong number of words is the mistake.
+        return Err(bad_input(if std::env::var_os(RIG_VARIABLE).is_some() {
+            format!(
+                "a motor and a distance in one word, such as `plumb jog {name} 200` or \
+                 `plumb jog {name} 20mm`: {RIG_VARIABLE} names the rig file"
+            )
+        } else {
+            format!(
+                "{name} is a motor, and no rig file: name the rig file first, then the motor and \
+                 its distance, such as `plumb jog rig.toml {name} 200`"
+            )
+        }));
     }
     Ok((rig, rest.try_into().ok()))
 }
@@ -181,8 +189,21 @@ fn turn(
     let distance = Steps16::from_si(steps)
         .ok_or_else(|| bad_input(format!("{steps} steps are out of the board's range")))?;
     let what = if steps < 0.0 { "winds cable in" } else { "pays cable out" };
-    tell!("motor {}: {what}, {:.2} steps", NAMES[usize::from(motor)], steps.abs());
-    link.jog(Jog { motor, distance, rate })?;
+    let name = NAMES[usize::from(motor)];
+    match link.jog(Jog { motor, distance, rate }) {
+        Err(error @ LinkError::Refused { refusal: Refusal::JogTravel, .. }) => {
+            let position = BoardReport::from(&link.status()?).motors[usize::from(motor)];
+            return Err(failed(format!(
+                "{}: motor {name} is at {position:.2} steps, and motors.travel in the rig file \
+                 ends before {:.2}. Jog it less far; or `plumb home`, where the cables were \
+                 wound anew",
+                ErrorChain(&error),
+                position + steps
+            )));
+        }
+        accepted => accepted?,
+    };
+    tell!("motor {name}: {what}, {:.2} steps", steps.abs());
     loop {
         let telemetry = link.status()?;
         if let State::Fault(fault) = telemetry.state {

@@ -41,6 +41,17 @@ pub enum WaypointError {
     },
 }
 
+/// Returns what is wrong with a line of so many columns, where no line names them.
+fn unnamed(count: usize) -> String {
+    match count {
+        1 => "one column: separate x, y and z by commas".to_owned(),
+        _ => format!(
+            "{count} columns without names; 3 are x, y, z. For others the first line has the \
+             names: x,y,z,dwell,tolerance"
+        ),
+    }
+}
+
 /// Mistake in a line of a file of waypoints.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WaypointMistake {
@@ -55,10 +66,7 @@ pub enum WaypointMistake {
         most: usize,
     },
     /// The line has other columns than x, y, z, and no line names them.
-    #[error(
-        "{line}: {count} columns without names; 3 are x, y, z. For others the first line has the \
-         names: x,y,z,dwell,tolerance"
-    )]
+    #[error("{line}: {}", unnamed(*.count))]
     Unnamed {
         /// Line, from 1.
         line: u64,
