@@ -141,8 +141,10 @@ impl<T: Transport> Link<T> {
     /// [`clear_fault`](Self::clear_fault). Others where it refuses, or the link fails.
     pub fn configure(&mut self, wiring: Wiring, config: Config) -> Result<(), LinkError> {
         self.stop()?;
-        self.request("the wiring", Command::Wire(wiring))?;
-        let answer = self.request_at_rest("the configuration", Command::Configure(config));
+        // Both are the configuration for a person.
+        let what = "the configuration";
+        self.request(what, Command::Wire(wiring))?;
+        let answer = self.request_at_rest(what, Command::Configure(config));
         let Answer { id, time, .. } = answer.map_err(|error| match error {
             LinkError::Refused { refusal: Refusal::Faulted(fault), .. } => {
                 LinkError::Faulted { port: self.transport.name(), fault }
