@@ -55,18 +55,23 @@ const fn of([low, high]: [f64; 2]) -> Range {
 
 /// Parses a number of a range.
 pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
-    let wrong = |_| format!("must be a number, {range}{}", comma_hint(text));
+    let wrong = |_| format!("must be a number, {range}{}", hint(text));
     let number: f64 = text.parse().map_err(wrong)?;
     range.check(number).map_err(|error| error.to_string())
 }
 
-/// Returns the hint at the end of an error about `text`: the number with a decimal point where it
-/// has a decimal comma, else nothing.
-fn comma_hint(text: &str) -> String {
+/// Returns the hint at the end of an error about `text`: how the number is written where it has a
+/// decimal comma, a comma behind it or a unit, else nothing.
+fn hint(text: &str) -> String {
+    let is_number = |text: &str| text.parse::<f64>().is_ok();
+    let alone = text.trim_end_matches(|c: char| c == ',' || c == ' ' || c.is_alphabetic());
     let with_point = text.replacen(',', ".", 1);
-    match with_point != text && with_point.parse::<f64>().is_ok() {
-        true => format!("; write {with_point}, with a decimal point"),
-        false => String::new(),
+    match () {
+        () if alone != text && is_number(alone) => format!("; write {alone} alone"),
+        () if with_point != text && is_number(&with_point) => {
+            format!("; write {with_point}, with a decimal point")
+        }
+        () => String::new(),
     }
 }
 
@@ -115,6 +120,10 @@ mod tests {
         }
         let error = parse("-0,5", &COORDINATE).unwrap_err();
         assert!(error.ends_with("; write -0.5, with a decimal point"), "{error}");
+        for text in ["0.65,", "0.65 m", "0.65m"] {
+            let error = parse(text, &SIDE).unwrap_err();
+            assert!(error.ends_with("; write 0.65 alone"), "{error}");
+        }
         for text in ["1,2,3", "1,", ",", "1,x"] {
             let error = parse(text, &COORDINATE).unwrap_err();
             assert_eq!(error.contains("decimal"), text == "1,", "{error}");
