@@ -61,4 +61,7 @@ fn tell(found: &Discovery) {
         "not searched for: cameras in ROS 2 (source = \"ros2\"; `ros2 topic list` has the topics) \
          and other programs (source = \"stream\")"
     );
+    if found.cameras.is_empty() {
+        tell!("no camera was found: plug it in, with its library (a camera needs only its own)");
+    }
 }
