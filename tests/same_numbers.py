@@ -4,7 +4,7 @@
 What the board computes from integers must be the same: its state, motor positions and rates. What
 the detector computes may differ in the last digit that run.csv has.
 
-usage: scripts/same-numbers FOLDER FOLDER     (each with a run folder for each law)
+usage: tests/same_numbers.py FOLDER FOLDER     (each with a run folder for each law)
 exit: 1 a number differs by more than it may
 """
 
