@@ -172,6 +172,8 @@ impl<T: Transport> Link<T> {
             // A newer part was faster.
             Some(Refusal::ReferenceOutOfOrder) if destination.is_path() => {}
             Some(Refusal::Faulted(_)) if destination.is_path() => {}
+            // Somebody's jog is under way. A later part begins the path when the motor stands.
+            Some(Refusal::Busy(State::Jogging)) if destination.is_path() => {}
             Some(refusal) => {
                 destination.refusal.get_or_insert(refusal);
             }
