@@ -33,7 +33,7 @@ impl RunPictures {
     /// a run of one frame has the same twice.
     ///
     /// # Errors
-    /// [`RunLogError::Picture`], [`RunLogError::Io`], [`RunLogError::Exists`]: the first file that
+    /// [`RunLogError::Picture`], [`RunLogError::Io`], [`RunLogError::FileExists`]: the first file that
     /// cannot be written. The other is tried all the same.
     pub fn write(&self, folder: &Path) -> Result<(), RunLogError> {
         let all = [(FIRST_PICTURE, &self.first), (LAST_PICTURE, &self.last)];
@@ -106,6 +106,7 @@ mod tests {
             decode::colour(&bytes).unwrap().channels()[0]
         };
         assert_eq!([level(FIRST_PICTURE), level(LAST_PICTURE)], [20, 220]);
-        assert!(matches!(pictures.write(folder.path()), Err(RunLogError::Exists(_))));
+        let again = pictures.write(folder.path());
+        assert!(matches!(again, Err(RunLogError::FileExists(_))), "{again:?}");
     }
 }
