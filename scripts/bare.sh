@@ -65,10 +65,30 @@ copy_bare() {
   mount -t devpts -o ptmxmode=666,gid=5,mode=620 devpts "$root/dev/pts"
 }
 
-# remove_copy: removes the copy, without what is mounted in it.
+# show_inside FOLDER...: shows folders of this computer in the copy, at the same paths, read-only: a
+# mistake in the copy must not change them.
+show_inside() {
+  local folder
+  for folder in "$@"; do
+    mkdir -p "$root$folder"
+    mount --bind "$folder" "$root$folder"
+    mount -o remount,bind,ro "$root$folder"
+  done
+}
+
+# mounted: prints what is mounted in the copy, the innermost first.
+mounted() {
+  awk -v within="$root/" 'index($2, within) == 1 { print $2 }' /proc/mounts | sort --reverse
+}
+
+# remove_copy: removes the copy, once nothing is mounted in it. `rm --one-file-system` is no guard:
+# a folder that is mounted from the same disk is of the same file system.
 remove_copy() {
-  awk -v within="$root/" 'index($2, within) == 1 { print $2 }' /proc/mounts | sort --reverse |
-    xargs --no-run-if-empty umount --lazy
+  mounted | xargs --no-run-if-empty umount --lazy
+  if [ -n "$(mounted)" ]; then
+    say "$root is not removed: these are mounted in it:" "$(mounted)"
+    return 1
+  fi
   rm -rf --one-file-system "$root"
 }
 
