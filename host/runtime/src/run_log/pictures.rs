@@ -33,8 +33,8 @@ impl RunPictures {
     /// a run of one frame has the same twice.
     ///
     /// # Errors
-    /// [`RunLogError::Picture`], [`RunLogError::Io`], [`RunLogError::FileExists`]: the first file that
-    /// cannot be written. The other is tried all the same.
+    /// [`RunLogError::Picture`], [`RunLogError::Io`], [`RunLogError::FileExists`]: the first file
+    /// that cannot be written. The other is tried all the same.
     pub fn write(&self, folder: &Path) -> Result<(), RunLogError> {
         let all = [(FIRST_PICTURE, &self.first), (LAST_PICTURE, &self.last)];
         let written = all.map(|(name, frame)| match frame {
