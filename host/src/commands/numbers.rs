@@ -126,7 +126,8 @@ mod tests {
         }
         for text in ["1,2,3", "1,", ",", "1,x"] {
             let error = parse(text, &COORDINATE).unwrap_err();
-            assert_eq!(error.contains("; write 1 alone"), text == "1,", "{error}");
+            let has_tail = matches!(text, "1," | "1,x");
+            assert_eq!(error.contains("; write 1 alone"), has_tail, "{error}");
             assert!(!error.contains("decimal"), "{error}");
         }
         assert_eq!(["0", "0.25", "1"].map(|it| parse(it, &SHARE)), [Ok(0.0), Ok(0.25), Ok(1.0)]);
