@@ -25,6 +25,19 @@ choose_architecture() {
 # is_foreign: succeeds if the chosen architecture is not this computer's.
 is_foreign() { [ "$architecture" != "$(dpkg --print-architecture)" ]; }
 
+# newest_package ARCHITECTURE: prints the path of the package in target/package, or says how to
+# build it and fails.
+newest_package() {
+  local deb
+  mkdir -p target/package
+  deb=$(find target/package -maxdepth 1 -name "plumb_*_$1.deb" | sort -V | tail -n 1)
+  if [ -z "$deb" ]; then
+    say "There is no package for $1 in target/package: make package ARGS=$1"
+    return 2
+  fi
+  printf '%s' "$deb"
+}
+
 # set_up_architecture: installs what a build for the chosen architecture needs. For another than
 # this computer's: its C++ compiler, its part of Rust, OpenCV's packages in $sysroot, and QEMU,
 # which runs its programs. This computer's packages keep their architecture.

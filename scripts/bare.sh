@@ -1,5 +1,6 @@
 # shellcheck shell=bash
-# Bare Debian systems to try things in. This file is sourced after lib.sh and never run.
+# Bare Debian systems to try things in. This file is sourced after lib.sh and architecture.sh and
+# never run.
 
 # own_mounts SCRIPT ARGUMENT...: runs the script again in a mount namespace of its own, so that what
 # it mounts is gone at its end, however it ends. Ends the script where that is impossible.
@@ -13,20 +14,19 @@ own_mounts() {
   fi
 }
 
-# choose_bare SUITE ARCHITECTURE: makes a bare system, if there is none, in a folder of target/bare,
-# and sets bare to the folder. QEMU runs the programs of another architecture.
+# choose_bare SUITE: makes a bare system of the chosen architecture, if there is none, in a folder
+# of target/bare, and sets bare to the folder. QEMU runs the programs of another architecture.
 choose_bare() {
-  local suite=$1 architecture=$2
-  bare=$PWD/target/bare/$suite-$architecture
-  if [ "$architecture" != "$(dpkg --print-architecture)" ]; then
+  bare=$PWD/target/bare/$1-${architecture:?}
+  if is_foreign; then
     scripts/setup qemu-user-static binfmt-support
   fi
-  [ -d "$bare" ] || make_bare "$suite" "$architecture"
+  [ -d "$bare" ] || make_bare "$1"
 }
 
-# make_bare SUITE ARCHITECTURE: makes the bare system. It takes this machine's configuration of apt.
+# make_bare SUITE: makes the bare system. It takes this machine's configuration of apt.
 make_bare() {
-  local suite=$1 architecture=$2 mirror options=() script=()
+  local suite=$1 mirror options=() script=()
   local keys=/usr/share/keyrings/ubuntu-archive-keyring.gpg
   say "Making a bare $suite ($architecture) in $bare (a minute or so, in QEMU ten)"
   mkdir -p target/bare
@@ -56,7 +56,8 @@ make_bare() {
 # copy_bare: makes a copy of the bare system, which is removed when the script ends, and sets root
 # to its folder.
 copy_bare() {
-  root=$(mktemp -d)
+  # As /proc/mounts names it.
+  root=$(realpath "$(mktemp -d)")
   trap remove_copy EXIT
   cp -a "$bare/." "$root"
   cp /etc/resolv.conf /etc/hosts "$root/etc/"

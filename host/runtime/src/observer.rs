@@ -162,7 +162,7 @@ impl Observer for FrameRecorder {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use nalgebra::Point3;
     use plumb_cameras::camera_file;
     use plumb_cameras::record::{Overflow, RecordFolder};
@@ -173,7 +173,8 @@ mod tests {
 
     use super::*;
 
-    fn record() -> FrameRecord {
+    /// Returns the record of a dark frame without a ball, the first of a run.
+    pub(crate) fn record() -> FrameRecord {
         let intrinsics = camera_file::paper().unwrap().intrinsics;
         let (colour, depth) = (Image::filled(4, 4, [0; 3]), Image::filled(4, 4, 0));
         let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();

@@ -1,10 +1,8 @@
 use std::error::Error;
 use std::time::Duration;
 
-use nalgebra::Point3;
-
 use super::*;
-use crate::observer::RunEvent;
+use crate::observer::{self, RunEvent};
 
 /// Waits for permission before each record, and lists the records.
 struct Slow {
@@ -26,22 +24,7 @@ impl Observer for Slow {
 }
 
 fn record(number: u64) -> FrameRecord {
-    let target = Point3::origin();
-    let (frame, observation, board, state) = (None, None, None, None);
-    let (time, ground_truth, path) = (0.0, None, None);
-    FrameRecord {
-        number,
-        time,
-        frame,
-        observation,
-        target,
-        board,
-        fault_cause: None,
-        state,
-        filtered_error: None,
-        ground_truth,
-        path,
-    }
+    FrameRecord { number, frame: None, ..observer::tests::record() }
 }
 
 fn slow(overflow: Overflow, fails_at: u64) -> (BoundedObserver<Slow>, Sender<()>) {

@@ -64,31 +64,19 @@ impl Observer for RunPictures {
 mod tests {
     use std::fs;
 
-    use nalgebra::Point3;
     use plumb_cameras::camera_file;
     use plumb_frame::image::Image;
     use plumb_pictures::decode;
 
     use super::*;
+    use crate::observer;
 
     /// Returns the record of a frame of one grey level.
     fn record(level: u8) -> FrameRecord {
         let intrinsics = camera_file::paper().unwrap().intrinsics;
         let (colour, depth) = (Image::filled(16, 16, [level; 3]), Image::filled(16, 16, 0));
         let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();
-        FrameRecord {
-            number: 0,
-            time: 0.0,
-            frame: Some(Arc::new(frame)),
-            observation: None,
-            target: Point3::origin(),
-            board: None,
-            fault_cause: None,
-            state: None,
-            filtered_error: None,
-            ground_truth: None,
-            path: None,
-        }
+        FrameRecord { frame: Some(Arc::new(frame)), ..observer::tests::record() }
     }
 
     #[test]
