@@ -10,14 +10,15 @@ mod starts;
 
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
 /// Exit codes: 0 done; 1 the command failed or did not reach its aim (a target, a proof, a board
 /// that is silent, a full disk); 2 the input is wrong (an option, a file, a port that cannot be
-/// opened, a configuration that the board refuses); 101 the program has a defect. Messages for
-/// people go to standard error.
+/// opened, a configuration that the board refuses); 101 the program has a defect; 129, 130, 143 a
+/// second signal, such as Ctrl-C, ended it at once. Messages for people go to standard error.
 #[derive(Parser)]
 #[command(version, max_term_width = 100)]
 struct Cli {
@@ -61,11 +62,33 @@ enum Command {
     Bench(commands::bench::Command),
 }
 
+/// Parses the command line. The usage of an error is that of the help: the parser's own names each
+/// given option as if it were needed, which is of use where something is missing only.
+fn parse_command_line() -> Result<Cli, clap::Error> {
+    let words = commands::joined(std::env::args_os());
+    Cli::try_parse_from(&words).map_err(|error| {
+        if error.kind() == ErrorKind::MissingRequiredArgument {
+            return error;
+        }
+        let mut command = Cli::command();
+        command.build();
+        let parsed = command.mut_subcommands(with_usage_of_help).try_get_matches_from(&words);
+        parsed.err().unwrap_or(error)
+    })
+}
+
+/// Returns the command, whose errors have the usage of its help.
+fn with_usage_of_help(mut command: clap::Command) -> clap::Command {
+    let usage = command.render_usage().to_string();
+    let usage = usage.trim_start_matches("Usage: ").to_owned();
+    command.override_usage(usage).mut_subcommands(with_usage_of_help)
+}
+
 fn main() -> ExitCode {
     if let Err(error) = commands::outlive_file_size_limit() {
         return commands::Failure::from(error).report();
     }
-    let cli = match Cli::try_parse_from(commands::joined(std::env::args_os())) {
+    let cli = match parse_command_line() {
         Ok(cli) => cli,
         Err(error) => return commands::report_usage(&error),
     };

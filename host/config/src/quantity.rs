@@ -85,7 +85,7 @@ fn write_bound(f: &mut fmt::Formatter<'_>, bound: f64) -> fmt::Result {
 
 /// Number out of its range.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("{value:?} must be {range}{}", hint(*value, range))]
+#[error("{} must be {range}{}", shown(*value), hint(*value, range))]
 pub struct NumberError {
     value: f64,
     range: Range,
@@ -93,6 +93,12 @@ pub struct NumberError {
 
 /// Millimetres in a metre.
 const MILLIMETRES: f64 = 1000.0;
+
+/// Returns a number as a person writes it: a whole one without a decimal point.
+fn shown(value: f64) -> String {
+    let text = format!("{value:?}");
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
 
 /// Returns the end of a message about a number in a usual other unit; empty where it is in none.
 fn hint(value: f64, range: &Range) -> &'static str {
@@ -200,7 +206,7 @@ mod tests {
     fn a_number_out_of_its_range_is_told_with_range_and_unit() {
         let wrong = |x: f64| CameraTime::try_from(x).unwrap_err().to_string();
         assert_eq!(wrong(1e308), "1e308 must be above 0, to 10 s");
-        assert_eq!(wrong(0.0), "0.0 must be above 0, to 10 s");
+        assert_eq!(wrong(0.0), "0 must be above 0, to 10 s");
         assert_eq!(wrong(f64::NAN), "NaN must be above 0, to 10 s");
         let wrong = |x: f64| Coordinate::try_from(x).unwrap_err().to_string();
         assert_eq!(wrong(f64::NEG_INFINITY), "-inf must be -100 to 100 m");
@@ -213,12 +219,12 @@ mod tests {
     fn numbers_in_usual_other_units_are_named() {
         let message = |range: &Range, value| range.check(value).unwrap_err().to_string();
         let millimetres = message(&Coordinate::RANGE, 1737.0);
-        assert_eq!(millimetres, "1737.0 must be -100 to 100 m; is it in millimetres?");
-        assert_eq!(message(&Coordinate::RANGE, 1e9), "1000000000.0 must be -100 to 100 m");
+        assert_eq!(millimetres, "1737 must be -100 to 100 m; is it in millimetres?");
+        assert_eq!(message(&Coordinate::RANGE, 1e9), "1000000000 must be -100 to 100 m");
         assert!(message(&BallDiameter::RANGE, 80.0).ends_with("; is it in millimetres?"));
         let scale = message(&DepthUnits::RANGE, 0.001);
         assert!(scale.ends_with("1/m; is it the size of a unit? Write its inverse"), "{scale}");
-        assert_eq!(message(&Hue::RANGE, 400.0), "400.0 must be 0 to 360 degrees");
+        assert_eq!(message(&Hue::RANGE, 400.0), "400 must be 0 to 360 degrees");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! The first line of a CSV file names the columns: `x,y,z` for waypoints, or `t,x,y,z` for places
 //! with time stamps; metres in the rig frame, and seconds. A line that is repeated is a pause.
 
+use std::fmt::Display;
 use std::mem::discriminant;
 
 use nalgebra::Point3;
@@ -49,12 +50,13 @@ impl PathFile {
     }
 }
 
-/// Mistakes in the text of a file.
+/// Mistakes in the text of a file. Their text begins with the number of the line; that with the name
+/// of the file is [`in_file`](Self::in_file).
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PathFileError {
     /// The first line does not name the columns.
     #[error(
-        "line {line}: the columns are '{found}', but must be 'x,y,z' (waypoints, metres) or \
+        "{line}: the columns are '{found}', but must be 'x,y,z' (waypoints, metres) or \
          't,x,y,z' (with times, seconds)"
     )]
     Header {
@@ -67,21 +69,33 @@ pub enum PathFileError {
     #[error("no places; the first line names the columns, x,y,z or t,x,y,z, each other is a place")]
     Empty,
     /// Lines have mistakes.
-    #[error("{}", listed(.0))]
+    #[error("{}", listed("", .0))]
     Lines(Vec<LineMistake>),
     /// Lines of G-code have mistakes.
-    #[error("{}", listed(.0))]
+    #[error("{}", listed("", .0))]
     Code(Vec<CodeMistake>),
     /// G-code has no motion.
     #[error("no places: this is G-code without G0 or G1 to a place of which X, Y and Z are known")]
     NoMotion,
 }
 
+impl PathFileError {
+    /// Returns the mistakes as those of the file `name`: `NAME:LINE: ...`.
+    pub fn in_file(&self, name: impl Display) -> String {
+        match self {
+            Self::Header { .. } => format!("{name}:{self}"),
+            Self::Empty | Self::NoMotion => format!("{name}: {self}"),
+            Self::Lines(mistakes) => listed(&format!("{name}:"), mistakes),
+            Self::Code(mistakes) => listed(&format!("{name}:"), mistakes),
+        }
+    }
+}
+
 /// Mistake in a line.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LineMistake {
     /// The line has too few or too many columns.
-    #[error("line {line}: {count} columns, but the first line names {expected}")]
+    #[error("{line}: {count} columns, but the first line names {expected}")]
     Columns {
         /// Line, from 1.
         line: u64,
@@ -91,7 +105,7 @@ pub enum LineMistake {
         expected: usize,
     },
     /// The commas are the decimal sign too.
-    #[error("line {line}: {DECIMAL_COMMAS}{}", and_more(*.more, "line"))]
+    #[error("{line}: {DECIMAL_COMMAS}{}", and_more(*.more, "line"))]
     DecimalCommas {
         /// Line, from 1.
         line: u64,
@@ -99,7 +113,7 @@ pub enum LineMistake {
         more: usize,
     },
     /// A field is no finite number.
-    #[error("line {line}, column {name}: '{value}' is no finite number")]
+    #[error("{line}: column {name}: '{value}' is no finite number")]
     Field {
         /// Line, from 1.
         line: u64,
@@ -110,7 +124,7 @@ pub enum LineMistake {
     },
     /// A coordinate is far out of range.
     #[error(
-        "line {line}, column {name}: {value} m is out of range, ±{MAX_COORDINATE_M} (metres); are \
+        "{line}: column {name}: {value} m is out of range, ±{MAX_COORDINATE_M} (metres); are \
          these millimetres?{}",
         and_more(*.more, "number")
     )]
@@ -125,7 +139,7 @@ pub enum LineMistake {
         more: usize,
     },
     /// The time is not above that of the line before.
-    #[error("line {line}: the time {time} s is not above that of the line before")]
+    #[error("{line}: the time {time} s is not above that of the line before")]
     TimeNotRising {
         /// Line, from 1.
         line: u64,
@@ -159,9 +173,10 @@ impl LineMistake {
 /// Number of mistakes that a message lists.
 const MAX_LISTED: usize = 20;
 
-/// Returns a line for each mistake, without those above [`MAX_LISTED`].
-fn listed<M: ToString>(mistakes: &[M]) -> String {
-    let mut lines: Vec<String> = mistakes.iter().take(MAX_LISTED).map(M::to_string).collect();
+/// Returns a line for each mistake, behind `prefix`, without those above [`MAX_LISTED`].
+fn listed<M: Display>(prefix: &str, mistakes: &[M]) -> String {
+    let first = mistakes.iter().take(MAX_LISTED);
+    let mut lines: Vec<String> = first.map(|mistake| format!("{prefix}{mistake}")).collect();
     if let Some(more) = mistakes.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
         lines.push(format!("{more} more mistakes"));
     }
@@ -328,15 +343,15 @@ mod tests {
         for (text, named) in [
             ("", "no places"),
             ("x,y,z\n", "no places"),
-            ("0.4,0.3,0.2\n", "line 1: the columns are '0.4,0.3,0.2', but must be 'x,y,z'"),
-            ("x,y,z\n# a\n0.4,0.3\n", "line 3: 2 columns, but the first line names 3"),
-            ("x,y,z\n0.4,o.3,0.2\n", "line 2, column y: 'o.3' is no finite number"),
-            ("x,y,z\n0.4,0.3,inf\n", "line 2, column z: 'inf' is no finite number"),
-            ("x,y,z\n0.4,300,0.2\n", "line 2, column y: 300 m is out of range, ±100"),
+            ("0.4,0.3,0.2\n", "1: the columns are '0.4,0.3,0.2', but must be 'x,y,z'"),
+            ("x,y,z\n# a\n0.4,0.3\n", "3: 2 columns, but the first line names 3"),
+            ("x,y,z\n0.4,o.3,0.2\n", "2: column y: 'o.3' is no finite number"),
+            ("x,y,z\n0.4,0.3,inf\n", "2: column z: 'inf' is no finite number"),
+            ("x,y,z\n0.4,300,0.2\n", "2: column y: 300 m is out of range, ±100"),
             ("x,y,z\n420,240,300\n", "are these millimetres?"),
-            ("z,y,x\n0.4,0.3,0.2\n", "line 1: the columns are 'z,y,x', but must be 'x,y,z'"),
-            ("0,0.4,0.3,0.2\n", "line 1: the columns are '0,0.4,0.3,0.2', but must be 'x,y,z'"),
-            ("t,x,y,z\n1,1,1,1\n1,2,1,1\n", "line 3: the time 1 s is not above"),
+            ("z,y,x\n0.4,0.3,0.2\n", "1: the columns are 'z,y,x', but must be 'x,y,z'"),
+            ("0,0.4,0.3,0.2\n", "1: the columns are '0,0.4,0.3,0.2', but must be 'x,y,z'"),
+            ("t,x,y,z\n1,1,1,1\n1,2,1,1\n", "3: the time 1 s is not above"),
         ] {
             let error = parse(text).unwrap_err().to_string();
             assert!(error.contains(named), "{error}");
@@ -347,14 +362,14 @@ mod tests {
     fn a_mistake_of_the_whole_file_is_named_once() {
         let lines =
             |line: &str| parse(&format!("x,y,z\n{}", line.repeat(3))).unwrap_err().to_string();
-        assert_eq!(lines("0,4,0,5,0,2\n"), format!("line 2: {DECIMAL_COMMAS} (2 more lines too)"));
+        assert_eq!(lines("0,4,0,5,0,2\n"), format!("2: {DECIMAL_COMMAS} (2 more lines too)"));
         assert_eq!(
             lines("420,240,30\n"),
-            "line 2, column x: 420 m is out of range, ±100 (metres); are these millimetres? \
+            "2: column x: 420 m is out of range, ±100 (metres); are these millimetres? \
              (5 more numbers too)"
         );
         let timed = "t,x,y,z\n0,0,4,0,5,0,2\n";
-        assert_eq!(parse(timed).unwrap_err().to_string(), format!("line 2: {DECIMAL_COMMAS}"));
+        assert_eq!(parse(timed).unwrap_err().to_string(), format!("2: {DECIMAL_COMMAS}"));
     }
 
     #[test]

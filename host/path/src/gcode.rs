@@ -60,7 +60,7 @@ pub(crate) struct Program {
 
 /// Mistake in a line of G-code.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[error("line {line}: {problem}")]
+#[error("{line}: {problem}")]
 pub struct CodeMistake {
     /// Line, from 1.
     pub line: u64,
@@ -360,7 +360,7 @@ mod tests {
         ];
         assert_eq!(found.len(), expected.len(), "{found:#?}");
         for (found, (line, words)) in found.iter().zip(expected) {
-            assert!(found.starts_with(&format!("line {line}: ")), "{found}");
+            assert!(found.starts_with(&format!("{line}: ")), "{found}");
             assert!(found.contains(words), "{found}: {words}");
         }
         assert!(mistakes("G91 G1 X1\n")[0].contains("G90 first"));

@@ -42,6 +42,22 @@ impl StopReason {
         }
     }
 
+    /// Returns what to do next, in words for people; `None` where nothing is wrong.
+    pub fn advice(&self) -> Option<&'static str> {
+        match self {
+            Self::Timeout => Some(
+                "If the ball was still moving, give it a longer --timeout. If it had come to rest \
+                 beside the target, a cable is slack or another law holds it better",
+            ),
+            Self::Fault(fault) => Some(fault.advice()),
+            Self::EndOfFrames => Some(
+                "A recording that has ended drives no further. Of a live camera, look at its plug \
+                 and at the program that delivers its pictures",
+            ),
+            _ => None,
+        }
+    }
+
     /// Returns whether a person ended the drive, with a command or a signal.
     pub fn is_chosen(&self) -> bool {
         matches!(

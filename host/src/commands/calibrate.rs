@@ -136,7 +136,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         };
         return conclude(&found, &camera.pose, &camera_file, args.yes, args.json);
     };
-    let Some(found) = clicks.collect(&mut view, &camera.pose, &*interrupt_flag(None)?)? else {
+    let Some(found) = clicks.collect(&mut view, &camera.pose, &*interrupt_flag(false)?)? else {
         clicks.end("Nothing is written.");
         return Err(failed("the calibration was ended without a pose: nothing is written"));
     };

@@ -101,7 +101,7 @@ struct Line<'a> {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let interrupted = interrupt_flag(Some("the ball"))?;
+    let interrupted = interrupt_flag(true)?;
     if args.compare {
         return compare::main(&args, &interrupted);
     }
@@ -219,14 +219,15 @@ fn run<T: Transport>(
         .transpose()?;
     let viewers = args.options.viewers.start(rig, camera, overflow)?;
     let mut steering = Operators::start(&args.options, rig, camera, operator())?;
-    let operator = steering.take_operator();
+    let (is_operated, operator) = (steering.is_operated(), steering.take_operator());
     let plan = args.path.plan(rig, false)?;
     let mut run = Run::connect(rig, transport)?;
     if let Some(plan) = plan {
         run.set_path(plan)?;
     }
     let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
-    let mut outputs = Outputs::start(log, recorder, viewers, overflow, run.target_count())?;
+    let targets = run.target_count();
+    let mut outputs = Outputs::start(log, recorder, viewers, overflow, targets, is_operated)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, &mut *demo.curve];
     observers.extend(steering.observers(source.clock()));
     let result = run.drive(RunParts {

@@ -82,7 +82,7 @@ impl Line {
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let interrupted = interrupt_flag(None)?;
+    let interrupted = interrupt_flag(false)?;
     let served = serve(prepared(&args)?)?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
     let link = link.transpose().map_err(bad_input)?;

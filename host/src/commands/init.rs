@@ -45,9 +45,9 @@ pub(crate) struct Args {
     /// Motor drivers
     #[arg(long, value_enum)]
     driver: Option<DriverName>,
-    /// Microsteps in a full step, 1 to 16 microsteps
+    /// Microsteps in a full step, 1 to 255 microsteps: 1, 2, 4, 8 or 16, as the driver has them
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    #[arg(value_parser = numbers::whole::<u8>(1.0, 16.0, "microsteps"))]
+    #[arg(value_parser = numbers::whole::<u8>(1.0, 255.0, "microsteps"))]
     microsteps: Option<u8>,
     /// Distances between the pulleys of motors A and B, B and C, C and A, 0.2 to 3.5 m
     #[arg(
@@ -85,7 +85,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "ADDRESS", conflicts_with = "recording")]
     stream: Option<StreamAddress>,
     /// Serial port of the board
-    #[arg(long)]
+    #[arg(long, value_parser = questions::port)]
     port: Option<String>,
     /// End with a line of JSON on standard output
     #[arg(long)]
@@ -229,14 +229,20 @@ fn next_step(rig: &NewRig, path: &Path) -> String {
     let path = path.display();
     if rig.camera == NewCamera::Simulated {
         return format!(
-            "`plumb emulate {path} --link board &`, then `plumb run {path} --port board`; \
-             `kill %1` ends the emulated board"
+            "`plumb emulate --link board &`, then `plumb run {path} --port board`; `kill %1` ends \
+             the emulated board"
         );
     }
+    let lens = match rig.camera {
+        NewCamera::Webcam | NewCamera::Stream(_) => {
+            format!("\n  `plumb calibrate {path} --lens` finds the lens of the camera")
+        }
+        _ => String::new(),
+    };
     format!(
-        "read the comments in both files, find the lens of a webcam or a stream with `plumb \
-         calibrate {path} --lens`, find the camera's pose with `plumb calibrate {path} --board`, \
-         then `plumb check {path} --file-only`"
+        "read the comments in both files; then\n  `plumb check {path} --file-only` looks for \
+         mistakes in them{lens}\n  `plumb calibrate {path} --board` finds the camera's pose\n  \
+         `plumb check {path}` turns each motor a little and names what is wired wrongly"
     )
 }
 

@@ -36,11 +36,10 @@ pub(crate) fn outlive_file_size_limit() -> io::Result<()> {
 
 /// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set, so that the motors are ramped down and the
 /// run's folder is finished. A second signal, after [`ONE_REQUEST`], ends the program at once; a
-/// board without a host stops by itself. Both are reported where `moving` names what the command
-/// moves, such as "the ball".
+/// board without a host stops by itself. Both are reported where the command `moves` something.
 ///
 /// A SIGHUP that was ignored when the program began (`nohup`) stays ignored.
-pub(crate) fn interrupt_flag(moving: Option<&'static str>) -> Result<Arc<AtomicBool>, Failure> {
+pub(crate) fn interrupt_flag(moves: bool) -> Result<Arc<AtomicBool>, Failure> {
     let flag = Arc::new(AtomicBool::new(false));
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let handled = [SIGINT, SIGTERM, SIGHUP]
@@ -50,19 +49,19 @@ pub(crate) fn interrupt_flag(moving: Option<&'static str>) -> Result<Arc<AtomicB
     let shared = Arc::clone(&flag);
     thread::Builder::new()
         .name("signals".to_owned())
-        .spawn(move || handle(signals, &shared, moving))?;
+        .spawn(move || handle(signals, &shared, moves))?;
     Ok(flag)
 }
 
 /// Sets `flag` at the first signal. Ends the program at the second, or while a
 /// [`DefaultSignals`] exists.
-fn handle(mut signals: Signals, flag: &AtomicBool, moving: Option<&str>) {
+fn handle(mut signals: Signals, flag: &AtomicBool, moves: bool) {
     let mut first: Option<Instant> = None;
     for signal in signals.forever() {
         let repeated = first.get_or_insert_with(Instant::now).elapsed() > ONE_REQUEST;
         let ends_at_once = ENDS_AT_ONCE.load(Ordering::Relaxed);
         if repeated || ends_at_once {
-            if moving.is_some() && !ends_at_once {
+            if moves && !ends_at_once {
                 let _too_slow = report(AT_ONCE.to_owned()).recv_timeout(REPORT_TIMEOUT);
             }
             // The handled signals all have a default that ends the program.
@@ -70,8 +69,9 @@ fn handle(mut signals: Signals, flag: &AtomicBool, moving: Option<&str>) {
         }
         // The stop comes before the message.
         let is_first = !flag.swap(true, Ordering::Relaxed);
-        if let Some(moving) = moving.filter(|_| is_first && !is_quiet()) {
-            report(format!("stopping {moving}; Ctrl-C again ends the program at once"));
+        if moves && is_first && !is_quiet() {
+            // Whether something moves already is not known here.
+            report("stopping; Ctrl-C again ends the program at once".to_owned());
         }
     }
 }

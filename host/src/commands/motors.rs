@@ -13,6 +13,7 @@ use plumb_runtime::rig::{BoardPort, Rig};
 
 use super::board::report;
 use super::connection::connect;
+use super::print::tell;
 use super::rig_args::{BoardArgs, PortArgs, RigArg};
 use super::{Failure, bad_input};
 
@@ -66,30 +67,33 @@ pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
         )),
         error => error.into(),
     })?;
-    serve(serial, args.board.json, Link::stop)
+    serve(serial, args.board.json, "the motors stand", Link::stop)
 }
 
 pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
-    serve(args.board.open()?, args.board.json, Link::clear_fault)
+    serve(args.board.open()?, args.board.json, "faults are cleared", Link::clear_fault)
 }
 
 pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&args.rig.rig)?;
-    let mut link = connect(&args.rig.rig, &rig, args.port.open(&rig.board.address())?)?;
+    let mut link = connect(&args.rig.rig, &rig, args.port.open(&rig)?)?;
     link.home()?;
+    tell!("{}: the zero of travel is here", link.port());
     let telemetry = link.status()?;
     report(&link, &telemetry, args.json)?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Connects to the board, makes a request of it, and prints its state.
+/// Connects to the board, makes a request of it, and prints what is `done` then, and its state.
 fn serve(
     serial: Serial,
     is_json: bool,
+    done: &str,
     request: impl FnOnce(&mut Link<Serial>) -> Result<(), LinkError>,
 ) -> Result<ExitCode, Failure> {
     let mut link = Link::connect(serial)?;
     request(&mut link)?;
+    tell!("{}: {done}", link.port());
     let telemetry = link.status()?;
     report(&link, &telemetry, is_json)?;
     Ok(ExitCode::SUCCESS)

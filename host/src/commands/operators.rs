@@ -36,6 +36,12 @@ impl Operators {
         Ok(Self { page, ros2, operator: is_steered.then_some(receiver) })
     }
 
+    /// Returns whether the run has a receiver of commands, which it has until
+    /// [`take_operator`](Self::take_operator).
+    pub(super) fn is_operated(&self) -> bool {
+        self.operator.is_some()
+    }
+
     /// Removes and returns the receiver of the commands.
     pub(super) fn take_operator(&mut self) -> Option<OperatorReceiver> {
         self.operator.take()

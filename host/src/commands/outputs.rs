@@ -35,6 +35,8 @@ pub(super) struct Outputs {
     recorder: Option<FrameRecorder>,
     pictures: RunPictures,
     viewers: Viewers,
+    /// Whether the run goes on after a fault, for its operator.
+    is_operated: bool,
     /// The last fault that was printed, with its advice.
     told: Option<BoardFault>,
 }
@@ -53,14 +55,15 @@ fn text(event: &RunEvent) -> Option<String> {
 }
 
 impl Outputs {
-    /// Starts the outputs of a run through so many targets. In virtual time nothing is late, and
-    /// `overflow` is to block.
+    /// Starts the outputs of a run through so many targets; it goes on after a fault where
+    /// `is_operated`. In virtual time nothing is late, and `overflow` is to block.
     pub(super) fn start(
         log: RunLog,
         recorder: Option<Recorder>,
         viewers: Viewers,
         overflow: Overflow,
         targets: Option<usize>,
+        is_operated: bool,
     ) -> Result<Self, Failure> {
         let folder = log.path().to_owned();
         let settings =
@@ -69,7 +72,8 @@ impl Outputs {
         let progress = run_progress::start(targets)?;
         let recorder = recorder.map(FrameRecorder::new);
         let pictures = RunPictures::default();
-        Ok(Self { progress, log, folder, recorder, pictures, viewers, told: None })
+        let told = None;
+        Ok(Self { progress, log, folder, recorder, pictures, viewers, is_operated, told })
     }
 
     /// Returns the run folder.
@@ -145,6 +149,10 @@ impl Observer for Outputs {
         self.log.event(record);
         self.viewers.event(record);
         self.progress.event(record);
+        if record.event.fault().is_some() && !self.is_operated {
+            // It ends the run, and the result has it.
+            return;
+        }
         let Some(text) = text(&record.event) else { return };
         self.told = record.event.fault().or(self.told);
         if is_quiet() && record.event.tone() != Tone::Bad {
@@ -190,20 +198,21 @@ struct Closed {
 }
 
 impl Closed {
-    /// Reports the result of a run that ended, or failed with `error`.
+    /// Reports the result of a run that ended, or failed with `error`. The last line says how it
+    /// ended, and what to do next.
     ///
     /// # Errors
     /// The failure of the run, of the rows, of the recording or of the viewers. Those after the
     /// first are printed.
     fn report(self, summary: &Summary, error: Option<&ControlLoopError>) -> Result<(), Failure> {
-        let (frames, time, folder) = (summary.frames, summary.time_s, self.folder.display());
-        let untold = summary.ending.fault().filter(|fault| self.told != Some(*fault));
+        let (frames, folder) = (summary.frames, self.folder.display());
         let is_told = summary.ending.fault().is_some_and(|fault| fault.is_of_the_computer());
         if let Some(late) = summary.late_wakeups.filter(|_| !is_told) {
             tell!("{late}");
         }
         let run = match error {
             Some(error) => {
+                let untold = summary.ending.fault().filter(|fault| self.told != Some(*fault));
                 if let Some(fault) = untold {
                     tell!("{}. {}", summary.ending, fault.advice());
                 }
@@ -212,34 +221,7 @@ impl Closed {
             }
             None if is_quiet() && summary.reached => Ok(()),
             None => {
-                let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
-                let targets = match summary.legs.len() {
-                    0 | 1 => String::new(),
-                    _ => format!(", {} targets reached", summary.targets_reached),
-                };
-                tell!(
-                    "{}: {frames} frames, {time:.1} s{targets}{}",
-                    summary.ending,
-                    error.unwrap_or_default()
-                );
-                if let Some(fault) = untold {
-                    tell!("{}", fault.advice());
-                }
-                if let Some(path) = &summary.path {
-                    tell!("{path}");
-                }
-                if let Some(targets) = &summary.targets {
-                    tell!("{targets}");
-                }
-                let advice = if summary.located == 0 && frames > 0 {
-                    format!(
-                        ": {COMPARE_BALL}; `plumb replay RECORDING --debug DIR` shows each stage"
-                    )
-                } else {
-                    String::new()
-                };
-                tell!("ball seen in {} of {frames} pictures{advice}", summary.located);
-                tell!("run folder: {folder}");
+                self.tell_result(summary);
                 Ok(())
             }
         };
@@ -250,6 +232,30 @@ impl Closed {
             }
         });
         both(run, both(self.rows, both(recording, self.viewers)))
+    }
+
+    /// Prints the result of a run that ended.
+    fn tell_result(&self, summary: &Summary) {
+        tell!("run folder: {}", self.folder.display());
+        if let Some(path) = &summary.path {
+            tell!("{path}");
+        }
+        if let Some(targets) = &summary.targets {
+            tell!("{targets}");
+        }
+        let (frames, time) = (summary.frames, summary.time_s);
+        tell!("ball seen in {} of {frames} pictures", summary.located);
+        let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
+        let targets = match summary.legs.len() {
+            0 | 1 => String::new(),
+            _ => format!(", {} targets reached", summary.targets_reached),
+        };
+        tell!(
+            "{}: {frames} frames, {time:.1} s{targets}{}{}",
+            summary.ending,
+            error.unwrap_or_default(),
+            next_step(summary)
+        );
     }
 
     /// Reports what the run folder lacks.
@@ -265,6 +271,17 @@ impl Closed {
             None => Ok(()),
         }
     }
+}
+
+/// Returns what to do after a run that did not do its work, behind the line that says how it ended.
+fn next_step(summary: &Summary) -> String {
+    if summary.located == 0 && summary.frames > 0 {
+        return format!(
+            ". The ball was never seen: {COMPARE_BALL}; `plumb replay RECORDING --debug DIR` shows \
+             each stage"
+        );
+    }
+    summary.ending.advice().map(|advice| format!(". {advice}")).unwrap_or_default()
 }
 
 fn report_recording(recording: &Recording) {

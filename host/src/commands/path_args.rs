@@ -89,9 +89,10 @@ impl PathArgs {
         };
         let plan = PathPlan::new(trajectory.clone(), !self.no_wait, rig);
         plan.map(Some).map_err(|error| {
-            let because = first_wrong_place(&file.places, &rig.motion_rules());
-            let because = because.unwrap_or_else(|| file.explain(&error, &trajectory, rig));
-            bad_input(format!("{path}: {because}"))
+            bad_input(match first_wrong_place(&file.places, &rig.motion_rules()) {
+                Some((line, mistake)) => format!("{path}:{line}: {mistake}"),
+                None => format!("{path}: {}", file.explain(&error, &trajectory, rig)),
+            })
         })
     }
 
@@ -137,8 +138,7 @@ impl PathArgs {
         run: Run,
     ) -> Result<(Trajectory, FilePlaces), Failure> {
         let text = read_text(file, MAX_BYTES)?;
-        let in_file = |message: String| bad_input(format!("{}: {message}", file.display()));
-        let contents = parse(&text).map_err(|error| in_file(error.to_string()))?;
+        let contents = parse(&text).map_err(|error| bad_input(error.in_file(file.display())))?;
         let (places, mut times) = (contents.places(), Vec::new());
         let trajectory = match contents {
             PathFile::Waypoints { places, speeds, .. } => {
@@ -151,7 +151,8 @@ impl PathArgs {
                 Trajectory::through_samples(&samples, run)
             }
         };
-        let trajectory = trajectory.map_err(|error: PathError| in_file(error.to_string()))?;
+        let trajectory = trajectory
+            .map_err(|error: PathError| bad_input(format!("{}: {error}", file.display())))?;
         Ok((trajectory, FilePlaces { places, times }))
     }
 }
@@ -195,12 +196,12 @@ impl FilePlaces {
     }
 }
 
-/// Returns the line, the place and the broken rule of the first place that `rules` do not allow.
-fn first_wrong_place(places: &[Place], rules: &MotionRules) -> Option<String> {
+/// Returns the line of the first place that `rules` do not allow, and the place and its broken rule.
+fn first_wrong_place(places: &[Place], rules: &MotionRules) -> Option<(u64, String)> {
     places.iter().find_map(|(line, place)| {
         let error = rules.check(*place, Vector3::zeros()).err()?;
         let at = <[f64; 3]>::from(*place);
-        Some(format!("line {line}: [{:.4}, {:.4}, {:.4}] m: {error}", at[0], at[1], at[2]))
+        Some((*line, format!("[{:.4}, {:.4}, {:.4}] m: {error}", at[0], at[1], at[2])))
     })
 }
 

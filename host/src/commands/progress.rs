@@ -22,11 +22,6 @@ impl ProgressLine {
     /// Least time between two texts: a reader sees 10 a second.
     const INTERVAL: Duration = Duration::from_millis(100);
 
-    /// Returns a line without a text; one that stays empty where progress is not shown.
-    pub(crate) fn start() -> Self {
-        Self::shown_if(is_shown())
-    }
-
     /// Returns a line without a text, which stays empty where `is_on` is not set.
     pub(crate) fn shown_if(is_on: bool) -> Self {
         Self { is_on, shown: None }

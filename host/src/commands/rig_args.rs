@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use plumb_runtime::link::{Serial, boards};
+use plumb_runtime::link::{LinkError, Serial, boards};
 use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
@@ -41,9 +41,19 @@ pub(crate) struct PortArgs {
 
 impl PortArgs {
     /// Opens the port of the options, or else that of the rig file.
-    pub(crate) fn open(&self, board: &BoardPort) -> Result<Serial, Failure> {
-        let BoardPort { port, baud } = self.applied_to(board);
-        Ok(Serial::open(&port, baud)?)
+    ///
+    /// # Errors
+    /// Where the port cannot be opened. The board of a simulated rig is emulated, and a port that
+    /// does not exist is then that of an emulation.
+    pub(crate) fn open(&self, rig: &Rig) -> Result<Serial, Failure> {
+        let BoardPort { port, baud } = self.applied_to(&rig.board.address());
+        Serial::open(&port, baud).map_err(|error| match error {
+            LinkError::Absent { port } if rig.simulation.is_some() => bad_input(format!(
+                "{port}: there is no such serial port. This rig is simulated: `plumb emulate \
+                 --link board &` starts an emulated board, and `--port board` names it"
+            )),
+            error => error.into(),
+        })
     }
 
     /// Returns the port of the options, with that of the rig file for what they leave out.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
 use plumb_cameras::camera_file;
@@ -34,7 +34,7 @@ use super::print::{self, note, tell};
 use super::real_time::RealTime;
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
-use super::{Failure, Physics, bad_input, law, numbers};
+use super::{Failure, Physics, bad_input, failed, law, numbers};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -194,10 +194,10 @@ pub(super) fn drive(
     let chosen = source_name(file, &rig, options)?;
     let (sender, mut receiver) = operator();
     let stream = goal.stream(&rig, sender.targets().clone())?;
-    let transport = options.port.open(&rig.board.address())?;
+    let transport = options.port.open(&rig)?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
-    let interrupted = interrupt_flag(Some("the ball"))?;
+    let interrupted = interrupt_flag(true)?;
     let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
     let moving = stream.as_ref().and_then(|_| receiver.take_targets());
     let steering = Operators::start(&options.run, &rig, &camera, (sender, receiver))?;
@@ -225,6 +225,9 @@ pub(super) fn drive(
         _ => RunCamera::open(&rig, camera, oni)?,
     };
     let intrinsics = &camera.camera.intrinsics;
+    if interrupted.load(Ordering::Relaxed) {
+        return Err(failed("interrupted before the run began: nothing was moved"));
+    }
     let recorder = folder.map(|folder| folder.begin(&text, intrinsics, Overflow::Drop));
     let recorder = recorder.transpose()?;
     let mut detector = options.run.detector.detector(&camera.camera);
@@ -234,7 +237,8 @@ pub(super) fn drive(
         run.set_waypoints(&[waypoint], false)?;
     }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig))?;
-    let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop, run.target_count())?;
+    let (targets, is_operated) = (run.target_count(), steering.is_operated());
+    let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop, targets, is_operated)?;
     let is_endless = goal.is_endless();
     PreparedRun { run, camera, detector, steering, stream, outputs, is_endless }
         .drive(&options.run, &interrupted)

@@ -234,7 +234,9 @@ fn an_input_that_ends_early_leaves_no_file() {
 #[test]
 fn options_that_contradict_each_other_are_refused_with_a_reason() {
     let folder = folder();
-    let cases: [(&[&str], &str); 5] = [
+    let cases: [(&[&str], &str); 7] = [
+        (&["--driver", "a4988", "--microsteps", "32"], "cannot be set to 32 microsteps: choose"),
+        (&["--port", "COM3"], "that is a port of Windows"),
         (&["--driver", "tmc2209", "--microsteps", "4"], "choose one of 8, 16"),
         (&["--sides", "1", "0.2", "0.2"], "no triangle"),
         (&["--height", "0.1"], "must be 0.4 to 3.5 m"),
@@ -297,6 +299,10 @@ fn a_simulated_rig_reaches_its_target_and_a_miswired_one_does_not() {
         assert!(text.contains(wiring.0), "{text}");
         text.replace(wiring.0, wiring.1)
     });
-    assert_eq!(json(&output)["reached"], false, "{}", stderr(&output));
-    assert_eq!(output.status.code(), Some(1));
+    let text = stderr(&output);
+    assert_eq!((json(&output)["reached"].clone(), output.status.code()), (false.into(), Some(1)));
+    let fault = "the board has stopped by itself: ";
+    let last = text.lines().last().unwrap();
+    assert!(last.starts_with(fault) && last.contains(" mm. "), "{text}");
+    assert_eq!(text.matches(fault).count(), 1, "{text}");
 }

@@ -291,7 +291,7 @@ fn targets_of_a_file_outside_the_workspace_are_named_with_their_lines() {
     for (rig, more, named) in [
         (&rig, &[][..], &["rig.toml:5: error: `targets", "z = 0.7 m is above the 0.6 m of"][..]),
         (&fine, &["--waypoints", "way.csv"], &["way.csv:2: [9.0, 0.2, 0.3] m", "way.csv:3:"]),
-        (&fine, &["--path", "path.csv"], &["path.csv: line 3: [0.5000, 0.9000, 0.3000] m"]),
+        (&fine, &["--path", "path.csv"], &["path.csv:3: [0.5000, 0.9000, 0.3000] m"]),
     ] {
         let run = [&["run", rig, "--port", "/dev/no-such-port"] as &[&str], more].concat();
         let output = plumb(&run, folder.path());
@@ -299,6 +299,20 @@ fn targets_of_a_file_outside_the_workspace_are_named_with_their_lines() {
         for named in named {
             assert!(stderr(&output).contains(named), "{named}: {}", stderr(&output));
         }
+    }
+}
+
+/// The parser's own usage has each given option as if it were needed.
+#[test]
+fn the_usage_after_a_mistake_is_that_of_the_help() {
+    let folder = folder();
+    for (arguments, usage) in [
+        (["run", "rig.toml", "--port", "x", "--unknown"], "plumb run [OPTIONS] <RIG>"),
+        (["board", "status", "--port", "x", "--unknown"], "plumb board status [OPTIONS] [RIG]"),
+    ] {
+        let output = plumb(&arguments, folder.path());
+        let text = stderr(&output);
+        assert!(text.contains(&format!("\nUsage: {usage}\n")), "{text}");
     }
 }
 

@@ -19,7 +19,10 @@ fn a_run_without_a_ball_says_so_and_claims_no_error() {
     let line = json(&output);
     let frames = line["frames"].as_u64().unwrap();
     let seen = format!("ball seen in 0 of {frames} pictures");
-    assert!(frames > 0 && stderr(&output).contains(&seen), "{}", stderr(&output));
+    let text = stderr(&output);
+    let last = text.lines().last().unwrap();
+    let says_so = last.contains("The ball was never seen: compare [ball] of the camera file");
+    assert!(frames > 0 && text.contains(&seen) && says_so, "{text}");
     let summary = fs::read_to_string(folder.path().join("run/summary.json")).unwrap();
     for line in [line, serde_json::from_str::<Value>(&summary).unwrap()] {
         assert_eq!(line["located"], 0, "{line}");

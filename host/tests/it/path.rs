@@ -40,9 +40,9 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     fs::write(folder.path().join("arc.nc"), "G0 X500 Y300 Z300\nG2 X510 I5 J0\n").unwrap();
     fs::write(folder.path().join("up.nc"), "G0 X500 Y300 Z300\nG1 Z3000 F60\n").unwrap();
     for (path, more, named) in [
-        ("arc.nc", &[][..], "arc.nc: line 2: G2 (an arc) is not read"),
-        ("up.nc", &[], "up.nc: line 2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
-        ("bad.csv", &[], "bad.csv: line 3, column y: 'o.3' is no finite number"),
+        ("arc.nc", &[][..], "arc.nc:2: G2 (an arc) is not read"),
+        ("up.nc", &[], "up.nc:2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
+        ("bad.csv", &[], "bad.csv:3: column y: 'o.3' is no finite number"),
         ("one.csv", &[], "one.csv: the path has 1 places, but needs 2 or more"),
         ("fast.csv", &[], "fast.csv: from line 2 to line 3, the path is not possible at"),
         ("none.csv", &[], "'none.csv' is no shape"),

@@ -152,7 +152,9 @@ fn a_port_that_cannot_be_opened_is_named() {
     let absent = run("/dev/ttyNOSUCH");
     assert_eq!(absent.status.code(), Some(2));
     assert!(
-        stderr(&absent).contains("/dev/ttyNOSUCH: there is no such serial port"),
+        stderr(&absent).contains(
+            "/dev/ttyNOSUCH: there is no such serial port. This rig is simulated: `plumb emulate"
+        ),
         "{}",
         stderr(&absent)
     );

@@ -40,7 +40,7 @@ fn signals_end_a_run_with_its_summary() {
             send(&run, signal);
             let output = run.wait_with_output().unwrap();
             assert_eq!(output.status.code(), Some(1), "{out}: {}", stderr(&output));
-            let told = "stopping the ball; Ctrl-C again ends the program at once\n";
+            let told = "stopping; Ctrl-C again ends the program at once\n";
             assert_eq!(stderr(&output).matches(told).count(), 1, "{out}: {}", stderr(&output));
             assert_eq!(json(&output)["ending"], "interrupted", "{out}");
             let summary =
@@ -48,6 +48,36 @@ fn signals_end_a_run_with_its_summary() {
             assert!(summary.contains("interrupted"), "{summary}");
         }
     }
+}
+
+/// The board's process is stopped, so that the run waits for its greeting when the signal comes.
+#[test]
+fn a_signal_before_the_run_begins_leaves_no_run_folder() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    send(&emulator.child, Signal::SIGSTOP);
+    let run = ["run", &rig, "--port", &emulator.port, "--json", "--out", "run"];
+    let run =
+        program(&run, folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while !catches(&run, Signal::SIGINT) {
+        thread::sleep(Duration::from_millis(5));
+    }
+    send(&run, Signal::SIGINT);
+    thread::sleep(Duration::from_millis(100));
+    send(&emulator.child, Signal::SIGCONT);
+    let output = run.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let why = "interrupted before the run began: nothing was moved";
+    assert_eq!(json(&output)["error"], why, "{}", stderr(&output));
+    assert!(!folder.path().join("run").exists());
+}
+
+/// Returns whether the process has a handler for the signal.
+fn catches(process: &Child, signal: Signal) -> bool {
+    let status = fs::read_to_string(format!("/proc/{}/status", process.id())).unwrap();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+    u64::from_str_radix(mask.trim(), 16).unwrap() & (1 << (signal as i32 - 1)) != 0
 }
 
 /// The board's process is stopped, so that the run waits for it after the first signal.
@@ -68,7 +98,7 @@ fn a_second_signal_ends_a_run_at_once() {
     let output = run.wait_with_output().unwrap();
     send(&emulator.child, Signal::SIGCONT);
     assert_eq!(output.status.signal(), Some(Signal::SIGINT as i32));
-    let lines = ["stopping the ball; Ctrl-C again", "ended at once: the board stops by itself"];
+    let lines = ["stopping; Ctrl-C again", "ended at once: the board stops by itself"];
     let places = lines.map(|line| stderr(&output).find(line));
     assert!(places[0].is_some() && places[0] < places[1], "{}", stderr(&output));
 }

@@ -72,7 +72,9 @@ fn quiet_leaves_out_the_result_of_a_run_that_reached_its_targets_and_nothing_els
     assert_eq!(json(&reached)["reached"], true);
     let late = run(&["--timeout", "0.5"], "late");
     assert_eq!(late.status.code(), Some(1));
-    assert!(stderr(&late).contains("not reached in time: "), "{}", stderr(&late));
+    let text = stderr(&late);
+    let last = text.lines().last().unwrap();
+    assert!(last.starts_with("not reached in time: ") && last.contains("--timeout"), "{text}");
     let both = demo(&["-v", "--quiet"]);
     assert_eq!(both.status.code(), Some(2), "{}", stderr(&both));
 }

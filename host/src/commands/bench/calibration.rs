@@ -7,7 +7,7 @@ use clap::Parser;
 use plumb_bench::calibration::{CalibrationWay, Survey, survey};
 
 use crate::commands::print::{self, tell};
-use crate::commands::progress::ProgressLine;
+use crate::commands::progress::{ProgressLine, is_shown};
 use crate::commands::{Failure, failed_because, numbers};
 
 /// Accuracy of the camera's pose by each way of `plumb calibrate`, on random rigs
@@ -55,7 +55,7 @@ pub(super) fn main(args: &CalibrationArgs) -> Result<ExitCode, Failure> {
 
 /// Measures a way, and tells a terminal the progress.
 fn with_progress(way: CalibrationWay, args: &CalibrationArgs) -> Result<Survey, Failure> {
-    let (mut line, name, rigs) = (ProgressLine::start(), way.as_str(), args.rigs);
+    let (mut line, name, rigs) = (ProgressLine::shown_if(is_shown()), way.as_str(), args.rigs);
     let progress = |done| line.show(format_args!("{name}: rig {done} of {rigs}"), Instant::now());
     survey(way, rigs, args.seed, progress).map_err(failed_because)
 }

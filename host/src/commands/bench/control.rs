@@ -19,7 +19,7 @@ use plumb_runtime::rig::LawSettings;
 use plumb_runtime::rig::quantity::Mean;
 
 use crate::commands::print::{self, Reader, tell};
-use crate::commands::progress::ProgressLine;
+use crate::commands::progress::{ProgressLine, is_shown};
 use crate::commands::{Failure, bad_input, failed, failed_because, numbers};
 
 /// Gain γ of the law interval in the benchmarks, 1/s: fast without oscillation at 30 Hz.
@@ -267,7 +267,7 @@ fn with_progress<T>(
     args: &ControlArgs,
     run: impl FnOnce(&mut dyn FnMut(u64)) -> Result<T, BenchError>,
 ) -> Result<T, Failure> {
-    let mut line = ProgressLine::start();
+    let mut line = ProgressLine::shown_if(is_shown());
     let (name, rigs) = (controller.name(), args.rigs);
     Ok(run(&mut |done| line.show(format_args!("{name}: rig {done} of {rigs}"), Instant::now()))?)
 }

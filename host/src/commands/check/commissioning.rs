@@ -56,12 +56,12 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     let camera = camera_file::parse(&rig.camera.file, &camera)?;
     if !args.yes {
         // A board that cannot be configured makes the question needless.
-        check_state(file, args.port.open(&rig.board.address())?)?;
+        check_state(file, args.port.open(&rig)?)?;
         if !ask(words::QUESTION)? {
             return Err(bad_input("nothing has moved: the check needs a yes"));
         }
     }
-    let port = args.port.open(&rig.board.address())?;
+    let port = args.port.open(&rig)?;
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
     let link = connect(file, &rig, port)?;
@@ -94,7 +94,7 @@ fn jog_and_look(
         }
         _ => RunCamera::open(rig, camera, None)?,
     };
-    let interrupted = interrupt_flag(Some("the motors"))?;
+    let interrupted = interrupt_flag(true)?;
     let mut observers: Vec<&mut dyn Observer> = Vec::new();
     observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
     let mut parts = ExaminationParts {

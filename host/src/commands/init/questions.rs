@@ -47,9 +47,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let camera = camera(args, dialogue)?;
     let port = match &args.port {
         Some(port) => port.clone(),
-        None => {
-            dialogue.ask("Serial port of the board", &usual.port, |text| Ok(text.to_owned()))?
-        }
+        None => dialogue.ask("Serial port of the board", &usual.port, port)?,
     };
     Ok(NewRig {
         port,
@@ -63,6 +61,18 @@ pub(super) fn rig<I: BufRead, O: Write>(
         ball_diameter,
         ball_hue,
     })
+}
+
+/// Returns the name of a serial port.
+///
+/// # Errors
+/// Where it is one of Windows.
+pub(super) fn port(text: &str) -> Result<String, String> {
+    let number = text.to_ascii_uppercase().strip_prefix("COM").map(str::to_owned);
+    match number.and_then(|number| number.parse::<u8>().ok()) {
+        Some(_) => Err("that is a port of Windows; on Linux a Pico is /dev/ttyACM0".to_owned()),
+        None => Ok(text.to_owned()),
+    }
 }
 
 /// Returns a length from its option, or else asks for it, metres.

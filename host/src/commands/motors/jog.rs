@@ -78,12 +78,12 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&file)?;
     let wanted = words.map(|[motor, distance]| parse(&motor, &distance, &rig)).transpose()?;
     let rate = rate(args.rate, &rig)?;
-    let interrupted = interrupt_flag(Some("the motor"))?;
+    let interrupted = interrupt_flag(true)?;
     if wanted.is_none() {
         // Before anything is sent to the board.
         dialogue::check_terminal()?;
     }
-    let mut link = connect(&file, &rig, args.port.open(&rig.board.address())?)?;
+    let mut link = connect(&file, &rig, args.port.open(&rig)?)?;
     let telemetry = match wanted {
         Some(wanted) => turn(&mut link, &wanted, rate, &interrupted)?,
         None => dialogue::run(&mut link, &rig, rate, &interrupted)?,
