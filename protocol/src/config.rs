@@ -7,11 +7,11 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::dimension::{AXES, MOTORS, PerAxis, PerMotor};
 use crate::units::{
     Acceleration, Bound, Gain, Micrometres, Milliseconds, PathAcceleration, PathJerk, Point, Rate,
     SignGain, Speed, Steps16,
 };
-use crate::wiring::MOTORS;
 
 /// Configuration of a board. A board needs one before it moves.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub struct Config {
     /// The control law.
     pub law: Law,
     /// The motors A, B and C.
-    pub motors: [Motor; MOTORS],
+    pub motors: PerMotor<Motor>,
     /// Microsteps per full step, as set at the drivers: 1, 2, 4, 8 or 16.
     pub microsteps: u8,
     /// Box that the ball and its target must not leave.
@@ -74,22 +74,22 @@ pub struct Estimated {
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
     /// Σ: signs of the entries of J: -1, 0 or +1. Rows x, y, z; columns cable A, B, C.
-    pub signs: [[i8; 3]; 3],
+    pub signs: PerAxis<PerMotor<i8>>,
     /// α_ik: lower bound of |J_ik|; ignored where the sign is 0.
-    pub alpha: [[Bound; 3]; 3],
+    pub alpha: PerAxis<PerMotor<Bound>>,
     /// β_ik: upper bound of |J_ik|, at least α_ik; ignored where the sign is 0.
-    pub beta: [[Bound; 3]; 3],
+    pub beta: PerAxis<PerMotor<Bound>>,
     /// Gain from v to motor rates.
     pub gain: Gain,
 }
 
 /// Sign pattern, eq. (12), of a rig whose motors are at one height.
-pub const SIGNS: [[i8; 3]; 3] = [[-1, -1, 1], [-1, 1, 0], [-1, -1, -1]];
+pub const SIGNS: PerAxis<PerMotor<i8>> = [[-1, -1, 1], [-1, 1, 0], [-1, -1, -1]];
 
 impl Interval {
     /// Returns the family of eqs. (12) and (13) with the same bounds for every entry.
     pub const fn uniform(alpha: Bound, beta: Bound, gain: Gain) -> Self {
-        Self { signs: SIGNS, alpha: [[alpha; 3]; 3], beta: [[beta; 3]; 3], gain }
+        Self { signs: SIGNS, alpha: [[alpha; MOTORS]; AXES], beta: [[beta; MOTORS]; AXES], gain }
     }
 }
 
@@ -220,7 +220,7 @@ impl Config {
             motors: [MOTOR; MOTORS],
             microsteps: 16,
             workspace: Workspace {
-                min: Point([Micrometres(-1_000_000); 3]),
+                min: Point([Micrometres(-1_000_000); AXES]),
                 max: Point([Micrometres(2_000_000), Micrometres(2_000_000), Micrometres(600_000)]),
             },
             reached: Reached { radius: Micrometres(10_000), frames: 10 },

@@ -67,6 +67,7 @@
 pub mod boards;
 pub mod config;
 pub mod diagnostics;
+pub mod dimension;
 pub mod frame;
 pub mod message;
 pub mod provenance;
@@ -76,6 +77,7 @@ pub mod wiring;
 
 pub use config::Config;
 pub use diagnostics::panic_place;
+pub use dimension::{AXES, MOTORS, PerAxis, PerMotor};
 pub use message::{Command, FromBoard, Hello, MAGIC, SCHEMA, ToBoard, VERSION};
 pub use provenance::{Provenance, RELEASE};
-pub use wiring::{MOTORS, Wiring};
+pub use wiring::Wiring;

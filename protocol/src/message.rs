@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use crate::diagnostics::{Diagnostics, Measurement};
+use crate::dimension::{PerAxis, PerMotor};
 use crate::provenance::Provenance;
 use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
-use crate::wiring::{MOTORS, Wiring, WiringError};
+use crate::wiring::{Wiring, WiringError};
 
 pub use crate::diagnostics::StartCause;
 
@@ -190,7 +191,7 @@ pub struct Knot {
     /// Position; inside the workspace.
     pub position: Point,
     /// Velocity along x, y and z: each within ±2 m/s.
-    pub velocity: [Speed; 3],
+    pub velocity: PerAxis<Speed>,
 }
 
 /// State of the reference that the board follows.
@@ -433,9 +434,9 @@ pub struct Telemetry {
     pub sequence: Option<u16>,
     /// Motor positions relative to the zero of travel: where the board started, or the place of
     /// the last [`Command::Home`].
-    pub motors: [Steps16; MOTORS],
+    pub motors: PerMotor<Steps16>,
     /// Motor rates.
-    pub rates: [Rate; MOTORS],
+    pub rates: PerMotor<Rate>,
     /// e = position - target of the last accepted position; 0 without a target. The target of a
     /// board that follows is the reference at the position's capture.
     pub error: Point,
@@ -448,7 +449,7 @@ pub struct Telemetry {
     /// The law's estimate of the tensions that hold the ball at rest where it is; order A, B, C.
     /// `None` without a target, before the law's first answer, and with a law without an
     /// estimate: only [`Taut`](crate::config::Law::Taut) has one.
-    pub tensions: Option<[RelativeTension; MOTORS]>,
+    pub tensions: Option<PerMotor<RelativeTension>>,
     /// State of the reference while the board follows one.
     pub reference: Option<ReferenceState>,
 }

@@ -6,6 +6,8 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::dimension::PerAxis;
+
 macro_rules! quantity {
     ($(#[$doc:meta])* $name:ident($raw:ty), $lsb:expr) => {
         $(#[$doc])*
@@ -117,23 +119,23 @@ impl Micros {
 /// A point in the rig frame (z up, y along BA, C on the side of smaller x) or a difference of two,
 /// micrometres.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Point(pub [Micrometres; 3]);
+pub struct Point(pub PerAxis<Micrometres>);
 
 impl Point {
     /// Returns the nearest point to `metres`; `None` if a coordinate is not finite or beyond
     /// ±2147 m.
-    pub fn from_metres(metres: [f64; 3]) -> Option<Self> {
+    pub fn from_metres(metres: PerAxis<f64>) -> Option<Self> {
         let [x, y, z] = metres.map(Micrometres::from_si);
         Some(Self([x?, y?, z?]))
     }
 
     /// Returns the coordinates in metres.
-    pub fn to_metres(self) -> [f64; 3] {
+    pub fn to_metres(self) -> PerAxis<f64> {
         self.0.map(Micrometres::to_si)
     }
 
     /// Returns the coordinates in whole micrometres.
-    pub const fn micrometres(self) -> [i32; 3] {
+    pub const fn micrometres(self) -> PerAxis<i32> {
         let [x, y, z] = self.0;
         [x.0, y.0, z.0]
     }
@@ -143,7 +145,7 @@ impl Point {
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Covariance {
     /// Variances of x, y and z: up to 655.35 mm², a standard deviation of 25.6 mm.
-    pub variances: [u16; 3],
+    pub variances: PerAxis<u16>,
     /// Covariances of x and y, x and z, y and z: within ±327.68 mm².
     pub covariances: [i16; 3],
 }
@@ -158,7 +160,7 @@ impl Covariance {
     /// the upper triangle is used. Entries out of range become the nearest limit, and variances
     /// below one unit become one unit. Returns `None` if an entry is not finite or a variance is
     /// negative.
-    pub fn from_metres2(metres2: [[f64; 3]; 3]) -> Option<Self> {
+    pub fn from_metres2(metres2: PerAxis<PerAxis<f64>>) -> Option<Self> {
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = metres2;
         let (diagonal, beside) = ([xx, yy, zz], [xy, xz, yz]);
         if !diagonal.iter().chain(&beside).all(|v| v.is_finite())

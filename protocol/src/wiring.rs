@@ -4,11 +4,9 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::boards::{self, Board};
+use crate::dimension::PerMotor;
 use crate::provenance::BoardKind;
 use crate::units::{Milliseconds, Nanoseconds};
-
-/// Number of motors.
-pub const MOTORS: usize = 3;
 
 /// Wiring of a board: [`Command::Wire`](crate::Command::Wire).
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,7 +23,7 @@ pub struct Wiring {
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pins {
     /// STEP and DIR of motors A, B and C. Unused with coils and Motor HATs, which have fixed pins.
-    pub motors: [MotorPins; MOTORS],
+    pub motors: PerMotor<MotorPins>,
     /// ENABLE of the drivers.
     pub enable: EnablePins,
     /// Level of ENABLE that gives the motors current.
@@ -73,7 +71,7 @@ pub enum EnablePins {
     /// One pin for all drivers.
     Shared(u8),
     /// A pin for each of motors A, B and C.
-    PerMotor([u8; MOTORS]),
+    PerMotor(PerMotor<u8>),
 }
 
 impl EnablePins {

@@ -58,6 +58,7 @@ use crate::params::BuildLimits;
 use crate::plan::{Planner, StepPlan};
 use crate::servo::Servo;
 use crate::timing::DriverTiming;
+use crate::vector::per_motor;
 use schedule::{EMERGENCY_TICKS, Schedule};
 use session::Session;
 use setup::Setup;
@@ -167,7 +168,7 @@ impl Board {
     /// Returns the motor positions at the end of the last tick, 1/16 steps from the zero of travel.
     pub fn travel_positions(&self) -> [i32; 3] {
         let (positions, zero) = (self.positions(), self.planner.zero());
-        [0, 1, 2].map(|i| positions[i] - zero[i])
+        per_motor(|i| positions[i] - zero[i])
     }
 
     /// Returns the motor rates during the last tick, Q8 steps/s.

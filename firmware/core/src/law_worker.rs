@@ -14,6 +14,7 @@
 //! the next request. A response belongs to the target of its request: after another target, a stop
 //! or a fault it has no effect, but the law's state has taken in the position.
 
+use plumb_protocol::dimension::{PerAxis, PerMotor};
 use plumb_protocol::units::{Covariance, Micros, RelativeTension};
 
 use crate::law::{
@@ -48,7 +49,7 @@ pub struct LawResponse {
     /// Output of the law, not limited yet.
     pub setpoint: Setpoint,
     /// See [`Law::tensions`].
-    pub tensions: Option<[RelativeTension; 3]>,
+    pub tensions: Option<PerMotor<RelativeTension>>,
 }
 
 /// Worker that responds to the requests of one board, in their order: each updates the law's state.
@@ -92,7 +93,7 @@ struct PendingMeasurement {
     /// When the frame was captured.
     captured: Micros,
     /// Position of the ball, µm.
-    ball: [i32; 3],
+    ball: PerAxis<i32>,
     /// Covariance of the position; `None` if the host did not send one.
     covariance: Option<Covariance>,
 }
@@ -125,7 +126,7 @@ impl LawClient {
     pub fn on_position(
         &mut self,
         captured: Micros,
-        ball: [i32; 3],
+        ball: PerAxis<i32>,
         covariance: Option<Covariance>,
     ) {
         self.pending = Some(PendingMeasurement { captured, ball, covariance });

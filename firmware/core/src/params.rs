@@ -1,11 +1,11 @@
 //! A configuration that was checked, and the limits of the build.
 
-use plumb_protocol::MOTORS;
 use plumb_protocol::boards::Chip;
 use plumb_protocol::config::{
     self, Config, Deadlines, Following, Growth, JogLimits, Law, Motor, PathLimits, Progress,
     Reached, Workspace,
 };
+use plumb_protocol::dimension::{AXES, MOTORS};
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{Micrometres, Point};
 use plumb_protocol::wiring::{Coils, Drivers};
@@ -249,7 +249,7 @@ fn check_interval(law: &config::Interval, report: &mut impl Report) -> Result<()
     let signs = &law.signs;
     let has_effect = |k: usize| signs.iter().any(|row| row[k] != 0);
     ensure(
-        signs.iter().flatten().all(|s| (-1..=1).contains(s)) && (0..3).all(has_effect),
+        signs.iter().flatten().all(|s| (-1..=1).contains(s)) && (0..MOTORS).all(has_effect),
         ConfigField::Signs,
         report,
     )?;
@@ -344,7 +344,7 @@ fn check_workspace(workspace: &Workspace, report: &mut impl Report) -> Result<()
         p.micrometres().iter().all(|c| (-MAX_COORDINATE_UM..=MAX_COORDINATE_UM).contains(c))
     };
     let (min, max) = (workspace.min, workspace.max);
-    let spans = (0..3).all(|i| min.0[i] < max.0[i]);
+    let spans = (0..AXES).all(|i| min.0[i] < max.0[i]);
     ensure(near(min) && near(max) && spans, ConfigField::Workspace, report)
 }
 

@@ -13,16 +13,18 @@ mod guards;
 mod reference;
 mod tracker;
 
+use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
 use plumb_protocol::message::{Fault, Reference, ReferenceState};
 use plumb_protocol::units::{
     Covariance, Micrometres, Micros, Milliseconds, Point, RelativeTension,
 };
+use reference::ReferenceTracker;
 
 use crate::law::{Aim, DeferredLawKind, InlineLaw, Law, Measurement, Setpoint, variances};
 use crate::law_worker::{LawClient, LawRequest, LawResponse};
 use crate::params::Params;
 use crate::plan::{Planner, mean_lag_us};
-use reference::ReferenceTracker;
+use crate::vector::per_axis;
 
 pub use guards::{DriveState, Guards, MotorsOfDrive};
 pub use tracker::{ArrivalDetector, BallTracker, error, magnitude};
@@ -33,7 +35,7 @@ pub struct BallPosition {
     /// When the frame was captured.
     pub captured: Micros,
     /// Position of the ball, µm, within ±4 m.
-    pub ball: [i32; 3],
+    pub ball: PerAxis<i32>,
     /// Covariance of the position; `None` if the host did not send one.
     pub covariance: Option<Covariance>,
 }
@@ -42,14 +44,14 @@ pub struct BallPosition {
 #[derive(Debug, Clone, Copy)]
 pub struct MotorPositions {
     /// See [`Measurement::motors`].
-    pub present: [i32; 3],
+    pub present: PerMotor<i32>,
     /// See [`Measurement::motors_ahead`].
-    pub ahead: [i32; 3],
+    pub ahead: PerMotor<i32>,
 }
 
 impl MotorPositions {
     /// Zeros, for laws that use the ball's position alone. The board's inline laws do.
-    pub const UNUSED: Self = Self { present: [0; 3], ahead: [0; 3] };
+    pub const UNUSED: Self = Self { present: [0; MOTORS], ahead: [0; MOTORS] };
 }
 
 /// Result of [`Servo::check_progress`].
@@ -88,11 +90,11 @@ pub struct Servo<L = InlineLaw> {
     drive_since: Micros,
     guards: Guards,
     /// Positions of motors at rest with which a drive has begun in this tick, Q4 steps.
-    begun_at: Option<[i32; 3]>,
+    begun_at: Option<PerMotor<i32>>,
     /// Way from the ball to a target that was replaced in this tick, µm.
-    left_way: Option<[i32; 3]>,
+    left_way: Option<PerAxis<i32>>,
     /// See [`Servo::tensions`].
-    tensions: Option<[RelativeTension; 3]>,
+    tensions: Option<PerMotor<RelativeTension>>,
     /// The reference, while the drive follows one.
     reference: Option<ReferenceTracker>,
 }
@@ -144,7 +146,7 @@ impl<L: Law> Servo<L> {
 
     /// Returns whether the motors were at `positions` (Q4 steps) when the ball was last seen, up to
     /// half a second before `now`.
-    fn was_seen_at(&self, positions: [i32; 3], now: Micros, planner: &Planner) -> bool {
+    fn was_seen_at(&self, positions: PerMotor<i32>, now: Micros, planner: &Planner) -> bool {
         let stood = |captured| planner.positions_ago(age_us(now, captured)) == positions;
         self.tracker.captured().is_none_or(stood)
     }
@@ -174,7 +176,7 @@ impl<L: Law> Servo<L> {
             Some(reference) => Some(reference.aim(now, params).a_second_later()),
             None => self.guards.last_target().map(Point::micrometres),
         };
-        let way = ahead.map(|ahead| [0, 1, 2].map(|i| ahead[i] - ball[i]));
+        let way = ahead.map(|ahead| per_axis(|i| ahead[i] - ball[i]));
         self.left_way = self.left_way.or(way);
     }
 
@@ -311,7 +313,7 @@ impl<L: Law> Servo<L> {
 
     /// Returns the law's estimate of the cables' tensions in this drive; `None` before its first
     /// response, and with a law without an estimate.
-    pub fn tensions(&self) -> Option<[RelativeTension; 3]> {
+    pub fn tensions(&self) -> Option<PerMotor<RelativeTension>> {
         self.tensions
     }
 
@@ -437,7 +439,7 @@ impl<L: Law> Servo<L> {
 
     /// Returns the last error and the filtered one of a drive to `target`, µm. Where the drive
     /// follows a reference, the errors are from where that was at the captures.
-    pub(crate) fn errors(&self, target: Point) -> ([i32; 3], u32) {
+    pub(crate) fn errors(&self, target: Point) -> (PerAxis<i32>, u32) {
         let (last, filtered) = match &self.reference {
             Some(reference) => {
                 (Point(reference.position(self.last_seen()).map(Micrometres)), reference.smoothed())
@@ -445,7 +447,7 @@ impl<L: Law> Servo<L> {
             None => (target, target),
         };
         (
-            self.tracker.last().map_or([0; 3], |ball| error(ball, last)),
+            self.tracker.last().map_or([0; AXES], |ball| error(ball, last)),
             self.tracker.filtered().map_or(0, |ball| magnitude(error(ball, filtered))),
         )
     }

@@ -1,7 +1,23 @@
-//! Vectors of three in f32.
+//! Arrays with an entry for each motor or axis, and vectors in f32.
 
-/// A vector of three numbers.
-pub(crate) type Vector = [f32; 3];
+use core::array;
+
+use plumb_protocol::dimension::{PerAxis, PerMotor};
+
+/// Returns the array of `value` of each motor.
+#[inline(always)]
+pub(crate) fn per_motor<T>(value: impl FnMut(usize) -> T) -> PerMotor<T> {
+    array::from_fn(value)
+}
+
+/// Returns the array of `value` of each axis.
+#[inline(always)]
+pub(crate) fn per_axis<T>(value: impl FnMut(usize) -> T) -> PerAxis<T> {
+    array::from_fn(value)
+}
+
+/// A vector with an entry for each axis, or for each motor: they are as many.
+pub(crate) type Vector = PerAxis<f32>;
 
 /// Returns the scalar product.
 pub(crate) fn dot(a: Vector, b: Vector) -> f32 {
@@ -21,7 +37,7 @@ pub(crate) fn scaled(v: Vector, factor: f32) -> Vector {
 /// Returns a + b times `factor`. Called often, so that it is not repeated in the chip's RAM.
 #[inline(never)]
 pub(crate) fn plus(a: Vector, b: Vector, factor: f32) -> Vector {
-    [0, 1, 2].map(|i| a[i] + b[i] * factor)
+    per_axis(|i| a[i] + b[i] * factor)
 }
 
 /// Returns v, shortened to `longest` where it is longer.

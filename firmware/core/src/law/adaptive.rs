@@ -8,6 +8,7 @@ mod tests;
 use super::fixed_point::squared_length;
 use super::io::{Law, Measurement, MotorLimits, MotorRates, Setpoint};
 use super::sign::{self, OvershootDetector};
+use crate::vector::per_motor;
 use estimate::{Estimate, Steps};
 
 /// Rate over the steps to a target that rests, 1/s.
@@ -65,7 +66,7 @@ impl Adaptive {
 
     /// Returns the setpoint with the rates `ahead`, which move the ball as its target moves.
     fn with_feed_forward(&self, setpoint: Setpoint, ahead: MotorRates) -> Setpoint {
-        let rates = [0, 1, 2].map(|k| setpoint.rates.0[k].saturating_add(ahead.0[k]));
+        let rates = per_motor(|k| setpoint.rates.0[k].saturating_add(ahead.0[k]));
         Setpoint {
             rates: MotorRates(rates),
             valid_us: u32::MAX,

@@ -8,7 +8,10 @@
     reason = "rows and columns go by their numbers in several arrays at once"
 )]
 
+use plumb_protocol::dimension::{MOTORS, PerMotor};
+
 use super::fixed_point::{movement, times};
+use crate::vector::per_motor;
 
 /// Saturation of J: 8.2 mm/step in Q6 µm/step.
 const J_MAX: i64 = (1 << 19) - 1;
@@ -35,15 +38,15 @@ pub(super) struct AxisKalman {
     /// Position, Q4 µm.
     pub(super) p: i32,
     /// Row of the Jacobian, Q6 µm/step.
-    pub(super) j: [i32; 3],
+    pub(super) j: PerMotor<i32>,
     /// Covariance of the row, Q8 (µm/step)².
-    pub(super) p_jj: [[i32; 3]; 3],
+    pub(super) p_jj: PerMotor<PerMotor<i32>>,
     /// Covariance of position and row, Q4 µm²/step.
-    p_pj: [i32; 3],
+    p_pj: PerMotor<i32>,
     /// Variance of the position, µm².
     p_pp: i32,
     /// Process noise of each entry of the row, as a share of the full one in 1/256.
-    noise: [i32; 3],
+    noise: PerMotor<i32>,
     /// Whether the row also changes by a common factor, as the ball moves along this axis.
     scales: bool,
 }
@@ -68,12 +71,12 @@ impl AxisKalman {
     /// covariance `p_jj` (Q8), and the `variance` of the measurement (µm²).
     pub(super) fn new(
         p: i32,
-        j: [i32; 3],
-        p_jj: [[i32; 3]; 3],
+        j: PerMotor<i32>,
+        p_jj: PerMotor<PerMotor<i32>>,
         variance: i32,
-        noise: [i32; 3],
+        noise: PerMotor<i32>,
     ) -> Self {
-        Self { p: p << 4, j, p_jj, p_pj: [0; 3], p_pp: variance, noise, scales: false }
+        Self { p: p << 4, j, p_jj, p_pj: [0; MOTORS], p_pp: variance, noise, scales: false }
     }
 
     /// Returns the filter with noise that scales the whole row: along z, J is inversely
@@ -84,9 +87,9 @@ impl AxisKalman {
 
     /// Predicts the state after the motors turned by `d` (Q4 steps, 13 bits and a sign), with
     /// `noise` / 32 of the row's noise, at most all of it.
-    pub(super) fn predict(&mut self, d: [i32; 3], noise: i64) {
+    pub(super) fn predict(&mut self, d: PerMotor<i32>, noise: i64) {
         if d.iter().any(|d| d.abs() >= MAX_TURN) {
-            (self.p_pp, self.p_pj) = (P_PP_MAX as i32, [0; 3]);
+            (self.p_pp, self.p_pj) = (P_PP_MAX as i32, [0; MOTORS]);
             return;
         }
         let d = d.map(i64::from);
@@ -94,13 +97,14 @@ impl AxisKalman {
         let moved = movement(self.j, d);
         self.p = self.p.saturating_add(moved as i32);
         // P_JJ d, bits: 30 + 13 = 43, 45 the sum; Q12 to Q4 and within 30 bits.
-        let spread = [0, 1, 2].map(|k| {
-            let sum: i64 = (0..3).map(|l| times(self.p_jj[k][l].into(), d[l])).sum();
+        let spread = per_motor(|k| {
+            let sum: i64 = (0..MOTORS).map(|l| times(self.p_jj[k][l].into(), d[l])).sum();
             (sum >> 8).clamp(-P_PJ_MAX, P_PJ_MAX)
         });
         // P_pp + 2 d'P_pJ + d'P_JJ d, bits: 31 + 13 = 44, 46 the sum; Q8 to Q0.
         let grown: i64 =
-            (0..3).map(|k| times(d[k], 2 * i64::from(self.p_pj[k]) + spread[k])).sum::<i64>() >> 8;
+            (0..MOTORS).map(|k| times(d[k], 2 * i64::from(self.p_pj[k]) + spread[k])).sum::<i64>()
+                >> 8;
         // (0.02 J d)² in µm², bits: 22 + 22; Q8; /2500.
         let jump = moved.clamp(-(1 << 22), 1 << 22);
         let bent = times(jump, jump) / (2500 * 256);
@@ -109,7 +113,7 @@ impl AxisKalman {
         // were, and P stays positive definite.
         let kept = if p_pp > P_PP_MAX { (P_PP_MAX << 16) / p_pp } else { 1 << 16 };
         self.p_pp = p_pp.min(P_PP_MAX) as i32;
-        for k in 0..3 {
+        for k in 0..MOTORS {
             // Bits: 31 + 16.
             let sum = times(i64::from(self.p_pj[k]) + spread[k], kept);
             self.p_pj[k] = saturated(sum >> 16, P_PJ_MAX);
@@ -121,12 +125,12 @@ impl AxisKalman {
     }
 
     /// Adds (0.01 max|J|)² to P_JJ for each step that any motor turned, times `noise` / 32.
-    fn add_row_noise(&mut self, d: [i64; 3], noise: i64) {
+    fn add_row_noise(&mut self, d: PerMotor<i64>, noise: i64) {
         let largest = self.j.iter().map(|j| i64::from(j.abs())).max().unwrap_or(0);
         let turned: i64 = d.iter().map(|d| d.abs()).sum();
         // Bits: (19 + 19) - 12 = 26, times 15 + 5 is 46, Q4; /10^4, /32 and to Q8.
         let growth = times(times(largest, largest) >> 12, turned * noise) / 20_000;
-        for k in 0..3 {
+        for k in 0..MOTORS {
             // Bits: at most 32 + 9.
             let own = times(growth, self.noise[k].into()) >> 8;
             self.p_jj[k][k] = (i64::from(self.p_jj[k][k]) + own).min(P_JJ_MAX) as i32;
@@ -144,7 +148,7 @@ impl AxisKalman {
         let grown = |k: usize, l: usize| {
             i64::from(self.p_jj[k][l]) + (times(times(j[k], j[l]) >> 12, part) >> 8)
         };
-        let diagonal = [0, 1, 2].map(|k| grown(k, k));
+        let diagonal = per_motor(|k| grown(k, k));
         if diagonal.iter().all(|&p| p <= P_JJ_MAX) {
             let [[ab, ac], [_, bc]] = [0, 1].map(|k| [1, 2].map(|l| grown(k, l)));
             let [aa, bb, cc] = diagonal;
@@ -153,8 +157,8 @@ impl AxisKalman {
     }
 
     /// Changes the row by `change` (Q6 µm/step).
-    pub(super) fn change_row(&mut self, change: [i32; 3]) {
-        for k in 0..3 {
+    pub(super) fn change_row(&mut self, change: PerMotor<i32>) {
+        for k in 0..MOTORS {
             let j = i64::from(self.j[k]) + i64::from(change[k]);
             self.j[k] = saturated(j, J_MAX);
         }
@@ -191,11 +195,11 @@ impl AxisKalman {
         // K_J in Q20, bits: 30 + 16.
         let k_j = self.p_pj.map(|c| (i64::from(c) << 16) / s);
         let p_pj = self.p_pj.map(i64::from);
-        for k in 0..3 {
+        for k in 0..MOTORS {
             // Bits: K_J |innovation| <= 4 sd(J), 11 + 2 + 24 = 37; Q24 to Q6.
             let change = times(k_j[k], innovation) >> 18;
             self.j[k] = saturated(i64::from(self.j[k]) + change, J_MAX);
-            for l in 0..3 {
+            for l in 0..MOTORS {
                 // Bits: K_J P_pJ <= P_JJ by Cauchy-Schwarz, 30 + 16 = 46; Q24 to Q8. Ordered by k
                 // and l, so that P stays symmetric.
                 let less = times(k_j[k.min(l)], p_pj[k.max(l)]) >> 16;
@@ -218,13 +222,16 @@ impl AxisKalman {
 
     /// Returns a quarter of the variance of J·n, µm², for `n` motor steps (at most 13 bits and a
     /// sign): 50 bits.
-    pub(super) fn variance_of(&self, n: [i32; 3]) -> u64 {
+    pub(super) fn variance_of(&self, n: PerMotor<i32>) -> u64 {
         let n = n.map(i64::from);
         // n'P n, bits: 30 + 13 = 43, 45 the sum; Q8, 10 bits less, 35; times 13 is 48, the sum of
         // three 50.
-        let square: i64 = (0..3)
+        let square: i64 = (0..MOTORS)
             .map(|k| {
-                times(n[k], (0..3).map(|l| times(self.p_jj[k][l].into(), n[l])).sum::<i64>() >> 10)
+                times(
+                    n[k],
+                    (0..MOTORS).map(|l| times(self.p_jj[k][l].into(), n[l])).sum::<i64>() >> 10,
+                )
             })
             .sum();
         // Rounding may leave a value below zero.

@@ -2,6 +2,7 @@
 //! equations, and the sign pattern Σ of the Jacobian.
 
 use plumb_protocol::config;
+use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
 
 /// Multiplies without an overflow check, which would take the chip longer than the product. The
 /// caller counts the bits.
@@ -12,12 +13,12 @@ pub(super) fn times(a: i64, b: i64) -> i64 {
 /// Returns the ball's movement in one axis, µm, while the motors turn by `turned` steps. It has as
 /// many fraction bits as `turned`. `row` is the row of J for the axis, Q6 µm/step. Before the
 /// shift the sum has two bits more than a product.
-pub(super) fn movement(row: [i32; 3], turned: [i64; 3]) -> i64 {
-    (0..3).map(|k| times(row[k].into(), turned[k])).sum::<i64>() >> 6
+pub(super) fn movement(row: PerMotor<i32>, turned: PerMotor<i64>) -> i64 {
+    (0..MOTORS).map(|k| times(row[k].into(), turned[k])).sum::<i64>() >> 6
 }
 
 /// Returns |e|² in µm² for `e` in µm.
-pub(super) fn squared_length(e: [i32; 3]) -> i64 {
+pub(super) fn squared_length(e: PerAxis<i32>) -> i64 {
     e.iter().map(|e| times((*e).into(), (*e).into())).sum()
 }
 
@@ -41,7 +42,7 @@ const MAX_STEPS: i64 = 1 << 26;
 
 /// Solves J n = e: returns motor steps in Q8 for J in Q6 µm/step and e in µm. Returns `None`
 /// where det J is not above zero; for a matrix of the signs Σ it always is.
-pub(super) fn solve(j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
+pub(super) fn solve(j: &PerAxis<PerMotor<i32>>, e: PerAxis<i32>) -> Option<PerMotor<i32>> {
     let dropped_j = excess_bits(j.iter().flatten().copied(), J_BITS).max(0);
     let dropped_e = excess_bits(e.into_iter(), E_BITS).max(0);
     let j = j.map(|row| row.map(|v| i64::from(v >> dropped_j)));
@@ -70,10 +71,11 @@ pub(super) fn solve(j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
 }
 
 /// Σ, pattern (12) of the paper, as i32: row by row (x, y, z), column by column (cable A, B, C).
-pub(super) const SIGNS: [[i32; 3]; 3] = {
-    let (mut signs, mut at) = ([[0; 3]; 3], 0);
-    while at < 9 {
-        signs[at / 3][at % 3] = config::SIGNS[at / 3][at % 3] as i32;
+pub(super) const SIGNS: PerAxis<PerMotor<i32>> = {
+    let (mut signs, mut at) = ([[0; MOTORS]; AXES], 0);
+    while at < AXES * MOTORS {
+        let (axis, motor) = (at / MOTORS, at % MOTORS);
+        signs[axis][motor] = config::SIGNS[axis][motor] as i32;
         at += 1;
     }
     signs

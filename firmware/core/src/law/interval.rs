@@ -1,8 +1,10 @@
 //! The law `interval`: the paper's law for a Jacobian in a box of intervals.
 
 use plumb_protocol::config;
+use plumb_protocol::dimension::{AXES, PerAxis, PerMotor};
 
 use super::io::{Law, Measurement, MotorRates, Setpoint};
+use crate::vector::{per_axis, per_motor};
 use crate::wide::signed_product;
 
 /// Fraction bits of v, which is in µm.
@@ -23,9 +25,9 @@ pub(crate) const MAX_ERROR: i32 = (1 << 27) - 1;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
     /// Least value of each entry of J, signed, Q16, magnitude at most 2^19.
-    lower: [[i32; 3]; 3],
+    lower: PerAxis<PerMotor<i32>>,
     /// Largest value of each entry of J, in the same format.
-    upper: [[i32; 3]; 3],
+    upper: PerAxis<PerMotor<i32>>,
     /// Gain, Q16, at most 2^20: steps/s per µm of v.
     gain: i32,
 }
@@ -41,17 +43,16 @@ impl Interval {
                 _ => (-beta, -alpha),
             }
         };
-        let rows = [0, 1, 2];
         Self {
-            lower: rows.map(|i| rows.map(|k| entry(i, k).0)),
-            upper: rows.map(|i| rows.map(|k| entry(i, k).1)),
+            lower: per_axis(|i| per_motor(|k| entry(i, k).0)),
+            upper: per_axis(|i| per_motor(|k| entry(i, k).1)),
             gain: config.gain.0 as i32,
         }
     }
 
     /// Returns v for the error `e` (position - target, µm), in µm with [`V_FRACTION_BITS`],
     /// rounded towards zero. |v| saturates at 2^27 (0.52 m).
-    pub fn v(&self, e: [i32; 3]) -> [i32; 3] {
+    pub fn v(&self, e: PerAxis<i32>) -> PerMotor<i32> {
         let e = e.map(|e| {
             let most = MAX_ERROR >> E_FRACTION_BITS;
             if e > most {
@@ -63,9 +64,9 @@ impl Interval {
             }
         });
         let limbs = e.map(limbs);
-        [0, 1, 2].map(|k| {
+        per_motor(|k| {
             let [mut eta, mut mu] = [[0; 3]; 2];
-            for i in 0..3 {
+            for i in 0..AXES {
                 let (lower, upper) = (self.lower[i][k], self.upper[i][k]);
                 // A negative e swaps the bounds.
                 let (least, most) = if e[i] < 0 { (upper, lower) } else { (lower, upper) };
@@ -83,7 +84,7 @@ impl Interval {
 
     /// Returns the motor rates u̇ = -γ v for the error `e` (position - target, µm), not limited
     /// yet.
-    pub fn rates(&self, e: [i32; 3]) -> MotorRates {
+    pub fn rates(&self, e: PerAxis<i32>) -> MotorRates {
         // Bits: v 27 + gain 20 = 47; v has the 8 fraction bits of a rate, so the gain's 16 go.
         MotorRates(self.v(e).map(|v| {
             let rate = -signed_product(v, self.gain) >> 16;

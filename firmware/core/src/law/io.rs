@@ -2,8 +2,10 @@
 //! that it returns, and the [limits](MotorLimits) of the motors.
 
 use plumb_protocol::config;
+use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
 use plumb_protocol::units::{Covariance, Point, RelativeTension};
 
+use crate::vector::{per_axis, per_motor};
 use crate::wide::{product, scale_by_ratio};
 
 /// A control law with its state.
@@ -19,7 +21,7 @@ pub trait Law {
 
     /// Returns the estimated tensions that hold the ball at rest at the last measurement. `None`
     /// before the first one, and for a law without an estimate.
-    fn tensions(&self) -> Option<[RelativeTension; 3]> {
+    fn tensions(&self) -> Option<PerMotor<RelativeTension>> {
         None
     }
 }
@@ -32,20 +34,20 @@ pub const MOTOR_SAMPLE_US: u32 = 33_333;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Aim {
     /// Where the ball is to be, µm.
-    pub position: [i32; 3],
+    pub position: PerAxis<i32>,
     /// Mean velocity over the coming frame time, µm/s; zero for a target that rests.
-    pub velocity: [i32; 3],
+    pub velocity: PerAxis<i32>,
 }
 
 impl Aim {
     /// Returns the aim of a target that rests.
     pub fn at(target: Point) -> Self {
-        Self { position: target.micrometres(), velocity: [0; 3] }
+        Self { position: target.micrometres(), velocity: [0; AXES] }
     }
 
     /// Returns the position a second later at the same velocity.
-    pub(crate) fn a_second_later(&self) -> [i32; 3] {
-        [0, 1, 2].map(|i| self.position[i].saturating_add(self.velocity[i]))
+    pub(crate) fn a_second_later(&self) -> PerAxis<i32> {
+        per_axis(|i| self.position[i].saturating_add(self.velocity[i]))
     }
 }
 
@@ -53,38 +55,38 @@ impl Aim {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Measurement {
     /// Position of the ball, µm, within ±4 m.
-    pub ball: [i32; 3],
+    pub ball: PerAxis<i32>,
     /// Variances of `ball` along x, y and z, µm²; see [`variances`].
-    pub variances: [i32; 3],
+    pub variances: PerAxis<i32>,
     /// Motor positions when the frame was captured, Q4 steps.
-    pub motors: [i32; 3],
+    pub motors: PerMotor<i32>,
     /// Motor positions [`MOTOR_SAMPLE_US`] before that, and twice as long before, Q4 steps: they
     /// tell how the motors turned.
-    pub motors_before: [[i32; 3]; 2],
+    pub motors_before: [PerMotor<i32>; 2],
     /// Motor positions after ramping down from the moment the law's setpoint takes effect, with
     /// what is still under way through the moving average; Q4 steps.
-    pub motors_ahead: [i32; 3],
+    pub motors_ahead: PerMotor<i32>,
     /// Target of the ball when the law's setpoint takes effect, µm, within ±4 m.
-    pub target: [i32; 3],
+    pub target: PerAxis<i32>,
     /// Mean velocity of the target over the frame time from then on, µm/s; zero where it rests.
-    pub velocity: [i32; 3],
+    pub velocity: PerAxis<i32>,
 }
 
 impl Measurement {
     /// Returns the error e = position - target, µm.
-    pub fn error(&self) -> [i32; 3] {
-        [0, 1, 2].map(|i| self.ball[i] - self.target[i])
+    pub fn error(&self) -> PerAxis<i32> {
+        per_axis(|i| self.ball[i] - self.target[i])
     }
 
     /// Returns whether the target moves.
     pub fn is_moving(&self) -> bool {
-        self.velocity != [0; 3]
+        self.velocity != [0; AXES]
     }
 }
 
 /// Standard deviations of a position that comes without a covariance, µm: those of a depth camera
 /// at a distance of a metre that looks along x (docs/understand/method.md).
-const DEFAULT_SD_UM: [i32; 3] = [2000, 1000, 1000];
+const DEFAULT_SD_UM: PerAxis<i32> = [2000, 1000, 1000];
 
 /// Variance that no covariance contains, µm²: the ball swings, and ages are not exact to the
 /// millisecond. (0.7 mm)²
@@ -93,7 +95,7 @@ const UNMODELLED_VARIANCE_UM2: i32 = 490_000;
 /// Returns the variances that a law uses for a position, along x, y and z: µm², below 10^9 (the
 /// wire has 16 bits of 10^4 µm²). The laws filter each axis alone and do not use covariances
 /// between axes.
-pub fn variances(covariance: Option<Covariance>) -> [i32; 3] {
+pub fn variances(covariance: Option<Covariance>) -> PerAxis<i32> {
     match covariance {
         None => DEFAULT_SD_UM.map(|sd| sd * sd),
         Some(Covariance { variances, .. }) => variances
@@ -144,7 +146,7 @@ pub struct MotorLimits {
 
 impl MotorLimits {
     /// Returns the least of these motors' limits.
-    pub(crate) fn of(motors: &[config::Motor; 3]) -> Self {
+    pub(crate) fn of(motors: &PerMotor<config::Motor>) -> Self {
         let [a, b, c] = motors;
         Self {
             rate: a.max_rate.0.min(b.max_rate.0).min(c.max_rate.0),
@@ -155,7 +157,7 @@ impl MotorLimits {
 
 /// Motor rates as a law requests them: full steps/s, Q8, + pays cable out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct MotorRates(pub [i32; 3]);
+pub struct MotorRates(pub PerMotor<i32>);
 
 impl MotorRates {
     /// Scales the rates by one common factor, the largest up to 1 that brings each within its
@@ -164,12 +166,12 @@ impl MotorRates {
     /// The direction in motor space stays, up to rounding towards zero. So a law that lets |e| fall
     /// for any γ(e) > 0 still does.
     #[must_use]
-    pub fn within(self, limits: [i32; 3]) -> Self {
+    pub fn within(self, limits: PerMotor<i32>) -> Self {
         let magnitudes = self.0.map(i32::unsigned_abs);
         let limits = limits.map(i32::unsigned_abs);
         // The factor is limit/magnitude of the motor that exceeds its limit most.
         let (mut worst, mut limit, mut magnitude) = (None, 1, 1);
-        for i in 0..3 {
+        for i in 0..MOTORS {
             if magnitudes[i] > limits[i]
                 && (worst.is_none()
                     || product(limits[i], magnitude) < product(limit, magnitudes[i]))
@@ -179,7 +181,7 @@ impl MotorRates {
         }
         let Some(worst) = worst else { return self };
         let scale = scale_by_ratio(limit, magnitude);
-        Self([0, 1, 2].map(|i| {
+        Self(per_motor(|i| {
             // The worst motor gets its limit exactly, without rounding.
             let scaled = if i == worst { limit } else { scale(magnitudes[i]) };
             if self.0[i] < 0 { -(scaled as i32) } else { scaled as i32 }

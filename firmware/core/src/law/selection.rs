@@ -2,6 +2,7 @@
 //! the ticks.
 
 use plumb_protocol::config;
+use plumb_protocol::dimension::PerMotor;
 use plumb_protocol::units::RelativeTension;
 
 use super::adaptive::Adaptive;
@@ -122,7 +123,7 @@ impl Law for DeferredLaw {
         }
     }
 
-    fn tensions(&self) -> Option<[RelativeTension; 3]> {
+    fn tensions(&self) -> Option<PerMotor<RelativeTension>> {
         match self {
             Self::Adaptive(law) => law.tensions(),
             Self::Taut(law) => law.tensions(),

@@ -2,6 +2,7 @@
 //! damps the law `adaptive` too.
 
 use plumb_protocol::config;
+use plumb_protocol::dimension::{AXES, PerAxis};
 
 use super::io::{Law, Measurement, MotorRates, Setpoint};
 use crate::wide::signed_product;
@@ -19,7 +20,7 @@ pub struct Sign {
     /// Gain g/(4s), steps/s per µm, Q20, at most 2^20; s is the cable of one full step, µm.
     gain: i32,
     /// Target, µm.
-    target: [i32; 3],
+    target: PerAxis<i32>,
     /// Scale of the gain after overshoots, Q14.
     gain_scale: i32,
     /// Growth of the gain on the way, Q14.
@@ -50,7 +51,7 @@ impl Sign {
     pub(crate) fn new(config: &config::Sign) -> Self {
         Self {
             gain: config.gain.0 as i32,
-            target: [0; 3],
+            target: [0; AXES],
             gain_scale: ONE,
             boost: ONE,
             detector: OvershootDetector::default(),
@@ -58,7 +59,7 @@ impl Sign {
     }
 
     /// Returns the motor rates for the error `e` (position - target, µm), not limited yet.
-    pub fn rates(&mut self, e: [i32; 3]) -> MotorRates {
+    pub fn rates(&mut self, e: PerAxis<i32>) -> MotorRates {
         let e = e.map(|e| e.clamp(-MAX_ERROR_UM, MAX_ERROR_UM));
         let distance = distance(e);
         self.adapt_gain(e, distance);
@@ -73,7 +74,7 @@ impl Sign {
     }
 
     /// Reduces the gain at an overshoot, and lets it grow before the first one.
-    fn adapt_gain(&mut self, e: [i32; 3], distance: u32) {
+    fn adapt_gain(&mut self, e: PerAxis<i32>, distance: u32) {
         if self.detector.overshoots(e, distance) {
             self.gain_scale = ((self.gain_scale * DAMPING) >> 8).max(MIN_GAIN_SCALE);
             self.boost = (self.boost + ONE) / 2;
@@ -84,7 +85,7 @@ impl Sign {
 }
 
 /// Returns |e| in µm, accurate to 4 µm, or [`MAX_DISTANCE_UM`] where it is more.
-pub(super) fn distance(e: [i32; 3]) -> u32 {
+pub(super) fn distance(e: PerAxis<i32>) -> u32 {
     let e = e.map(i32::unsigned_abs);
     if e.iter().any(|&c| c >= MAX_DISTANCE_UM) {
         return MAX_DISTANCE_UM;
@@ -96,7 +97,7 @@ pub(super) fn distance(e: [i32; 3]) -> u32 {
 }
 
 /// Returns -4Σ⁻¹e, µm, 25 bits: the direction of the motor rates.
-pub(super) fn direction(e: [i32; 3]) -> [i32; 3] {
+pub(super) fn direction(e: PerAxis<i32>) -> PerAxis<i32> {
     let [x, y, z] = e.map(|e| e.clamp(-MAX_ERROR_UM, MAX_ERROR_UM));
     [x + 2 * y + z, x - 2 * y + z, 2 * (z - x)]
 }
@@ -120,18 +121,18 @@ const MIN_OVERSHOOT_UM: u32 = 7_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct OvershootDetector {
     /// Error on the side where the ball was last, µm; zero at first.
-    last: [i32; 3],
+    last: PerAxis<i32>,
 }
 
 impl OvershootDetector {
     /// Takes the error `e` (µm, 24 bits) and its length, and returns whether the ball has gone
     /// past its target since it was last farther than [`MIN_OVERSHOOT_UM`] from it.
-    pub(super) fn overshoots(&mut self, e: [i32; 3], distance: u32) -> bool {
+    pub(super) fn overshoots(&mut self, e: PerAxis<i32>, distance: u32) -> bool {
         if distance <= MIN_OVERSHOOT_UM {
             return false;
         }
         // Bits: 24 + 24, 50 the sum.
-        let along: i64 = (0..3).map(|i| signed_product(e[i], self.last[i])).sum();
+        let along: i64 = (0..AXES).map(|i| signed_product(e[i], self.last[i])).sum();
         if along <= 0 {
             self.last = e;
         }

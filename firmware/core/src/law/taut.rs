@@ -14,7 +14,7 @@ mod tests;
 use plumb_protocol::units::RelativeTension;
 
 use super::io::{Law, Measurement, MotorLimits, MotorRates, Setpoint};
-use crate::vector::plus;
+use crate::vector::{per_axis, per_motor, plus};
 use filter::{Observation, millimetres, steps};
 use geometry::{Vector, along, dot, largest, length, scaled};
 use multi_model::{GRAVITY, Mixture, MultiModelFilter};
@@ -127,8 +127,8 @@ impl Taut {
         let last = self.rates;
         let kept = (dot(wanted, last) / dot(last, last).max(1e-9)).clamp(0.0, 1.0);
         let slower = self.in_a_frame(mixture, scaled(last, kept - 1.0));
-        let other = self.in_a_frame(mixture, [0, 1, 2].map(|i| wanted[i] - kept * last[i]));
-        [0, 1, 2].map(|i| last[i] + slower[i] + other[i])
+        let other = self.in_a_frame(mixture, per_motor(|i| wanted[i] - kept * last[i]));
+        per_motor(|i| last[i] + slower[i] + other[i])
     }
 
     /// Returns the part of a change of rates that the acceleration allows in a frame.
@@ -173,7 +173,7 @@ impl Law for Taut {
             Some(mixture.tensions_at_rest().map(|t| RelativeTension((t * 256.0 + 0.5) as u16)));
         let due = steps(measurement.motors, measurement.motors_ahead);
         let moves = along(&mixture.j, due);
-        let e = [0, 1, 2].map(|i| target[i] - mixture.ball[i] - moves[i]);
+        let e = per_axis(|i| target[i] - mixture.ball[i] - moves[i]);
         if measurement.is_moving() {
             self.progress.follow(target);
         }
@@ -276,7 +276,7 @@ impl ProgressMonitor {
         }
         self.count_swings(e);
         self.count += 1;
-        self.sum = [0, 1, 2].map(|i| self.sum[i] + e[i]);
+        self.sum = per_axis(|i| self.sum[i] + e[i]);
         if self.count < WINDOW {
             return false;
         }

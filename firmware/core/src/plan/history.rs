@@ -1,7 +1,10 @@
 //! History of the motor positions: a position of the ball belongs to the cable lengths at its
 //! capture.
 
+use plumb_protocol::dimension::{MOTORS, PerMotor};
+
 use crate::timing::TICK_US;
+use crate::vector::per_motor;
 
 /// Ticks between two entries: 8 ms.
 const SPACING_TICKS: u32 = 40;
@@ -15,7 +18,7 @@ const SPACING_US: u32 = SPACING_TICKS * TICK_US;
 /// Motor positions of the last half second, Q4 steps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct History {
-    entries: [[i32; 3]; ENTRIES],
+    entries: [PerMotor<i32>; ENTRIES],
     /// Index of the newest entry.
     newest: usize,
     /// Ticks since the newest entry.
@@ -23,7 +26,7 @@ pub(super) struct History {
 }
 
 impl History {
-    pub(super) const EMPTY: Self = Self { entries: [[0; 3]; ENTRIES], newest: 0, ticks: 0 };
+    pub(super) const EMPTY: Self = Self { entries: [[0; MOTORS]; ENTRIES], newest: 0, ticks: 0 };
 
     /// Counts a tick.
     #[inline(always)]
@@ -39,7 +42,7 @@ impl History {
 
     /// Enters the present positions (Q4 steps).
     #[inline(never)]
-    pub(super) fn enter(&mut self, positions: [i32; 3]) {
+    pub(super) fn enter(&mut self, positions: PerMotor<i32>) {
         self.ticks = 0;
         self.newest = (self.newest + 1) % ENTRIES;
         self.entries[self.newest] = positions;
@@ -47,7 +50,7 @@ impl History {
 
     /// Returns the positions `age_us` ago, interpolated; `positions` are the present ones. Returns
     /// the oldest entry where `age_us` is beyond it.
-    pub(super) fn ago(&self, age_us: u32, positions: [i32; 3]) -> [i32; 3] {
+    pub(super) fn ago(&self, age_us: u32, positions: PerMotor<i32>) -> PerMotor<i32> {
         let since_newest = self.ticks * TICK_US;
         if age_us <= since_newest {
             return between(
@@ -68,9 +71,9 @@ impl History {
 }
 
 /// Interpolates: returns the point at `part`/`whole` of the way from `a` to `b`.
-fn between(a: [i32; 3], b: [i32; 3], part: u32, whole: u32) -> [i32; 3] {
+fn between(a: PerMotor<i32>, b: PerMotor<i32>, part: u32, whole: u32) -> PerMotor<i32> {
     // Bits: positions 31 + `part` 13.
-    [0, 1, 2].map(|i| {
+    per_motor(|i| {
         a[i] + ((i64::from(b[i]) - i64::from(a[i])) * i64::from(part) / i64::from(whole)) as i32
     })
 }

@@ -1,5 +1,7 @@
 //! Jog: turns one motor by an exact number of steps, for commissioning.
 
+use plumb_protocol::dimension::MOTORS;
+
 use super::planner::Planner;
 use super::pulses::UNIT;
 use crate::law::MotorRates;
@@ -39,7 +41,7 @@ impl Jogging {
         }
         let pulse_rate = approach(distance.unsigned_abs(), planner.deltas[self.motor]);
         let rate = (i64::from(pulse_rate) / per_q8).min(i64::from(self.rate)) as i32;
-        let mut rates = [0; 3];
+        let mut rates = [0; MOTORS];
         rates[self.motor] = rate * distance.signum() as i32;
         Some(MotorRates(rates))
     }

@@ -4,8 +4,11 @@
 //! from the mean of the last cells to the next such mean. A mean of rates within limits is within
 //! them, and so are its changes.
 
+use plumb_protocol::dimension::{MOTORS, PerMotor};
+
 use crate::params::MAX_MEAN_MS;
 use crate::timing::TICK_US;
+use crate::vector::per_motor;
 use crate::wide;
 
 /// Ticks in a cell: 3.2 ms.
@@ -53,7 +56,7 @@ struct Lane {
 /// Moving averages of three motors.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MovingAverage {
-    lanes: [Lane; 3],
+    lanes: PerMotor<Lane>,
     /// Cells of the span; 0 switches the average off.
     length: usize,
     /// Index of the cell that the present one replaces.
@@ -63,7 +66,7 @@ pub(super) struct MovingAverage {
 }
 
 impl MovingAverage {
-    pub(super) const OFF: Self = Self { lanes: [Lane::AT_REST; 3], length: 0, at: 0, tick: 0 };
+    pub(super) const OFF: Self = Self { lanes: [Lane::AT_REST; MOTORS], length: 0, at: 0, tick: 0 };
 
     /// Creates an average over `span_ms`, at most [`MAX_MEAN_MS`], at standstill.
     pub(super) fn over(span_ms: u16) -> Self {
@@ -78,7 +81,7 @@ impl MovingAverage {
 
     /// Returns the motors' rates in a tick in which the reference moves at `reference`.
     /// [`pass`](Self::pass) then enters that tick.
-    pub(super) fn rates(&self, reference: [i32; 3]) -> [i32; 3] {
+    pub(super) fn rates(&self, reference: PerMotor<i32>) -> PerMotor<i32> {
         if self.length == 0 {
             return reference;
         }
@@ -88,7 +91,7 @@ impl MovingAverage {
 
     /// Enters a tick in which the reference moved at `reference`.
     #[inline(never)]
-    pub(super) fn pass(&mut self, reference: [i32; 3]) {
+    pub(super) fn pass(&mut self, reference: PerMotor<i32>) {
         for (lane, wanted) in self.lanes.iter_mut().zip(reference) {
             lane.moved += i64::from(wanted);
             lane.ahead += i64::from(wanted) - i64::from(lane.now());
@@ -103,8 +106,8 @@ impl MovingAverage {
     }
 
     /// Returns the movement of each motor that follows if the reference stands still, units.
-    pub(super) fn ahead(&self) -> [i64; 3] {
-        [0, 1, 2].map(|i| self.lanes[i].ahead)
+    pub(super) fn ahead(&self) -> PerMotor<i64> {
+        per_motor(|i| self.lanes[i].ahead)
     }
 
     /// Returns whether no average is configured.

@@ -2,6 +2,8 @@
 //! say where the reference gets, for laws whose setpoints take effect later, and how the motors
 //! come to rest.
 
+use plumb_protocol::dimension::{MOTORS, PerMotor};
+
 use super::history::History;
 use super::moving_average::MovingAverage;
 use super::pulses::{Pulses, RATE_BITS, StepPlan, UNIT};
@@ -11,19 +13,20 @@ use super::travel_limit::{MotorPosition, SAFE_TICKS, Stop, TravelLimit};
 use crate::law::MotorRates;
 use crate::params::Params;
 use crate::timing::TICK_US;
+use crate::vector::per_motor;
 use crate::wide;
 
 /// Turns wanted rates into step plans, and counts the motors' positions.
 #[derive(Debug, Clone, Copy)]
 pub struct Planner {
-    pub(super) axes: [StepAxis; 3],
-    pub(super) travels: [TravelLimit; 3],
+    pub(super) axes: PerMotor<StepAxis>,
+    pub(super) travels: PerMotor<TravelLimit>,
     /// Motor positions at the zero of travel, Q4 steps since the start.
-    zero: [i32; 3],
+    zero: PerMotor<i32>,
     /// Highest change of each motor's rate a tick, units, at least 8; 24 bits.
-    pub(super) deltas: [u32; 3],
+    pub(super) deltas: PerMotor<u32>,
     /// Pulses that each motor may be behind its reference at most; 20 bits.
-    behind: [u32; 3],
+    behind: PerMotor<u32>,
     /// Microsteps of a full step, a power of two up to 16.
     pub(super) microsteps: i32,
     /// Q4 steps of a pulse.
@@ -33,7 +36,7 @@ pub struct Planner {
     pub(super) ramp: Ramp,
     pub(super) mean: MovingAverage,
     /// Present rates of the motors, units: those of the ramp after the moving average.
-    rates: [i32; 3],
+    rates: PerMotor<i32>,
     history: History,
     /// Whether the motors turn at rates that have lasted for two ticks.
     steady: bool,
@@ -45,21 +48,21 @@ pub struct Planner {
 impl Default for Planner {
     fn default() -> Self {
         Self {
-            axes: [StepAxis::AT_REST; 3],
-            travels: [TravelLimit::between(0, 0); 3],
-            zero: [0; 3],
-            deltas: [8; 3],
-            behind: [0; 3],
+            axes: [StepAxis::AT_REST; MOTORS],
+            travels: [TravelLimit::between(0, 0); MOTORS],
+            zero: [0; MOTORS],
+            deltas: [8; MOTORS],
+            behind: [0; MOTORS],
             microsteps: 16,
             per_pulse: 1,
             shift: 4 + RATE_BITS - 8,
             ramp: Ramp::AT_REST,
             mean: MovingAverage::OFF,
-            rates: [0; 3],
+            rates: [0; MOTORS],
             history: History::EMPTY,
             steady: false,
             safe_for: 0,
-            plan: StepPlan { motors: [Pulses::NONE; 3] },
+            plan: StepPlan { motors: [Pulses::NONE; MOTORS] },
         }
     }
 }
@@ -84,7 +87,7 @@ impl Planner {
             self.behind[i] = pulses.unsigned_abs() * self.mean.lag_ticks();
         }
         self.ramp = Ramp::AT_REST;
-        self.plan = StepPlan { motors: [Pulses::NONE; 3] };
+        self.plan = StepPlan { motors: [Pulses::NONE; MOTORS] };
         self.plan_transition();
     }
 
@@ -97,7 +100,7 @@ impl Planner {
     }
 
     /// Returns the motor positions at the zero of travel, Q4 steps since the start.
-    pub fn zero(&self) -> [i32; 3] {
+    pub fn zero(&self) -> PerMotor<i32> {
         self.zero
     }
 
@@ -115,17 +118,17 @@ impl Planner {
 
     /// Returns the motor positions at the end of the last tick by the pulses given, Q4 steps since
     /// the start.
-    pub fn positions(&self) -> [i32; 3] {
+    pub fn positions(&self) -> PerMotor<i32> {
         let [a, b, c] = &self.axes;
         [a.position, b.position, c.position]
     }
 
     /// Corrects the positions after an emergency stop: each motor stands `missing` pulses short of
     /// its planned position, + where the direction line is high.
-    pub fn cut(&mut self, missing: [i32; 3]) {
-        (self.mean, self.rates) = (self.mean.emptied(), [0; 3]);
+    pub fn cut(&mut self, missing: PerMotor<i32>) {
+        (self.mean, self.rates) = (self.mean.emptied(), [0; MOTORS]);
         self.ramp = Ramp::AT_REST;
-        self.plan = StepPlan { motors: [Pulses::NONE; 3] };
+        self.plan = StepPlan { motors: [Pulses::NONE; MOTORS] };
         self.plan_transition();
         for (axis, missing) in self.axes.iter_mut().zip(missing) {
             axis.cut(if axis.reversed { -missing } else { missing });
@@ -133,16 +136,16 @@ impl Planner {
     }
 
     /// Returns the motor positions `age_us` ago (at most half a second), Q4 steps.
-    pub fn positions_ago(&self, age_us: u32) -> [i32; 3] {
+    pub fn positions_ago(&self, age_us: u32) -> PerMotor<i32> {
         self.history.ago(age_us, self.positions())
     }
 
     /// Returns the motor positions that follow through the moving average if the reference stands
     /// still from now on, Q4 steps.
-    pub fn reference(&self) -> [i32; 3] {
+    pub fn reference(&self) -> PerMotor<i32> {
         let (positions, ahead) = (self.positions(), self.mean.ahead());
         // Rounded down to a microstep. The travel limits keep the sum within an i32.
-        [0, 1, 2].map(|i| {
+        per_motor(|i| {
             let microsteps =
                 (i64::from(self.axes[i].fraction()) + ahead[i]).div_euclid(i64::from(UNIT));
             positions[i] + microsteps as i32 * self.per_pulse
@@ -150,7 +153,7 @@ impl Planner {
     }
 
     /// Returns the present motor rates, Q8 steps/s, rounded towards zero.
-    pub fn rates(&self) -> [i32; 3] {
+    pub fn rates(&self) -> PerMotor<i32> {
         self.rates.map(|rate| rate / self.per_q8())
     }
 
@@ -167,7 +170,7 @@ impl Planner {
 
     /// Returns whether any motor turns.
     pub fn moving(&self) -> bool {
-        self.ramp.rates != [0; 3] || self.mean.moving()
+        self.ramp.rates != [0; MOTORS] || self.mean.moving()
     }
 
     /// Returns the motor that would pass its travel limit if the ramp went on for a tick and then
@@ -177,13 +180,13 @@ impl Planner {
             self.safe_for -= 1;
             return None;
         }
-        if (0..3).all(|i| self.travels[i].in_safe_zone(self.axes[i].position)) {
+        if (0..MOTORS).all(|i| self.travels[i].in_safe_zone(self.axes[i].position)) {
             self.safe_for = SAFE_TICKS - 1;
             return None;
         }
         let beyond = self.beyond_travel();
         if beyond.is_some() {
-            self.ramp.to([0; 3], 0, self.deltas);
+            self.ramp.to([0; MOTORS], 0, self.deltas);
             self.plan_transition();
         }
         beyond
@@ -195,7 +198,7 @@ impl Planner {
         let (rates, ahead) = (self.ramp.next(), self.mean.ahead());
         let ticks = ticks_for(rates.map(i32::unsigned_abs), self.deltas);
         let stop = Stop::over(ticks, self.mean.lag_ticks());
-        (0..3).find(|&i| {
+        (0..MOTORS).find(|&i| {
             let motor = MotorPosition {
                 position: self.axes[i].position,
                 fraction: self.axes[i].fraction(),
@@ -223,7 +226,7 @@ impl Planner {
         // A rate on the way is at most the greater of both ends, and a stop takes at most as long
         // as from there.
         let (now, then) = (self.ramp.rates, self.ramp.wanted());
-        let fastest = [0, 1, 2].map(|i| now[i].unsigned_abs().max(then[i].unsigned_abs()));
+        let fastest = per_motor(|i| now[i].unsigned_abs().max(then[i].unsigned_abs()));
         let ticks = ticks_for(fastest, self.deltas);
         for ((travel, fastest), behind) in self.travels.iter_mut().zip(fastest).zip(self.behind) {
             travel.set_safe_zone(fastest, ticks, behind, self.per_pulse);
@@ -304,7 +307,7 @@ const _: () = assert!((UNIT / 16) % (1 << DROPPED_BITS) == 0);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RunOut {
     /// Where they come to rest, Q4 steps.
-    pub motors: [i32; 3],
+    pub motors: PerMotor<i32>,
     /// Longest time until then, µs.
     pub time_us: u64,
 }
@@ -330,7 +333,7 @@ impl Planner {
 impl Planner {
     /// Returns the same as [`reference`](Self::reference) where the reference stands still only
     /// after `ticks` more ticks (at most 256) of the present ramp; Q4 steps, accurate to about one.
-    pub(crate) fn reference_after(&self, ticks: u32) -> [i32; 3] {
+    pub(crate) fn reference_after(&self, ticks: u32) -> PerMotor<i32> {
         let ticks = ticks.min(MAX_TICKS);
         let mut reference = self.reference();
         for (reference, turned) in reference.iter_mut().zip(self.ramp.turned(ticks)) {

@@ -3,6 +3,8 @@
 
 use core::hint::black_box;
 
+use plumb_protocol::dimension::PerMotor;
+
 use crate::timing::{CLOCK_HZ, TICK_CLOCKS, TICK_US};
 
 /// Fraction bits of a pulse rate (microsteps/s). With 10 of them, small accelerations still change
@@ -36,7 +38,7 @@ impl Pulses {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StepPlan {
     /// Motors A, B and C.
-    pub motors: [Pulses; 3],
+    pub motors: PerMotor<Pulses>,
 }
 
 /// A quotient rounded down, and the remainder.

@@ -1,17 +1,21 @@
 //! Linear ramp of three rates from the present ones to the wanted ones, with one common factor.
 
+use plumb_protocol::dimension::{MOTORS, PerMotor};
+
+use crate::vector::per_motor;
+
 /// A change of three pulse rates, spread evenly over some ticks. A tick takes additions only.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ramp {
     /// Present rates, units; 31 bits with the sign.
-    pub(super) rates: [i32; 3],
+    pub(super) rates: PerMotor<i32>,
     /// Rates at the end of the ramp.
-    wanted: [i32; 3],
+    wanted: PerMotor<i32>,
     /// Ticks of the whole ramp.
     ticks: u32,
     /// Ticks that are left.
     left: u32,
-    lanes: [Lane; 3],
+    lanes: PerMotor<Lane>,
 }
 
 /// Change of one motor's rate: `step` every tick, and `rest`/`ticks` of `unit` besides.
@@ -27,21 +31,21 @@ struct Lane {
 
 impl Ramp {
     pub(super) const AT_REST: Self = Self {
-        rates: [0; 3],
-        wanted: [0; 3],
+        rates: [0; MOTORS],
+        wanted: [0; MOTORS],
         ticks: 1,
         left: 0,
-        lanes: [Lane { step: 0, unit: 0, rest: 0, gathered: 0 }; 3],
+        lanes: [Lane { step: 0, unit: 0, rest: 0, gathered: 0 }; MOTORS],
     };
 
     /// Returns the rates at the end of the ramp.
-    pub(super) fn wanted(&self) -> [i32; 3] {
+    pub(super) fn wanted(&self) -> PerMotor<i32> {
         self.wanted
     }
 
     /// Returns whether the ramp is over and its rates are `wanted`. (The compiler would compare
     /// whole arrays by a call.)
-    pub(super) fn ended_at(&self, wanted: &[i32; 3]) -> bool {
+    pub(super) fn ended_at(&self, wanted: &PerMotor<i32>) -> bool {
         self.over() && self.wanted.iter().zip(wanted).all(|(a, b)| a == b)
     }
 
@@ -52,17 +56,17 @@ impl Ramp {
 
     /// Begins a ramp from the present rates to `wanted`, over at least `ticks` (below 2^31). A
     /// motor's rate changes by at most its `most` a tick. All motors arrive in the same tick.
-    pub(super) fn to(&mut self, wanted: [i32; 3], ticks: u32, most: [u32; 3]) {
+    pub(super) fn to(&mut self, wanted: PerMotor<i32>, ticks: u32, most: PerMotor<u32>) {
         self.wanted = wanted;
         self.left = 0;
         // Rates within the limits are at most 1.28e9: the difference of two has 32 bits.
-        let changes = [0, 1, 2].map(|i| wanted[i].abs_diff(self.rates[i]));
+        let changes = per_motor(|i| wanted[i].abs_diff(self.rates[i]));
         if changes[0] | changes[1] | changes[2] == 0 {
             return;
         }
         self.ticks = ticks_for(changes, most).max(ticks).max(1);
         self.left = self.ticks;
-        for i in 0..3 {
+        for i in 0..MOTORS {
             let whole = changes[i] / self.ticks;
             // A division and a product take less time than two divisions.
             let rest = changes[i].wrapping_sub(whole.wrapping_mul(self.ticks));
@@ -92,9 +96,9 @@ impl Ramp {
 
     /// Returns the sum of the rates of the next `ticks` ticks (at most 256). The error is at most
     /// `ticks`² units.
-    pub(super) fn turned(&self, ticks: u32) -> [i64; 3] {
+    pub(super) fn turned(&self, ticks: u32) -> PerMotor<i64> {
         let (rising, risen) = (ticks.min(self.left), ticks.saturating_sub(self.left));
-        [0, 1, 2].map(|i| {
+        per_motor(|i| {
             // Bits: rates 31 + ticks 8; a step is at most the whole change over the ramp's ticks.
             i64::from(self.rates[i]) * i64::from(rising)
                 + i64::from(self.lanes[i].step) * i64::from(rising * (rising + 1) / 2)
@@ -103,11 +107,11 @@ impl Ramp {
     }
 
     /// Returns the rates after the next tick.
-    pub(super) fn next(&self) -> [i32; 3] {
+    pub(super) fn next(&self) -> PerMotor<i32> {
         if self.left == 0 {
             return self.rates;
         }
-        [0, 1, 2].map(|i| {
+        per_motor(|i| {
             let (rate, lane) = (self.rates[i].wrapping_add(self.lanes[i].step), &self.lanes[i]);
             if lane.gathered + lane.rest >= self.ticks {
                 rate.wrapping_add(lane.unit)
@@ -120,7 +124,7 @@ impl Ramp {
 
 /// Returns the ticks in which three rates change by `changes`, each by at most its `most` (8 and
 /// above) a tick: 29 bits.
-pub(super) fn ticks_for(changes: [u32; 3], most: [u32; 3]) -> u32 {
+pub(super) fn ticks_for(changes: PerMotor<u32>, most: PerMotor<u32>) -> u32 {
     let ticks = |i: usize| if changes[i] == 0 { 0 } else { (changes[i] - 1) / most[i] + 1 };
     ticks(0).max(ticks(1)).max(ticks(2))
 }

@@ -3,12 +3,14 @@
 //! target.
 
 use plumb_protocol::config::{Following, Growth, Progress};
+use plumb_protocol::dimension::{AXES, PerAxis, PerMotor};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::{Micros, Point};
 
 use super::tracker::{error, magnitude};
 use crate::params::Params;
 use crate::plan::RunOut;
+use crate::vector::{per_axis, per_motor};
 use crate::wide::signed_product;
 
 /// Guards that compare the ball's way with its target and with the motors. They outlive a change of
@@ -26,7 +28,7 @@ pub struct DriveState {
     /// When the frame of the position was captured.
     pub captured: Micros,
     /// Filtered position of the ball, µm.
-    pub ball: [i32; 3],
+    pub ball: PerAxis<i32>,
     /// The target.
     pub target: Point,
     /// Distance between the two, µm.
@@ -39,14 +41,14 @@ pub struct DriveState {
 #[derive(Debug, Clone, Copy)]
 pub struct MotorsOfDrive {
     /// Present ones.
-    pub present: [i32; 3],
+    pub present: PerMotor<i32>,
     /// Those when the frame of the position was captured.
-    pub at_capture: [i32; 3],
+    pub at_capture: PerMotor<i32>,
 }
 
 impl DriveState {
     /// Creates the state with its error.
-    pub fn new(captured: Micros, ball: [i32; 3], target: Point, motors: MotorsOfDrive) -> Self {
+    pub fn new(captured: Micros, ball: PerAxis<i32>, target: Point, motors: MotorsOfDrive) -> Self {
         Self { captured, ball, target, error: magnitude(error(ball, target)), motors }
     }
 }
@@ -66,7 +68,7 @@ impl Guards {
 
     /// Notes at `now` that the target is replaced to which the ball had `way` to go (µm), while the
     /// motors come to rest by `run_out` without a new setpoint.
-    pub fn note_change(&mut self, now: Micros, way: [i32; 3], run_out: &RunOut) {
+    pub fn note_change(&mut self, now: Micros, way: PerAxis<i32>, run_out: &RunOut) {
         self.divergence.note_change(now, way, run_out);
     }
 
@@ -118,7 +120,7 @@ impl DivergenceGuard {
     }
 
     /// Notes that the target is replaced; see [`OldWays::note`].
-    fn note_change(&mut self, now: Micros, way: [i32; 3], run_out: &RunOut) {
+    fn note_change(&mut self, now: Micros, way: PerAxis<i32>, run_out: &RunOut) {
         self.old_ways.note(now, way, run_out);
     }
 
@@ -127,7 +129,7 @@ impl DivergenceGuard {
     fn update(&mut self, now: Micros, state: &DriveState, rule: &Growth) -> bool {
         let here = Nearest { position: state.ball, target: state.target, error: state.error };
         let before = self.nearest.map_or(here, |nearest| nearest.seen_from(here.target));
-        let moved = [0, 1, 2].map(|i| here.position[i] - before.position[i]);
+        let moved = per_axis(|i| here.position[i] - before.position[i]);
         let is_old = self.old_ways.update(state.captured, state.motors.at_capture, moved);
         let nearest = if here.error <= before.error || is_old { here } else { before };
         self.nearest = Some(nearest);
@@ -160,10 +162,10 @@ struct OldWay {
     /// When no setpoint for the old target turns the motors any more.
     until: Micros,
     /// From the ball to its old target, µm.
-    ball: [i32; 3],
+    ball: PerAxis<i32>,
     /// From the filtered motor positions to those at which the motors come to rest without a new
     /// setpoint, Q4 steps.
-    motors: [i32; 3],
+    motors: PerMotor<i32>,
     /// Positions captured after `until` that are still to come; 0 for a way that has ended.
     left: u8,
 }
@@ -185,7 +187,7 @@ struct OldWays {
     since: Option<Micros>,
     /// Motor positions at the captures, filtered as the ball's are: Q4 steps; `None` before the
     /// first position.
-    motors: Option<[i32; 3]>,
+    motors: Option<PerMotor<i32>>,
 }
 
 impl OldWays {
@@ -197,9 +199,9 @@ impl OldWays {
 
     /// Notes at `now` that the target is replaced to which the ball had `way` to go (µm), while the
     /// motors come to rest by `run_out` without a new setpoint.
-    fn note(&mut self, now: Micros, way: [i32; 3], run_out: &RunOut) {
+    fn note(&mut self, now: Micros, way: PerAxis<i32>, run_out: &RunOut) {
         let Some(motors) = self.motors else { return };
-        let turn = [0, 1, 2].map(|i| run_out.motors[i].saturating_sub(motors[i]));
+        let turn = per_motor(|i| run_out.motors[i].saturating_sub(motors[i]));
         let is_close = self.since.is_some_and(|since| now.since(since) < SPACING_US);
         if is_close || turn.iter().all(|turn| turn.unsigned_abs() < STANDS) {
             return;
@@ -212,11 +214,11 @@ impl OldWays {
 
     /// Takes in the motor positions (Q4 steps) at the capture of a position. `moved` is the
     /// movement of the ball since it was last near, µm. Returns whether it has moved on an old way.
-    fn update(&mut self, captured: Micros, motors: [i32; 3], moved: [i32; 3]) -> bool {
+    fn update(&mut self, captured: Micros, motors: PerMotor<i32>, moved: PerAxis<i32>) -> bool {
         let before = self.motors.unwrap_or(motors);
         // As the ball's filter does.
-        let turned = [0, 1, 2].map(|i| motors[i].saturating_sub(before[i]) >> 2);
-        self.motors = Some([0, 1, 2].map(|i| before[i] + turned[i]));
+        let turned = per_motor(|i| motors[i].saturating_sub(before[i]) >> 2);
+        self.motors = Some(per_motor(|i| before[i] + turned[i]));
         let mut is_old = false;
         for way in self.ways.iter_mut().filter(|way| way.left > 0) {
             is_old = is_old || is_along(moved, way.ball) && is_along(turned, way.motors);
@@ -227,9 +229,9 @@ impl OldWays {
 }
 
 /// Returns whether `movement` has a part along `way`.
-fn is_along(movement: [i32; 3], way: [i32; 3]) -> bool {
+fn is_along(movement: PerAxis<i32>, way: PerAxis<i32>) -> bool {
     // Bits: 30 + 31, 63 the sum.
-    let along: i64 = (0..3).map(|i| signed_product(movement[i], way[i])).sum();
+    let along: i64 = (0..AXES).map(|i| signed_product(movement[i], way[i])).sum();
     along > 0
 }
 
@@ -249,16 +251,16 @@ struct MotionWithoutBallGuard {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Place {
     /// Position of the ball, µm.
-    ball: [i32; 3],
+    ball: PerAxis<i32>,
     /// Motor positions, Q4 steps.
-    motors: [i32; 3],
+    motors: PerMotor<i32>,
 }
 
 impl MotionWithoutBallGuard {
     /// Takes in the filtered position of the `ball` (µm) and the positions of the `motors` (Q4
     /// steps). Returns whether a motor has turned by the rule's turn while the ball has moved along
     /// no axis by more than the rule's movement.
-    fn update(&mut self, ball: [i32; 3], motors: [i32; 3], rule: &Following) -> bool {
+    fn update(&mut self, ball: PerAxis<i32>, motors: PerMotor<i32>, rule: &Following) -> bool {
         let place = *self.place.get_or_insert(Place { ball, motors });
         if farthest(ball, place.ball) > rule.movement.0.unsigned_abs() {
             self.place = Some(Place { ball, motors });
@@ -269,8 +271,8 @@ impl MotionWithoutBallGuard {
 }
 
 /// Returns the largest difference of a component.
-fn farthest(a: [i32; 3], b: [i32; 3]) -> u32 {
-    let [x, y, z] = [0, 1, 2].map(|i| a[i].abs_diff(b[i]));
+fn farthest(a: PerAxis<i32>, b: PerAxis<i32>) -> u32 {
+    let [x, y, z] = per_axis(|i| a[i].abs_diff(b[i]));
     x.max(y).max(z)
 }
 
@@ -310,7 +312,7 @@ impl ProgressGuard {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Nearest {
     /// Position of the ball, µm.
-    position: [i32; 3],
+    position: PerAxis<i32>,
     /// The target that `error` belongs to.
     target: Point,
     /// Distance between the two, µm.

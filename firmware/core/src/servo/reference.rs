@@ -14,15 +14,15 @@ mod path;
 #[cfg(test)]
 mod tests;
 
+use clock::{Conditions, PathClock};
+use path::{Motion, MotionLimits, Path};
 use plumb_protocol::message::{self, ReferenceState};
 use plumb_protocol::units::{Micrometres, Micros, Point};
 
 use crate::law::Aim;
 use crate::params::Params;
 use crate::plan::mean_lag_us;
-use crate::vector::{length, plus};
-use clock::{Conditions, PathClock};
-use path::{Motion, MotionLimits, Path};
+use crate::vector::{length, per_axis, plus};
 
 /// Time between two states of the reference, µs: 16.4 ms. A power of two spares the chip divisions.
 const STEP_US: u32 = 1 << STEP_BITS;
@@ -199,7 +199,7 @@ impl ReferenceTracker {
         let time = Micros(time.0 + mean_lag_us(params.mean_ms));
         let now = self.track.position(time);
         let then = self.track.position(Micros(time.0 + FRAME_US));
-        let velocity = [0, 1, 2].map(|i| {
+        let velocity = per_axis(|i| {
             // 30 a second, from Q4.
             let moved = then[i].saturating_sub(now[i]).clamp(-(1 << 27), 1 << 27);
             moved * 15 / 8
@@ -212,7 +212,7 @@ impl ReferenceTracker {
     pub(super) fn smooth(&mut self, captured: Micros) {
         let reference = self.position(captured);
         self.smoothed =
-            [0, 1, 2].map(|i| self.smoothed[i] + (((reference[i] << 4) - self.smoothed[i]) >> 2));
+            per_axis(|i| self.smoothed[i] + (((reference[i] << 4) - self.smoothed[i]) >> 2));
     }
 
     /// Returns the filtered reference.
@@ -286,7 +286,7 @@ impl Track {
     /// them.
     pub(super) fn position(&self, time: Micros) -> [i32; 3] {
         let Between { from, to, share } = self.around(time);
-        [0, 1, 2].map(|i| {
+        per_axis(|i| {
             let (from, to) = (from.position[i], to.position[i]);
             to.wrapping_add(part_of(from.wrapping_sub(to), share))
         })

@@ -1,7 +1,10 @@
 //! The ball: its filtered position, its error, and when it counts as arrived at its target.
 
 use plumb_protocol::config::Reached;
+use plumb_protocol::dimension::{AXES, PerAxis};
 use plumb_protocol::units::{Micros, Point};
+
+use crate::vector::per_axis;
 
 /// Largest plausible move of the ball along an axis between two positions, µm. At 400 steps/s and
 /// 0.94 mm a step the ball moves 12.5 mm between two frames, and noise of 6 mm reaches the rest at
@@ -22,13 +25,13 @@ pub struct BallTracker {
     /// When the last frame with the ball inside the workspace was captured.
     captured: Option<Micros>,
     /// Position of the ball in it, µm.
-    last: Option<[i32; 3]>,
+    last: Option<PerAxis<i32>>,
     /// Frames in a row with the ball outside the workspace.
     outside: u8,
     /// State of the filter: µm with 4 fraction bits; within ±4 m, so 26 bits.
-    state: Option<[i32; 3]>,
+    state: Option<PerAxis<i32>>,
     /// Last position that the filter took in, µm.
-    inlier: [i32; 3],
+    inlier: PerAxis<i32>,
     /// Positions in a row that the filter passed over.
     outliers: u8,
 }
@@ -36,7 +39,7 @@ pub struct BallTracker {
 impl BallTracker {
     /// Takes in a position inside the workspace and within ±4 m, µm, from a frame captured at
     /// `captured`. The filter starts at the first position.
-    pub fn update(&mut self, captured: Micros, position: [i32; 3]) {
+    pub fn update(&mut self, captured: Micros, position: PerAxis<i32>) {
         (self.captured, self.last) = (Some(captured), Some(position));
         self.outside = 0;
         if self.is_outlier(position) {
@@ -47,12 +50,12 @@ impl BallTracker {
         let position = position.map(|p| p << 4);
         self.state = Some(match self.state {
             None => position,
-            Some(state) => [0, 1, 2].map(|i| state[i] + ((position[i] - state[i]) >> 2)),
+            Some(state) => per_axis(|i| state[i] + ((position[i] - state[i]) >> 2)),
         });
     }
 
-    fn is_outlier(&self, position: [i32; 3]) -> bool {
-        let far = (0..3).any(|i| (position[i] - self.inlier[i]).abs() > MAX_MOVE_UM);
+    fn is_outlier(&self, position: PerAxis<i32>) -> bool {
+        let far = (0..AXES).any(|i| (position[i] - self.inlier[i]).abs() > MAX_MOVE_UM);
         self.state.is_some() && far && self.outliers < MAX_OUTLIERS
     }
 
@@ -62,19 +65,19 @@ impl BallTracker {
     }
 
     /// Returns the last position, µm, unfiltered.
-    pub fn last(&self) -> Option<[i32; 3]> {
+    pub fn last(&self) -> Option<PerAxis<i32>> {
         self.last
     }
 
     /// Returns the filtered position in whole micrometres; `None` before the first position.
-    pub fn filtered(&self) -> Option<[i32; 3]> {
+    pub fn filtered(&self) -> Option<PerAxis<i32>> {
         self.state.map(|s| s.map(|p| (p + 8) >> 4))
     }
 
     /// Returns the residual: the last position that the filter took in less the filtered one, µm,
     /// within ±8 m; zero before the first position.
-    pub fn residual(&self) -> [i32; 3] {
-        self.filtered().map_or([0; 3], |p| [0, 1, 2].map(|i| self.inlier[i] - p[i]))
+    pub fn residual(&self) -> PerAxis<i32> {
+        self.filtered().map_or([0; AXES], |p| per_axis(|i| self.inlier[i] - p[i]))
     }
 
     /// Counts a frame with the ball outside the workspace. Returns the number of such frames in a
@@ -101,7 +104,7 @@ pub struct ArrivalDetector {
     /// Positions near the target in a row.
     frames: u8,
     /// Last residual, µm.
-    residual: [i32; 3],
+    residual: PerAxis<i32>,
     /// Mean product of two residuals in a row, µm².
     swing: i64,
 }
@@ -109,7 +112,7 @@ pub struct ArrivalDetector {
 impl ArrivalDetector {
     /// Takes in the filtered |e| after a position (`filtered`, µm) and the residual of that
     /// position ([`BallTracker::residual`]). Returns whether the target counts as reached now.
-    pub fn update(&mut self, filtered: u32, residual: [i32; 3], rule: &Reached) -> bool {
+    pub fn update(&mut self, filtered: u32, residual: PerAxis<i32>, rule: &Reached) -> bool {
         let radius = rule.radius.0.unsigned_abs();
         // 0.8 of the radius, so that noise at the rim does not count; radius <= 1 m, so 23 bits.
         let near = filtered * 5 <= radius * 4;
@@ -121,10 +124,10 @@ impl ArrivalDetector {
     /// Averages the products over sixteen positions, half a second at 30 Hz. A product counts as
     /// radius²/2 at most, so that the mean forgets the way to the target within the positions that
     /// are counted.
-    fn update_swing(&mut self, residual: [i32; 3], radius: u32) {
+    fn update_swing(&mut self, residual: PerAxis<i32>, radius: u32) {
         let most = i64::from(radius) * i64::from(radius) / 2;
         let product: i64 =
-            (0..3).map(|i| i64::from(residual[i]) * i64::from(self.residual[i])).sum();
+            (0..AXES).map(|i| i64::from(residual[i]) * i64::from(self.residual[i])).sum();
         self.swing += (product.clamp(-most, most) - self.swing) / 16;
         self.residual = residual;
     }
@@ -139,13 +142,13 @@ impl ArrivalDetector {
 }
 
 /// Returns e = `position` - `target`, µm; both within ±4 m a coordinate.
-pub fn error(position: [i32; 3], target: Point) -> [i32; 3] {
+pub fn error(position: PerAxis<i32>, target: Point) -> PerAxis<i32> {
     let target = target.micrometres();
-    [0, 1, 2].map(|i| position[i] - target[i])
+    per_axis(|i| position[i] - target[i])
 }
 
 /// Returns |e| in whole micrometres, rounded down; e within ±8 m a coordinate, so 24 bits.
-pub fn magnitude(e: [i32; 3]) -> u32 {
+pub fn magnitude(e: PerAxis<i32>) -> u32 {
     let squares: u64 = e.iter().map(|c| u64::from(c.unsigned_abs()).pow(2)).sum();
     squares.isqrt() as u32
 }

@@ -1,8 +1,9 @@
 //! Table `[board]` of a rig file: the board's address, its kind and its pins.
 
 use plumb_protocol::boards::{self, Board};
+use plumb_protocol::dimension::PerMotor;
 use plumb_protocol::provenance::BoardKind;
-use plumb_protocol::wiring::{EnablePins, EnablePolarity, MOTORS, MotorPins, Pin, Pins};
+use plumb_protocol::wiring::{EnablePins, EnablePolarity, MotorPins, Pin, Pins};
 use serde::Deserialize;
 
 use super::motors::Driver;
@@ -94,9 +95,9 @@ pub enum EnableName {
 #[serde(deny_unknown_fields)]
 pub struct PinSettings {
     /// STEP of motors A, B, C.
-    pub step: Option<[u8; MOTORS]>,
+    pub step: Option<PerMotor<u8>>,
     /// DIR of motors A, B, C.
-    pub direction: Option<[u8; MOTORS]>,
+    pub direction: Option<PerMotor<u8>>,
     /// ENABLE: one pin for all drivers, or one for each.
     pub enable: Option<EnableSetting>,
     /// Emergency input.
@@ -112,7 +113,7 @@ pub enum EnableSetting {
     /// One pin for all drivers.
     Shared(u8),
     /// A pin for each of motors A, B, C.
-    PerMotor([u8; MOTORS]),
+    PerMotor(PerMotor<u8>),
 }
 
 /// Inversions in place of those of the board's kind.
@@ -120,9 +121,9 @@ pub enum EnableSetting {
 #[serde(deny_unknown_fields)]
 pub struct InvertedSettings {
     /// STEP of motors A, B, C.
-    pub step: Option<[bool; MOTORS]>,
+    pub step: Option<PerMotor<bool>>,
     /// DIR of motors A, B, C.
-    pub direction: Option<[bool; MOTORS]>,
+    pub direction: Option<PerMotor<bool>>,
     /// ENABLE.
     #[serde(default)]
     pub enable: bool,
@@ -146,7 +147,7 @@ impl BoardSettings {
         let table = self.kind.board().pins;
         let motors = [0, 1, 2].map(|motor| {
             let of =
-                |pin: Pin, number: Option<[u8; MOTORS]>, inverted: Option<[bool; MOTORS]>| Pin {
+                |pin: Pin, number: Option<PerMotor<u8>>, inverted: Option<PerMotor<bool>>| Pin {
                     number: number.map_or(pin.number, |numbers| numbers[motor]),
                     inverted: inverted.map_or(pin.inverted, |inverted| inverted[motor]),
                 };

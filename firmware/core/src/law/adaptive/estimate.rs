@@ -1,21 +1,24 @@
 //! Estimates of the ball's position and of the Jacobian, its change as the ball moves, and the
 //! steps that follow from them.
 
+use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
+
 use crate::law::axis_kalman::{AxisKalman, MAX_HELD, MAX_TURN};
 use crate::law::fixed_point::{J_BITS, SIGNS, excess_bits, movement, solve, squared_length, times};
 use crate::law::io::Measurement;
+use crate::vector::{per_axis, per_motor};
 
 /// Prior of the Jacobian: a rig a metre wide with its ball half a metre below the motors and
 /// pulleys of 17 mm. In x one cable works against two.
 struct JacobianPrior {
     /// Mean of |J|, µm/step, x, y, z by cable A, B, C.
-    mean: [[i32; 3]; 3],
+    mean: PerAxis<PerMotor<i32>>,
     /// Variance that the entries of a row have in common (the pulleys' size, for one), in 1/256 of
     /// their mean squared.
     common: i32,
     /// Variance of each entry alone, by row, in 1/256 of its mean squared. In y the two entries are
     /// nearly the same.
-    own: [i32; 3],
+    own: PerAxis<i32>,
     /// Standard deviation of J_yC, which is zero on a level rig, µm/step.
     level_sd: i32,
     /// Process noise of J_yC, as a share of the others' in 1/256: 0.09.
@@ -46,7 +49,7 @@ const HELD_UM: i64 = 3_000;
 /// Steps that lead nearer to the target with enough certainty.
 pub(super) struct Steps {
     /// Motor steps to the target, Q8.
-    pub(super) n: [i32; 3],
+    pub(super) n: PerMotor<i32>,
     /// Share of the distance that braking must not count on, Q8: J may be larger than estimated.
     pub(super) unsure: u32,
 }
@@ -55,9 +58,9 @@ pub(super) struct Steps {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Estimate {
     /// The filters of x, y and z.
-    pub(super) axes: [AxisKalman; 3],
+    pub(super) axes: PerMotor<AxisKalman>,
     /// Motor positions of the last measurement, Q4 steps.
-    motors: [i32; 3],
+    motors: PerMotor<i32>,
     /// Number of consecutive measurements, at most [`MAX_HELD`], that came while the ball was held
     /// at its target.
     held: u8,
@@ -68,16 +71,16 @@ impl Estimate {
     pub(super) fn new(measurement: &Measurement) -> Self {
         let axis = |i: usize| {
             let zero = |k: usize| SIGNS[i][k] == 0;
-            let row = [0, 1, 2].map(|k| SIGNS[i][k] * PRIOR.mean[i][k]);
+            let row = per_motor(|k| SIGNS[i][k] * PRIOR.mean[i][k]);
             // (µm/step)² in 1/256, which is Q8: 26 bits.
-            let p_jj = [0, 1, 2].map(|k| {
-                [0, 1, 2].map(|l| match (k == l, zero(k)) {
+            let p_jj = per_motor(|k| {
+                per_motor(|l| match (k == l, zero(k)) {
                     (true, true) => (PRIOR.level_sd * PRIOR.level_sd) << 8,
                     (true, false) => row[k] * row[k] * (PRIOR.common + PRIOR.own[i]),
                     (false, _) => row[k] * row[l] * PRIOR.common,
                 })
             });
-            let noise = [0, 1, 2].map(|k| if zero(k) { PRIOR.level_noise } else { 256 });
+            let noise = per_motor(|k| if zero(k) { PRIOR.level_noise } else { 256 });
             let (ball, variance) = (measurement.ball[i], measurement.variances[i]);
             AxisKalman::new(ball, row.map(|j| j << 6), p_jj, variance, noise)
         };
@@ -88,7 +91,7 @@ impl Estimate {
 
     /// Updates the filters by a measurement.
     pub(super) fn update(&mut self, measurement: &Measurement) {
-        let turned = [0, 1, 2].map(|k| measurement.motors[k].saturating_sub(self.motors[k]));
+        let turned = per_motor(|k| measurement.motors[k].saturating_sub(self.motors[k]));
         self.motors = measurement.motors;
         let is_held = !measurement.is_moving() && self.holds(measurement.target);
         self.held = if is_held { (self.held + 1).min(MAX_HELD) } else { 0 };
@@ -96,7 +99,7 @@ impl Estimate {
         let change = if measurement.is_moving() {
             bend(&self.axes.map(|axis| axis.j), turned)
         } else {
-            [[0; 3]; 3]
+            [[0; MOTORS]; AXES]
         };
         for (i, axis) in self.axes.iter_mut().enumerate() {
             axis.predict(turned, noise);
@@ -110,18 +113,18 @@ impl Estimate {
     }
 
     /// Returns whether the estimated position is at the target.
-    fn holds(&self, target: [i32; 3]) -> bool {
-        let e = [0, 1, 2].map(|i| (self.axes[i].p >> 4).saturating_sub(target[i]));
+    fn holds(&self, target: PerAxis<i32>) -> bool {
+        let e = per_axis(|i| (self.axes[i].p >> 4).saturating_sub(target[i]));
         squared_length(e) < HELD_UM * HELD_UM
     }
 
     /// Returns J (Q6 µm/step) with every entry of Σ's sign and at least a hundredth of the
     /// largest. Such a matrix can be inverted (Proposition 1).
-    pub(super) fn projected(&self) -> [[i32; 3]; 3] {
+    pub(super) fn projected(&self) -> PerAxis<PerMotor<i32>> {
         let j = self.axes.map(|axis| axis.j);
         let least = j.iter().flatten().map(|j| j.abs()).max().unwrap_or(0) / 100;
-        [0, 1, 2].map(|i| {
-            [0, 1, 2].map(|k| match SIGNS[i][k] {
+        per_axis(|i| {
+            per_motor(|k| match SIGNS[i][k] {
                 0 => j[i][k],
                 sign => sign * (sign * j[i][k]).max(least).max(1),
             })
@@ -130,10 +133,14 @@ impl Estimate {
 
     /// Returns target minus position, µm, where the position is the one after the motors' coming
     /// movement.
-    pub(super) fn predicted_error(&self, j: &[[i32; 3]; 3], measurement: &Measurement) -> [i32; 3] {
+    pub(super) fn predicted_error(
+        &self,
+        j: &PerAxis<PerMotor<i32>>,
+        measurement: &Measurement,
+    ) -> PerAxis<i32> {
         let ahead = measurement.motors_ahead;
-        let due = [0, 1, 2].map(|k| i64::from(ahead[k].saturating_sub(self.motors[k])));
-        [0, 1, 2].map(|i| {
+        let due = per_motor(|k| i64::from(ahead[k].saturating_sub(self.motors[k])));
+        per_axis(|i| {
             // Bits: J 19, steps in Q4 at most 26.
             let ball = (i64::from(self.axes[i].p) + movement(j[i], due)) >> 4;
             (i64::from(measurement.target[i]) - ball).clamp(-(1 << 23), 1 << 23) as i32
@@ -141,7 +148,7 @@ impl Estimate {
     }
 
     /// Returns the steps that correct `e`; `None` where they may not lead nearer.
-    pub(super) fn steps(&self, j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<Steps> {
+    pub(super) fn steps(&self, j: &PerAxis<PerMotor<i32>>, e: PerAxis<i32>) -> Option<Steps> {
         let n = self.cautious_steps(j, e)?;
         let doubt = self.doubt(j, e, n)?;
         let unsure = ((UNSURE_PER_DOUBT2 * doubt * doubt) >> 8).min(MAX_UNSURE);
@@ -151,13 +158,17 @@ impl Estimate {
     /// Returns the n (steps, Q8) that minimises E|e - J n|² over the distribution of J: (Ĵ'Ĵ +
     /// Σ P_JJ) n = Ĵ'e. Where J is known this is the Gauss-Newton step; motors of unknown effect
     /// turn little.
-    pub(super) fn cautious_steps(&self, j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
+    pub(super) fn cautious_steps(
+        &self,
+        j: &PerAxis<PerMotor<i32>>,
+        e: PerAxis<i32>,
+    ) -> Option<PerMotor<i32>> {
         let dropped = excess_bits(j.iter().flatten().copied(), J_BITS).max(0) as u32;
         let j = j.map(|row| row.map(|v| i64::from(v >> dropped)));
         // Bits: 14 + 14, 30 the sum. J is in Q6 less `dropped` bits, its square in Q12; P_JJ in Q8:
         // 30 bits, 32 the sum.
         let entry = |k: usize, l: usize| {
-            let square: i64 = (0..3).map(|i| times(j[i][k], j[i][l])).sum();
+            let square: i64 = (0..AXES).map(|i| times(j[i][k], j[i][l])).sum();
             let unknown: i64 = self.axes.iter().map(|axis| i64::from(axis.p_jj[k][l])).sum();
             square + ((unknown << 4) >> (2 * dropped))
         };
@@ -165,7 +176,7 @@ impl Estimate {
         let normal = [[entry(0, 0), ab, ac], [ab, entry(1, 1), bc], [ac, bc, entry(2, 2)]];
         // Bits: 14 + 23, 39 the sum; to Q6, the format of the left side over J in Q6.
         let right =
-            [0, 1, 2].map(|k| (0..3).map(|i| times(j[i][k], e[i].into())).sum::<i64>() >> dropped);
+            per_motor(|k| (0..AXES).map(|i| times(j[i][k], e[i].into())).sum::<i64>() >> dropped);
         let bits = |v: &i64| 64 - v.unsigned_abs().leading_zeros();
         let longest = normal.iter().flatten().chain(&right).map(bits).max().unwrap_or(0);
         let excess = longest.saturating_sub(31);
@@ -178,18 +189,23 @@ impl Estimate {
     /// Returns the standard deviation of e'J n over its mean, Q8, for the steps `n` (Q8) and the
     /// distribution of J: the variance is Σ e_i² var(J_i n). At most 1; `None` where the mean is
     /// not above zero.
-    pub(super) fn doubt(&self, j: &[[i32; 3]; 3], e: [i32; 3], n: [i32; 3]) -> Option<u32> {
+    pub(super) fn doubt(
+        &self,
+        j: &PerAxis<PerMotor<i32>>,
+        e: PerAxis<i32>,
+        n: PerMotor<i32>,
+    ) -> Option<u32> {
         // The ratio does not depend on the lengths of e and n: 12 and 13 bits of them are enough.
         let [e, n] = [(e, 12), (n, 13)].map(|(v, bits)| {
             let dropped = excess_bits(v.into_iter(), bits).max(0);
             v.map(|v| v >> dropped)
         });
-        let variances = [0, 1, 2].map(|i| self.axes[i].variance_of(n));
+        let variances = per_axis(|i| self.axes[i].variance_of(n));
         let longest = variances.iter().map(|v| 64 - v.leading_zeros()).max().unwrap_or(0);
         // An even number of bits is dropped; the root drops half as many.
         let half = longest.saturating_sub(23) / 2;
         // Bits: 24 + 24, 50 the sum.
-        let variance: i64 = (0..3)
+        let variance: i64 = (0..AXES)
             .map(|i| {
                 let square = times(e[i].into(), e[i].into());
                 times(square, (variances[i] >> (2 * half)) as i64)
@@ -197,7 +213,7 @@ impl Estimate {
             .sum();
         // Bits: J 19 + 13, 34 the sum; 28 + 12.
         let moves = j.map(|row| movement(row, n.map(i64::from)));
-        let mean: i64 = (0..3).map(|i| times(e[i].into(), moves[i])).sum();
+        let mean: i64 = (0..AXES).map(|i| times(e[i].into(), moves[i])).sum();
         // `variance_of` returns quarters, so the root is doubled. Bits: 25 + 14 + 1.
         let deviation = (variance.unsigned_abs().isqrt() as i64) << (half + 1);
         if mean <= 0 {
@@ -233,7 +249,7 @@ const MAX_CHANGE: i64 = 1 << 18;
 /// with the motors' steps dn, the ball's movement dp and the columns J_k. Neither c nor L_k are
 /// known. J tells c L over the rig's width, and the ball's depth over the rig's width; the width is
 /// assumed. The rest of the change is process noise of the filters.
-fn bend(j: &[[i32; 3]; 3], turned: [i32; 3]) -> [[i32; 3]; 3] {
+fn bend(j: &PerAxis<PerMotor<i32>>, turned: PerMotor<i32>) -> PerAxis<PerMotor<i32>> {
     let turned = turned.map(|d| i64::from(d.clamp(-MAX_TURN, MAX_TURN)));
     // Bits: 19 + 13, 34 the sum.
     let moved = j.map(|row| movement(row, turned).clamp(-MAX_MOVED, MAX_MOVED));
@@ -245,17 +261,17 @@ fn bend(j: &[[i32; 3]; 3], turned: [i32; 3]) -> [[i32; 3]; 3] {
     let sideways = sideways.max(LEAST_J);
     let shortened = shortening(sideways, lowered[2]);
     // Relative changes in Q20.
-    let stretched = [0, 1, 2].map(|k| {
+    let stretched = per_motor(|k| {
         // Bits: 30 + 14; Q34 to Q20.
         (times(shortened, turned[k]) >> 14).clamp(-MAX_CHANGE, MAX_CHANGE)
     });
-    let turned_away = [0, 1, 2].map(|k| {
+    let turned_away = per_motor(|k| {
         // Bits: 19 + 19, 40 the sum, 56 with the shift; over 19 + 21. Q26 over Q6.
-        let along: i64 = (0..3).map(|i| times(j[i][k], moved[i])).sum();
+        let along: i64 = (0..AXES).map(|i| times(j[i][k], moved[i])).sum();
         ((along << 16) / times(sideways, WIDTH_UM)).clamp(-MAX_CHANGE, MAX_CHANGE)
     });
-    [0, 1, 2].map(|i| {
-        [0, 1, 2].map(|k| {
+    per_axis(|i| {
+        per_motor(|k| {
             // Bits: 21 + 18, 40 the difference.
             let change = times(j[i][k], stretched[k]) - times(lowered[i], turned_away[k]);
             (change >> 20) as i32

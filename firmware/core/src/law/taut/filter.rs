@@ -5,11 +5,14 @@
     reason = "rows and columns go by their numbers in several arrays at once"
 )]
 
+use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
+
 use super::geometry::{
     Cables, DELAY, Gradient, Guess, Matrix, N, STEP, Vector, along, cable_vectors, dot, length,
     scaled,
 };
 use crate::law::io::Measurement;
+use crate::vector::{per_axis, per_motor};
 
 /// Lag of the ball on its springs over its acceleration, squares of a frame time: 2 of them are
 /// 0.002 s², 22 rad/s, between a stiff rig and a soft one.
@@ -57,9 +60,9 @@ impl Filter {
             cables: Cables::new(&x),
             variances,
             motors,
-            moved: [0.0; 3],
+            moved: [0.0; AXES],
             score: 0.0,
-            bias: [0.0; 3],
+            bias: [0.0; AXES],
             outliers: 0,
         }
     }
@@ -94,8 +97,8 @@ impl Filter {
     /// cables: J is not constant, and near the motors it doubles within a few centimetres.
     pub(super) fn steps_to(&self, point: Vector) -> Vector {
         let Cables { lengths, step, .. } = self.cables;
-        [0, 1, 2].map(|k| {
-            let then = length([0, 1, 2].map(|i| point[i] - self.x[3 + 3 * k + i]));
+        per_motor(|k| {
+            let then = length(per_axis(|i| point[i] - self.x[3 + 3 * k + i]));
             (then - lengths[k]) / step
         })
     }
@@ -118,7 +121,7 @@ impl Filter {
 
     /// Updates the filter by a measurement.
     pub(super) fn update(&mut self, seen: &Observation) {
-        let d = [0, 1, 2].map(|k| seen.motors[k] - self.motors[k]);
+        let d = per_motor(|k| seen.motors[k] - self.motors[k]);
         (self.motors, self.variances) = (seen.motors, seen.variances);
         self.predict(d);
         let cables = Cables::new(&self.x);
@@ -158,19 +161,19 @@ impl Filter {
         let before = self.cables;
         let gradient = Gradient::new(&before, d);
         let moved = along(&before.j, gradient.paid);
-        for i in 0..3 {
+        for i in 0..AXES {
             self.x[i] += moved[i];
         }
         // The way is bent: one Newton step corrects the lengths after the straight movement.
         let after = cable_vectors(&self.x).map(|v| length(v).max(1.0));
-        let lacking = [0, 1, 2].map(|k| before.lengths[k] + gradient.paid[k] - after[k]);
+        let lacking = per_motor(|k| before.lengths[k] + gradient.paid[k] - after[k]);
         let bend = along(&before.j, lacking);
-        for i in 0..3 {
+        for i in 0..AXES {
             self.x[i] += bend[i].clamp(-NOISE.max_bend, NOISE.max_bend);
         }
         let unknown = self.propagate(&gradient, &before.j);
         let square = dot(moved, moved);
-        for i in 0..3 {
+        for i in 0..AXES {
             self.p[i][i] += NOISE.position_sd * NOISE.position_sd
                 + NOISE.position_per_move * NOISE.position_per_move * square
                 + unknown[i];
@@ -188,10 +191,10 @@ impl Filter {
         // J G P G' J'.
         let across = j.map(|row| along(&spread, row));
         let fpf = j.map(|row| across.map(|across| dot(row, across)));
-        let fp: [[f32; N]; 3] =
+        let fp: PerAxis<[f32; N]> =
             j.map(|row| core::array::from_fn(|n| dot(row, [gp[0][n], gp[1][n], gp[2][n]])));
-        for i in 0..3 {
-            for k in 0..3 {
+        for i in 0..AXES {
+            for k in 0..MOTORS {
                 self.p[i][k] += fp[i][k] + fp[k][i] + fpf[i][k];
             }
             for k in 3..N {
@@ -199,7 +202,7 @@ impl Filter {
                 self.p[k][i] = self.p[i][k];
             }
         }
-        [0, 1, 2].map(|i| fpf[i][i].max(0.0))
+        per_axis(|i| fpf[i][i].max(0.0))
     }
 
     /// Returns the covariance of J a, mm², for `a` in steps.
@@ -212,23 +215,23 @@ impl Filter {
     }
 
     /// Returns G P: three rows.
-    fn times_covariance(&self, gradient: &Gradient) -> [[f32; N]; 3] {
-        [0, 1, 2].map(|k| {
+    fn times_covariance(&self, gradient: &Gradient) -> PerMotor<[f32; N]> {
+        per_motor(|k| {
             let (w, paid) = (gradient.bends[k], gradient.paid[k]);
             let p = &self.p;
             let motor = 3 + 3 * k;
             core::array::from_fn(|n| {
-                let bend = [0, 1, 2].map(|c| p[motor + c][n] - p[c][n]);
+                let bend = per_axis(|c| p[motor + c][n] - p[c][n]);
                 dot(w, bend) + paid * p[STEP][n]
             })
         })
     }
 
     /// Returns G P G' from G P.
-    fn spread(gradient: &Gradient, gp: &[[f32; N]; 3]) -> Matrix {
+    fn spread(gradient: &Gradient, gp: &PerMotor<[f32; N]>) -> Matrix {
         let entry = |k: usize, l: usize| {
             let motor = 3 + 3 * l;
-            let bend = [0, 1, 2].map(|c| gp[k][motor + c] - gp[k][c]);
+            let bend = per_axis(|c| gp[k][motor + c] - gp[k][c]);
             dot(gradient.bends[l], bend) + gradient.paid[l] * gp[k][STEP]
         };
         let (ab, ac, bc) = (entry(0, 1), entry(0, 2), entry(1, 2));
@@ -261,7 +264,7 @@ impl Filter {
             return;
         }
         let mut surprise = 0.0;
-        for i in 0..3 {
+        for i in 0..AXES {
             let variance = self.variance(i);
             let precision = 1.0 / variance;
             let off = self.innovation(z, i);
@@ -286,10 +289,10 @@ impl Filter {
     /// [`MAX_SKIPPED`] in a row the ball has really moved: the variance of its position grows, and
     /// the geometry stays.
     fn accepts(&mut self, z: Vector) -> bool {
-        let off = [0, 1, 2].map(|i| self.innovation(z, i));
+        let off = per_axis(|i| self.innovation(z, i));
         let outlier =
-            [0, 1, 2].map(|i| off[i] * off[i] > OUTLIER_SIGMAS * OUTLIER_SIGMAS * self.variance(i));
-        if outlier == [false; 3] {
+            per_axis(|i| off[i] * off[i] > OUTLIER_SIGMAS * OUTLIER_SIGMAS * self.variance(i));
+        if outlier == [false; AXES] {
             self.outliers = 0;
             return true;
         }
@@ -298,7 +301,7 @@ impl Filter {
             self.score = SCORE_MEMORY * self.score + SKIPPED_SCORE;
             return false;
         }
-        for i in 0..3 {
+        for i in 0..AXES {
             if outlier[i] {
                 self.p[i][i] += off[i] * off[i];
             }
@@ -414,20 +417,20 @@ impl Observation {
         Self {
             ball: millimetres(measurement.ball),
             variances: measurement.variances.map(|v| v as f32 * 1e-6),
-            motors: steps([0; 3], measurement.motors),
+            motors: steps([0; MOTORS], measurement.motors),
             turned,
-            faster: [0, 1, 2].map(|k| turned[k] - earlier[k]),
+            faster: per_motor(|k| turned[k] - earlier[k]),
             is_following: measurement.is_moving(),
         }
     }
 }
 
 /// Returns the steps between two motor positions (Q4 steps).
-pub(super) fn steps(from: [i32; 3], to: [i32; 3]) -> Vector {
-    [0, 1, 2].map(|k| (to[k] - from[k]) as f32 / 16.0)
+pub(super) fn steps(from: PerMotor<i32>, to: PerMotor<i32>) -> Vector {
+    per_motor(|k| (to[k] - from[k]) as f32 / 16.0)
 }
 
 /// Converts a point from µm to mm.
-pub(super) fn millimetres(p: [i32; 3]) -> Vector {
+pub(super) fn millimetres(p: PerAxis<i32>) -> Vector {
     p.map(|p| p as f32 / 1000.0)
 }

@@ -1,7 +1,10 @@
 //! The rig's geometry as the filters estimate it: the entries of their state with the prior, the
 //! cables at a state, and matrices of three rows and columns.
 
+use plumb_protocol::dimension::{AXES, MOTORS, PerAxis};
+
 use crate::law::fixed_point::SIGNS;
+use crate::vector::{per_axis, per_motor};
 
 pub(super) use crate::vector::{Vector, dot, length, scaled};
 
@@ -16,7 +19,7 @@ pub(super) const STEP: usize = 12;
 pub(super) const DELAY: usize = 13;
 
 /// A matrix by its rows.
-pub(super) type Matrix = [Vector; 3];
+pub(super) type Matrix = PerAxis<Vector>;
 
 /// Returns m v.
 pub(super) fn along(m: &Matrix, v: Vector) -> Vector {
@@ -25,7 +28,7 @@ pub(super) fn along(m: &Matrix, v: Vector) -> Vector {
 
 /// Returns m' v.
 pub(super) fn transposed_times(m: &Matrix, v: Vector) -> Vector {
-    [0, 1, 2].map(|k| m[0][k] * v[0] + m[1][k] * v[1] + m[2][k] * v[2])
+    per_motor(|k| m[0][k] * v[0] + m[1][k] * v[1] + m[2][k] * v[2])
 }
 
 /// Returns the largest magnitude of the entries.
@@ -36,8 +39,8 @@ pub(super) fn largest(v: Vector) -> f32 {
 /// Returns J with every entry of Σ's sign and at least a hundredth of the largest.
 pub(super) fn projected(j: &Matrix) -> Matrix {
     let least = j.iter().flatten().fold(0.0, |m: f32, v| m.max(v.abs())) / 100.0;
-    [0, 1, 2].map(|i| {
-        [0, 1, 2].map(|k| match SIGNS[i][k] {
+    per_axis(|i| {
+        per_motor(|k| match SIGNS[i][k] {
             0 => j[i][k],
             sign => sign as f32 * (sign as f32 * j[i][k]).max(least),
         })
@@ -85,7 +88,7 @@ pub(super) struct Cables {
 
 /// Returns the vectors from each motor to the ball, mm.
 pub(super) fn cable_vectors(x: &[f32; N]) -> Matrix {
-    [0, 1, 2].map(|k| [0, 1, 2].map(|c| x[c] - x[3 + 3 * k + c]))
+    per_motor(|k| per_axis(|c| x[c] - x[3 + 3 * k + c]))
 }
 
 impl Cables {
@@ -93,7 +96,7 @@ impl Cables {
     pub(super) fn new(x: &[f32; N]) -> Self {
         let from = cable_vectors(x);
         let lengths = from.map(|v| length(v).max(1.0));
-        let units = [0, 1, 2].map(|k| scaled(from[k], 1.0 / lengths[k]));
+        let units = per_motor(|k| scaled(from[k], 1.0 / lengths[k]));
         Self { units, lengths, j: inverse(&units), step: libm::expf(x[STEP]) }
     }
 }
@@ -113,11 +116,11 @@ impl Gradient {
     pub(super) fn new(cables: &Cables, d: Vector) -> Self {
         let paid = scaled(d, cables.step);
         let moved = along(&cables.j, paid);
-        let bends = [0, 1, 2].map(|k| {
+        let bends = per_motor(|k| {
             let unit = cables.units[k];
             // Along the cable the ball moves by the cable paid out.
             let part = dot(unit, moved);
-            scaled([0, 1, 2].map(|c| moved[c] - part * unit[c]), 1.0 / cables.lengths[k])
+            scaled(per_axis(|c| moved[c] - part * unit[c]), 1.0 / cables.lengths[k])
         });
         Self { bends, paid }
     }
@@ -173,7 +176,7 @@ impl Guess {
         variance: Vector,
         target: Vector,
     ) -> ([f32; N], [[f32; N]; N]) {
-        let middle = [0, 1, 2].map(|i| (ball[i] + target[i]) / 2.0);
+        let middle = per_axis(|i| (ball[i] + target[i]) / 2.0);
         let room = (1.0 - (target[2] - ball[2]).abs() / HEIGHT_RANGE_MM).max(MIN_ROOM);
         let height = MEAN_HEIGHT_MM + room * (self.height - MEAN_HEIGHT_MM);
         let mut x = [0.0; N];
@@ -189,9 +192,9 @@ impl Guess {
     fn covariance(&self, variance: Vector, room: f32) -> [[f32; N]; N] {
         let level = (self.width * SD.level) * (self.width * SD.level);
         let mut p = [[0.0; N]; N];
-        for i in 0..3 {
+        for i in 0..AXES {
             p[i][i] = variance[i];
-            for k in 0..3 {
+            for k in 0..MOTORS {
                 p[5 + 3 * i][5 + 3 * k] = (room * SD.height) * (room * SD.height);
             }
             p[5 + 3 * i][5 + 3 * i] += SD.own * SD.own;

@@ -1,9 +1,12 @@
 //! Multi-model filter: extended Kalman filters with different first guesses, and their mixture.
 
+use plumb_protocol::dimension::{AXES, MOTORS};
+
 use super::filter::{Filter, Observation};
 use super::geometry::{
     Guess, Matrix, Vector, along, dot, length, projected, scaled, solve, transposed_times,
 };
+use crate::vector::{per_axis, per_motor};
 
 /// Gravity, mm/s².
 pub(super) const GRAVITY: f32 = 9810.0;
@@ -101,7 +104,7 @@ impl MultiModelFilter {
             .each_ref()
             .map(|f| libm::expf((LIKELIHOOD_EXPONENT * (least - f.score())).max(MIN_LOG_WEIGHT)));
         let all: f32 = likelihoods.iter().sum();
-        let mut j = [[0.0; 3]; 3];
+        let mut j = [[0.0; MOTORS]; AXES];
         let mut height = 0.0;
         let hypotheses = core::array::from_fn(|i| {
             let (filter, weight) = (&self.filters[i], likelihoods[i] / all);
@@ -140,10 +143,10 @@ impl Hypothesis {
     /// way, and steps by J alone overshoot.
     fn steps_left(&self, target: Vector, due: Vector, unit: Vector) -> f32 {
         let moves = along(&self.j, due);
-        let e = [0, 1, 2].map(|i| target[i] - self.ball[i] - moves[i]);
+        let e = per_axis(|i| target[i] - self.ball[i] - moves[i]);
         let a_step = along(&self.j, unit);
         let straight = dot(e, a_step) / dot(a_step, a_step).max(1e-9);
-        let to_go = [0, 1, 2].map(|k| self.steps[k] - due[k]);
+        let to_go = per_motor(|k| self.steps[k] - due[k]);
         let bent = dot(to_go, unit) / dot(unit, unit).max(1e-9);
         straight.min(bent.max(MIN_BENT_SHARE * straight)).max(0.0)
     }
@@ -175,9 +178,9 @@ impl Mixture {
         let mut covariance = self.best.covariance(a);
         for hypothesis in &self.hypotheses {
             let own = along(&hypothesis.j, a);
-            let off = [0, 1, 2].map(|i| own[i] - mean[i]);
+            let off = per_axis(|i| own[i] - mean[i]);
             for (row, v) in covariance.iter_mut().zip(off) {
-                *row = [0, 1, 2].map(|k| row[k] + hypothesis.weight * v * off[k]);
+                *row = per_motor(|k| row[k] + hypothesis.weight * v * off[k]);
             }
         }
         covariance
@@ -201,8 +204,8 @@ impl Mixture {
     /// Returns the tension of each cable over the ball's weight while the ball rests, -J'ẑ with J
     /// over the cable of a step: the mean of the hypotheses.
     pub(super) fn tensions_at_rest(&self) -> Vector {
-        self.hypotheses.iter().fold([0.0; 3], |sum, Hypothesis { weight, j, step, .. }| {
-            [0, 1, 2].map(|k| sum[k] - weight * j[2][k] / step)
+        self.hypotheses.iter().fold([0.0; MOTORS], |sum, Hypothesis { weight, j, step, .. }| {
+            per_motor(|k| sum[k] - weight * j[2][k] / step)
         })
     }
 

@@ -2,6 +2,7 @@
 //! speed, acceleration and jerk.
 
 use plumb_protocol::config::PathLimits;
+use plumb_protocol::dimension::AXES;
 use plumb_protocol::message::{KNOTS, Knot, Reference};
 use plumb_protocol::units::Point;
 
@@ -98,8 +99,8 @@ impl Path {
 fn between(from: (Vector, Vector), to: (Vector, Vector), t: f32, h: f32) -> Motion {
     let ((p, v), (q, w)) = (from, to);
     let per_interval = 1.0 / h;
-    let (mut square, mut cube) = ([0.0; 3], [0.0; 3]);
-    for i in 0..3 {
+    let (mut square, mut cube) = ([0.0; AXES], [0.0; AXES]);
+    for i in 0..AXES {
         let mean = (q[i] - p[i]) * per_interval;
         square[i] = (3.0 * mean - 2.0 * v[i] - w[i]) * per_interval;
         cube[i] = (v[i] + w[i] - 2.0 * mean) * per_interval * per_interval;
@@ -206,7 +207,7 @@ mod tests {
             let angle = 0.5 * ms as f32 * 1e-3;
             let exact = [100.0 * libm::cosf(angle), 100.0 * libm::sinf(angle), 0.0];
             let speed = [-0.5 * exact[1], 0.5 * exact[0], 0.0];
-            for i in 0..3 {
+            for i in 0..AXES {
                 assert!((motion.position[i] - exact[i]).abs() < 0.003, "{ms} {motion:?}");
                 assert!((motion.velocity[i] - speed[i]).abs() < 0.05, "{ms} {motion:?}");
                 assert!((motion.acceleration[i] + 0.25 * exact[i]).abs() < 1.0, "{ms} {motion:?}");
