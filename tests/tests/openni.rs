@@ -26,8 +26,9 @@ fn a_run_with_libopenni2_reaches_the_papers_target() {
     let (summary, error) =
         in_time(|| paper_task(&library, folder.path())).expect("an unbroken run");
     assert!(summary.reached, "{summary:?}");
-    // 114 periods by the law, without latency.
-    assert!(summary.located > 60 && summary.lost < summary.frames / 10, "{summary:?}");
+    // 114 periods by the law, without latency. A busy computer loses pictures, and the law takes
+    // longer; the ball is in each that comes.
+    assert!(summary.located > 60 && summary.located == summary.frames, "{summary:?}");
     assert!(error < 0.010, "{error} m from the target: {summary:?}");
     println!("{summary:?}, {:.2} mm from the target", error * 1e3);
 }
