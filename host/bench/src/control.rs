@@ -29,7 +29,7 @@ use std::sync::mpsc;
 use std::thread;
 
 use nalgebra::Point3;
-use plumb_emulator::plant::RigError;
+use plumb_emulator::plant::{RigError, Task};
 use plumb_path::trajectory::PathError;
 use plumb_protocol::message::ConfigField;
 use plumb_runtime::rig::OutOfRange;
@@ -37,7 +37,7 @@ use plumb_sim::limits::RigLimits;
 use thiserror::Error;
 
 use crate::calibration::TrialError;
-use simulate::Outcome;
+use simulate::{Leg, Outcome};
 
 pub use crate::run_id::RunId;
 pub use controller::ControllerKind;
@@ -75,6 +75,9 @@ pub enum BenchError {
     /// A controller that cannot follow a path.
     #[error("{0} cannot follow a path: choose another controller")]
     CannotFollow(String),
+    /// A controller that knows one target only.
+    #[error("{0} drives to one target only: leave it out, or ask for one target")]
+    CannotGoOn(String),
     /// A shape of a path with a parameter that is not above 0.
     #[error("a path of rig {rig} of seed {seed} is invalid", rig = .id.rig, seed = .id.seed)]
     Path {
@@ -99,20 +102,29 @@ pub enum BenchError {
 }
 
 /// Runs `controller` on the numbered rigs of a suite, on all cores. Calls `progress` with the
-/// number of runs done after each run.
+/// number of runs done after each run. Returns a report for each target of the suite.
 ///
 /// # Errors
-/// If a board refuses the parameters of the law, or a rig is invalid.
+/// If a board refuses the parameters of the law, or a rig is invalid, or the controller is one
+/// that cannot drive to a further target of the suite.
 pub fn run(
     controller: &ControllerKind,
     suite: &Suite,
     rigs: Range<u64>,
     seed: u64,
     progress: &mut dyn FnMut(u64),
-) -> Result<Report, BenchError> {
+) -> Result<Vec<Report>, BenchError> {
+    if suite.targets > 1 && !controller.can_go_on() {
+        return Err(BenchError::CannotGoOn(controller.name()));
+    }
     let run_one = |rig| run_one(controller, suite, RunId { seed, rig });
     let runs = in_parallel(rigs.clone(), run_one, progress)?;
-    Ok(Report::new(controller.name(), suite.name, RunId { seed, rig: rigs.start }, &runs))
+    let first = RunId { seed, rig: rigs.start };
+    let report = |target: usize| {
+        let runs: Vec<_> = runs.iter().filter_map(|run| run.get(target).cloned()).collect();
+        Report::new((controller.name(), target + 1), suite.name, first, &runs)
+    };
+    Ok((0..suite.targets).map(report).collect())
 }
 
 /// Runs the numbered rigs on all cores. Calls `progress` with the number of rigs done after each
@@ -153,19 +165,24 @@ fn in_parallel<T: Send>(
     Ok(runs.into_iter().flatten().collect())
 }
 
-/// Runs one rig. Returns the outcome and the oracle's time for the task, seconds.
+/// Runs one rig. Returns the outcome of each target and the oracle's time for it, seconds.
 fn run_one(
     controller: &ControllerKind,
     suite: &Suite,
     id: RunId,
-) -> Result<(Outcome, f64), BenchError> {
+) -> Result<Vec<(Outcome, f64)>, BenchError> {
     let on_error = |error| BenchError::Rig { id, error };
     let task = suite.task(id).map_err(on_error)?;
-    let oracle_s =
-        oracle::time_s(&task, &RigLimits::default(), suite.threshold_m).map_err(on_error)?;
+    let (mut legs, mut start) = (Vec::new(), task.start);
+    for target in suite.places(&task, id) {
+        let way = Task { start, target, ..task };
+        let oracle_s = oracle::time_s(&way, &RigLimits::default(), suite.threshold_m);
+        legs.push(Leg { target, oracle_s: oracle_s.map_err(on_error)? });
+        start = target;
+    }
     let mut controller = controller.build(suite, &task, id)?;
-    let outcome = simulate::run(&mut *controller, suite, &task, id, oracle_s)?;
-    Ok((outcome, oracle_s))
+    let outcomes = simulate::run(&mut *controller, suite, &task, id, &legs)?;
+    Ok(outcomes.into_iter().zip(legs.iter().map(|leg| leg.oracle_s)).collect())
 }
 
 #[cfg(test)]

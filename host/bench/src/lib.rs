@@ -10,8 +10,8 @@
 //!
 //! let controller: ControllerKind = "adaptive".parse()?;
 //! let suite = Suite::new(SuiteName::QuasiStatic);
-//! let report = control::run(&controller, &suite, 0..2, 1, &mut |done| println!("{done} done"))?;
-//! assert_eq!(report.converged, 1.0);
+//! let reports = control::run(&controller, &suite, 0..2, 1, &mut |done| println!("{done} done"))?;
+//! assert_eq!(reports[0].converged, 1.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -9,6 +9,9 @@ use rand_chacha::ChaCha8Rng;
 use super::geometry::Geometry;
 use super::interface::RigError;
 
+/// Stream of the random numbers that give the further targets of a task.
+const FURTHER_STREAM: u64 = 1 << 41;
+
 /// Height of a random rig's motors above the rig frame's origin, metres. The ball stays above zero.
 const MOTOR_HEIGHT_M: f64 = 1.2;
 
@@ -109,11 +112,26 @@ impl Population {
         let h = MOTOR_HEIGHT_M;
         let level = [Point3::new(w, d, h), Point3::new(w, 0.0, h), Point3::new(0.0, t * d, h)];
         let (motors, radii) = self.variations.apply(&mut rng, level, radius);
-        let place = |(lambda, below): ([f64; 3], f64)| {
-            let above: Vector3<f64> = motors.iter().zip(lambda).map(|(m, l)| m.coords * l).sum();
-            Point3::from(above - Vector3::z() * below)
-        };
+        let place = |(lambda, below)| place(&motors, lambda, below);
         Ok(Task { geometry: Geometry::new(motors, radii)?, start: place(from), target: place(to) })
+    }
+
+    /// Returns `count` further targets of task number `index` of the population with this seed, in
+    /// the rig of the task. They are distributed as the first one.
+    pub fn further_targets(
+        &self,
+        task: &Task,
+        (seed, index): (u64, u64),
+        count: usize,
+    ) -> Vec<Point3<f64>> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(FURTHER_STREAM | index);
+        let motors = task.geometry.motors();
+        let mut next = |_| {
+            let (lambda, below) = (self.lambda(&mut rng), uniform(&mut rng, &self.below_m));
+            place(motors, lambda, below)
+        };
+        (0..count).map(&mut next).collect()
     }
 
     /// Draws barycentric coordinates, uniform in the part of the triangle where all are at least
@@ -125,6 +143,13 @@ impl Population {
         [first, second - first, 1.0 - second]
             .map(|part| self.least_lambda + (1.0 - 3.0 * self.least_lambda) * part)
     }
+}
+
+/// Returns the place with these barycentric coordinates in the triangle of the motors, `below`
+/// metres under it.
+fn place(motors: &[Point3<f64>; 3], lambda: [f64; 3], below: f64) -> Point3<f64> {
+    let above: Vector3<f64> = motors.iter().zip(lambda).map(|(m, l)| m.coords * l).sum();
+    Point3::from(above - Vector3::z() * below)
 }
 
 impl Variations {
@@ -211,6 +236,21 @@ mod tests {
         assert_eq!(population.sample(1, 5), population.sample(1, 5));
         assert_ne!(population.sample(1, 5), population.sample(1, 6));
         assert_ne!(population.sample(1, 5), population.sample(2, 5));
+    }
+
+    #[test]
+    fn further_targets_are_in_the_tasks_rig_and_depend_on_its_number_only() {
+        let population = Population::default();
+        for index in 0..200 {
+            let task = population.sample(3, index).unwrap();
+            let places = population.further_targets(&task, (3, index), 2);
+            assert_eq!(places, population.further_targets(&task, (3, index), 2));
+            assert!(places[0] != places[1] && places[0] != task.target);
+            for place in places {
+                assert!(task.geometry.barycentric(&place).iter().all(|l| *l > 0.05 - 1e-9));
+                assert!((0.1..=1.0).contains(&(1.2 - place.z)), "{place}");
+            }
+        }
     }
 
     #[test]

@@ -28,9 +28,7 @@ impl BoardController {
             resumed: false,
             target: Point::from_metres(target.into()),
         };
-        if let Some(target) = controller.target {
-            controller.send(Micros(0), Command::Target(target));
-        }
+        controller.send_target(Micros(0));
         controller
     }
 
@@ -41,7 +39,14 @@ impl BoardController {
             self.resumed = true;
             self.send(now, Command::ClearFault);
         }
-        if let (State::Ready, Some(target)) = (self.harness.board.state(), self.target) {
+        if self.harness.board.state() == State::Ready {
+            self.send_target(now);
+        }
+    }
+
+    /// Sends the target to a board that is ready, or drives to another one.
+    fn send_target(&mut self, now: Micros) {
+        if let Some(target) = self.target {
             self.send(now, Command::Target(target));
         }
     }
@@ -54,6 +59,12 @@ impl BoardController {
 }
 
 impl Controller for BoardController {
+    fn set_target(&mut self, now: Micros, target: Point3<f64>) {
+        self.target = Point::from_metres(target.into());
+        self.reached = false;
+        self.send_target(now);
+    }
+
     fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         self.sequence = self.sequence.wrapping_add(1);
         self.resume(now, ball.is_some());

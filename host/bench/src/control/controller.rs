@@ -94,6 +94,12 @@ impl ControllerKind {
         !matches!(self, Self::F64(_) | Self::Reference)
     }
 
+    /// Returns whether the controller can drive to a further target.
+    #[must_use]
+    pub const fn can_go_on(&self) -> bool {
+        !matches!(self, Self::Oracle | Self::Reference)
+    }
+
     /// Creates the controller of a run of `suite`.
     ///
     /// # Errors

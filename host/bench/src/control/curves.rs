@@ -70,9 +70,9 @@ pub fn draw(reports: &[Report]) -> Result<String, DrawingAreaErrorKind<std::io::
                 colour.stroke_width(width),
             );
             let colour = *colour;
-            chart.draw_series(line)?.label(format!("{}, {}", report.law, report.suite)).legend(
-                move |(x, y)| PathElement::new([(x, y), (x + 28, y)], colour.stroke_width(width)),
-            );
+            chart.draw_series(line)?.label(label(report)).legend(move |(x, y)| {
+                PathElement::new([(x, y), (x + 28, y)], colour.stroke_width(width))
+            });
         }
         chart
             .configure_series_labels()
@@ -86,6 +86,12 @@ pub fn draw(reports: &[Report]) -> Result<String, DrawingAreaErrorKind<std::io::
     Ok(svg)
 }
 
+/// Returns the text beside a curve.
+fn label(report: &Report) -> String {
+    let (law, suite, target) = (&report.law, report.suite, report.target);
+    if target == 1 { format!("{law}, {suite}") } else { format!("{law}, {suite}, target {target}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -95,6 +101,7 @@ mod tests {
         let report = |law: &str, ratio: f64| Report {
             law: law.into(),
             suite: "quasi-static",
+            target: 1,
             rigs: 4,
             seed: 1,
             converged: 0.75,
@@ -102,6 +109,10 @@ mod tests {
             p90: f64::INFINITY,
             p99: f64::INFINITY,
             max: f64::INFINITY,
+            lost_s: 0.1,
+            lost_p99_s: f64::INFINITY,
+            told_s: 0.5,
+            told_p99_s: 0.5,
             slack: 0.0,
             hold_mean_mm: 0.0,
             hold_p99_mm: 0.0,

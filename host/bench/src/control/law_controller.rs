@@ -122,6 +122,15 @@ impl LawController {
 }
 
 impl Controller for LawController {
+    fn set_target(&mut self, now: Micros, target: Point3<f64>) {
+        // A place that the protocol cannot name is refused before the run.
+        self.target = Point::from_metres(target.into()).unwrap_or(self.target);
+        self.reached = false;
+        self.servo.leave_target(now, &self.params);
+        self.servo.change_target(now);
+        self.servo.update_guards(now, &self.planner);
+    }
+
     fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         let point = ball.and_then(|ball| Point::from_metres(ball.into()));
         let Some(point) = point.filter(|point| self.config.workspace.contains(*point)) else {

@@ -19,6 +19,8 @@ pub struct Report {
     pub law: String,
     /// Name of the suite.
     pub suite: &'static str,
+    /// Number of the target in each run, from 1.
+    pub target: usize,
     /// Number of rigs.
     pub rigs: u64,
     /// Seed of the rigs.
@@ -34,6 +36,14 @@ pub struct Report {
     pub p99: f64,
     /// Maximum of that ratio.
     pub max: f64,
+    /// Median of the time to the threshold above the oracle's, seconds; infinite as above.
+    pub lost_s: f64,
+    /// 99th percentile of that time.
+    pub lost_p99_s: f64,
+    /// Median time from the arrival to the report of "reached", seconds.
+    pub told_s: f64,
+    /// 99th percentile of that time.
+    pub told_p99_s: f64,
     /// Share of the runs with a cable slack for more than 20 ms.
     pub slack: f64,
     /// Mean distance from the target during the hold test, millimetres.
@@ -63,30 +73,37 @@ pub(crate) fn quantile<T: Copy + Into<f64>>(sorted: &[T], q: f64) -> f64 {
     sorted.get(at).map_or(f64::NAN, |&v| v.into())
 }
 
+/// Returns the values in ascending order.
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
 /// Rounds to four decimal places, the resolution of a sample.
 pub(super) fn round(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
 impl Report {
-    /// Summarises runs of consecutive rigs, the first being `first`. Each run comes with the
-    /// oracle's time for its task, seconds.
+    /// Summarises the drives to the target of this number in runs of consecutive rigs, the first
+    /// being `first`. Each comes with the oracle's time for it, seconds.
     pub(crate) fn new(
-        law: String,
+        (law, target): (String, usize),
         suite: SuiteName,
         first: RunId,
         runs: &[(Outcome, f64)],
     ) -> Self {
         let n = runs.len() as f64;
         let share = |count: usize| round(count as f64 / n);
-        let mut ratios: Vec<f64> = runs
-            .iter()
-            .map(|(run, oracle)| run.time_s.map_or(f64::INFINITY, |t| t / oracle))
-            .collect();
-        ratios.sort_by(f64::total_cmp);
-        let mut times: Vec<f64> =
-            runs.iter().map(|(run, _)| run.time_s.unwrap_or(f64::INFINITY)).collect();
-        times.sort_by(f64::total_cmp);
+        let ratios =
+            runs.iter().map(|(run, oracle)| run.time_s.map_or(f64::INFINITY, |t| t / oracle));
+        let ratios = sorted(ratios);
+        let times = sorted(runs.iter().map(|(run, _)| run.time_s.unwrap_or(f64::INFINITY)));
+        let lost =
+            runs.iter().map(|(run, oracle)| run.time_s.map_or(f64::INFINITY, |t| t - oracle));
+        let lost = sorted(lost);
+        let told = sorted(runs.iter().filter_map(|(run, _)| run.told_s));
         let mut hold: Vec<f32> =
             runs.iter().flat_map(|(run, _)| run.hold_m.iter().copied()).collect();
         hold.sort_by(f32::total_cmp);
@@ -95,6 +112,7 @@ impl Report {
         Self {
             law,
             suite: suite.as_str(),
+            target,
             rigs: runs.len() as u64,
             seed: first.seed,
             converged: share(runs.len() - failed.len()),
@@ -102,6 +120,10 @@ impl Report {
             p90: round(quantile(&ratios, 0.9)),
             p99: round(quantile(&ratios, 0.99)),
             max: round(quantile(&ratios, 1.0)),
+            lost_s: round(quantile(&lost, 0.5)),
+            lost_p99_s: round(quantile(&lost, 0.99)),
+            told_s: round(quantile(&told, 0.5)),
+            told_p99_s: round(quantile(&told, 0.99)),
             slack: share(runs.iter().filter(|(run, _)| run.slack_s > MIN_SLACK_S).count()),
             hold_mean_mm: round(
                 hold.iter().map(|h| f64::from(*h)).sum::<f64>() / hold.len() as f64 * 1e3,
@@ -117,18 +139,19 @@ impl Report {
 
     /// Heading of the lines that [`Display`](fmt::Display) writes.
     pub const HEADING: &'static str = "\
-        law              suite          rigs converged  median    p90    p99    max  \
-        slack  hold mm   p99 mm  false  median s";
+        law              suite        target   rigs converged  median    p90    p99    max  \
+        slack  hold mm   p99 mm  false  median s   lost s  p99 s  told s  p99 s";
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{:16} {:12} {:6} {:9.4} {:7.3} {:6.3} {:6.3} {:6.2} \
-             {:6.4} {:8.2} {:8.2} {:6.4} {:9.3}",
+            "{:16} {:12} {:6} {:6} {:9.4} {:7.3} {:6.3} {:6.3} {:6.2} \
+             {:6.4} {:8.2} {:8.2} {:6.4} {:9.3} {:8.3} {:6.3} {:7.3} {:6.3}",
             self.law,
             self.suite,
+            self.target,
             self.rigs,
             self.converged,
             self.median,
@@ -139,7 +162,11 @@ impl fmt::Display for Report {
             self.hold_mean_mm,
             self.hold_p99_mm,
             self.false_reached,
-            self.median_s
+            self.median_s,
+            self.lost_s,
+            self.lost_p99_s,
+            self.told_s,
+            self.told_p99_s
         )
     }
 }

@@ -1,6 +1,6 @@
 //! One run: a controller, a rig and a camera in virtual time.
 
-use std::fmt;
+use std::{fmt, mem};
 
 use nalgebra::Point3;
 use plumb_core::TICK_US;
@@ -39,6 +39,9 @@ pub(crate) trait Controller {
     fn tick(&mut self, now: Micros) -> [f64; 3];
     /// Returns whether the controller has reported that the ball reached its target.
     fn reached(&self) -> bool;
+    /// Drives to another target from `now` on, metres in the rig frame. A controller whose kind
+    /// [cannot go on](super::ControllerKind::can_go_on) gets none.
+    fn set_target(&mut self, _now: Micros, _target: Point3<f64>) {}
     /// Returns whether the controller has given up.
     fn failed(&self) -> bool;
     /// Returns whether the controller stopped for a lost position and was started again.
@@ -81,6 +84,8 @@ pub(crate) struct Outcome {
     /// Time of the ball's first arrival within the threshold, seconds on the suite's clock; `None`
     /// if the run did not end with [`RunEnd::Held`].
     pub(crate) time_s: Option<f64>,
+    /// Time from that arrival to the report of "reached", seconds; negative where it came before.
+    pub(crate) told_s: Option<f64>,
     /// Longest total time that one cable was slack, seconds.
     pub(crate) slack_s: f64,
     /// Distances from the target during the hold test, metres, one a millisecond.
@@ -110,11 +115,13 @@ struct Monitor {
 }
 
 impl Monitor {
-    fn new(suite: &Suite, target: Point3<f64>) -> Self {
+    /// Begins to measure a drive to `target`, whose clock starts at `start_s`, or with the first
+    /// picture.
+    fn new(suite: &Suite, target: Point3<f64>, start_s: Option<f64>) -> Self {
         Self {
             target,
             threshold_m: suite.threshold_m,
-            start_s: (suite.clock == Clock::Target).then_some(0.0),
+            start_s,
             arrived_s: None,
             slack_s: [0.0; 3],
             reached_s: None,
@@ -145,14 +152,16 @@ impl Monitor {
     }
 
     /// Returns the result of a run that ended with `end`.
-    fn outcome(self, end: RunEnd, resumed: bool) -> Outcome {
+    fn outcome(&mut self, end: RunEnd, resumed: bool) -> Outcome {
         let slack_s = self.slack_s.into_iter().fold(0.0, f64::max);
         let hold = &self.outcome.hold_m;
         let inside = hold.iter().filter(|d| f64::from(**d) <= self.threshold_m).count();
         let held = inside as f64 >= MIN_HELD * hold.len() as f64;
         let end = if end == RunEnd::Held && !held { RunEnd::NotHeld } else { end };
         let time_s = self.arrived_s.filter(|_| end == RunEnd::Held);
-        Outcome { time_s, slack_s, end, resumed, ..self.outcome }
+        let start = self.start_s.unwrap_or(0.0);
+        let told_s = time_s.zip(self.reached_s).map(|(time, reached)| reached - start - time);
+        Outcome { time_s, told_s, slack_s, end, resumed, ..mem::take(&mut self.outcome) }
     }
 }
 
@@ -176,9 +185,35 @@ struct Simulation<'a> {
 }
 
 impl Simulation<'_> {
+    /// Drives to target `number`. The first one is that with which the controller was made.
+    fn drive(&mut self, number: usize, leg: &Leg) -> Outcome {
+        let now = self.now();
+        let t = now.0 as f64 * 1e-6;
+        let start_s = match (number, self.suite.clock) {
+            (0, Clock::Picture) => None,
+            _ => Some(t),
+        };
+        if number > 0 {
+            self.controller.set_target(now, leg.target);
+        }
+        self.monitor = Monitor::new(self.suite, self.frame.true_position(leg.target), start_s);
+        self.limit_s = t + leg.limit_s();
+        let end = loop {
+            if let Some(end) = self.tick() {
+                break end;
+            }
+        };
+        self.monitor.outcome(end, self.controller.resumed())
+    }
+
+    /// Returns the time of the coming tick.
+    fn now(&self) -> Micros {
+        Micros(self.ticks * u64::from(TICK_US))
+    }
+
     /// Runs one tick. Returns the end of the run once there is one.
     fn tick(&mut self) -> Option<RunEnd> {
-        let now = Micros(self.ticks * u64::from(TICK_US));
+        let now = self.now();
         let t = now.0 as f64 * 1e-6;
         if self.controller.failed() {
             return Some(RunEnd::GaveUp);
@@ -218,7 +253,24 @@ impl Simulation<'_> {
     }
 }
 
-/// Runs `controller` on a task of `suite`. The oracle needs `oracle_s` seconds for the task.
+/// A target of a run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Leg {
+    /// The target, metres in the rig frame.
+    pub(crate) target: Point3<f64>,
+    /// Time that the oracle needs from the target before, seconds.
+    pub(crate) oracle_s: f64,
+}
+
+impl Leg {
+    /// Returns the time limit of the drive to the target, seconds.
+    fn limit_s(&self) -> f64 {
+        self.oracle_s * TIME_LIMIT_ORACLES + TIME_LIMIT_S
+    }
+}
+
+/// Runs `controller` on a task of `suite`, through these targets. Returns the outcome of each. One
+/// that was not held ends the run, and those after it have its outcome.
 ///
 /// # Errors
 /// If the parameters of the rig or the camera are invalid, or its pose cannot be calibrated. A rig
@@ -228,8 +280,8 @@ pub(crate) fn run(
     suite: &Suite,
     task: &Task,
     id: RunId,
-    oracle_s: f64,
-) -> Result<Outcome, BenchError> {
+    legs: &[Leg],
+) -> Result<Vec<Outcome>, BenchError> {
     let on_error = |error| BenchError::Rig { id, error };
     let camera_seed = id.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ id.rig;
     let camera = CameraMonitor::new(suite.camera, camera_seed).map_err(on_error)?;
@@ -237,20 +289,22 @@ pub(crate) fn run(
     let mut simulation = Simulation {
         plant: suite.plant(task, id).map_err(on_error)?,
         assumed_age_us: (ASSUMED_LATENCY_FRAMES * camera.period_s() * 1e6) as u32,
-        monitor: Monitor::new(suite, frame.true_position(task.target)),
+        monitor: Monitor::new(suite, frame.true_position(task.target), None),
         frame,
-        limit_s: oracle_s * TIME_LIMIT_ORACLES + TIME_LIMIT_S,
+        limit_s: 0.0,
         frames: 0,
         ticks: 0,
         camera,
         controller,
         suite,
     };
-    let end = loop {
-        if let Some(end) = simulation.tick() {
-            break end;
-        }
-    };
-    let resumed = simulation.controller.resumed();
-    Ok(simulation.monitor.outcome(end, resumed))
+    let mut outcomes: Vec<Outcome> = Vec::new();
+    for (number, leg) in legs.iter().enumerate() {
+        let outcome = match outcomes.last() {
+            Some(last) if last.end != RunEnd::Held => last.clone(),
+            _ => simulation.drive(number, leg),
+        };
+        outcomes.push(outcome);
+    }
+    Ok(outcomes)
 }

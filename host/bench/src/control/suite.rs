@@ -2,6 +2,9 @@
 
 mod name;
 
+use std::iter;
+
+use nalgebra::Point3;
 use plumb_emulator::plant::{
     CameraMonitorParameters, DepthDrift, Elastic, ElasticParameters, Plant, Population,
     QuasiStatic, RigError, Task, Variations,
@@ -35,8 +38,10 @@ pub struct Suite {
     /// Whether the board gets the true age of each position. Otherwise it gets
     /// [`ASSUMED_LATENCY_FRAMES`].
     pub ages_known: bool,
-    /// Start of a run's clock.
+    /// Start of a run's clock. That of a further target starts when the board gets it.
     pub clock: Clock,
+    /// Targets of each run, one after the other; at least 1.
+    pub targets: usize,
 }
 
 /// Start of a run's clock.
@@ -102,6 +107,7 @@ impl Suite {
             },
             ages_known: !matches!(name, SuiteName::Ages | SuiteName::Latency),
             clock: Clock::Picture,
+            targets: 1,
         }
     }
 
@@ -114,6 +120,14 @@ impl Suite {
             SuiteName::PaperTask => Ok(Task::paper()),
             _ => self.population.sample(id.seed, id.rig),
         }
+    }
+
+    /// Returns the targets of a run on `task`, the first one that of the task.
+    #[must_use]
+    pub fn places(&self, task: &Task, id: RunId) -> Vec<Point3<f64>> {
+        let further = self.targets.saturating_sub(1);
+        let further = self.population.further_targets(task, (id.seed, id.rig), further);
+        iter::once(task.target).chain(further).collect()
     }
 
     /// Returns the plant of a task with its ball at rest at the start.

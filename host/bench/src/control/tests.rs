@@ -16,9 +16,21 @@ fn controller(name: &str) -> ControllerKind {
     name.parse().unwrap()
 }
 
+/// Runs a suite of one target.
+pub(super) fn run_one_target(
+    controller: &ControllerKind,
+    suite: &Suite,
+    rigs: Range<u64>,
+    seed: u64,
+) -> Report {
+    let mut reports = run(controller, suite, rigs, seed, &mut |_| ()).unwrap();
+    assert_eq!(reports.len(), 1);
+    reports.remove(0)
+}
+
 /// Runs the first `rigs` rigs of seed 11.
 fn quick(controller: &ControllerKind, suite: SuiteName, rigs: u64) -> Report {
-    run(controller, &Suite::new(suite), 0..rigs, 11, &mut |_| ()).unwrap()
+    run_one_target(controller, &Suite::new(suite), 0..rigs, 11)
 }
 
 /// docs/understand/method.md: median 2.15, all converge.
@@ -68,7 +80,7 @@ fn reference_keeps_cables_taut() {
 fn oracle_takes_its_own_time() {
     for clock in [Clock::Picture, Clock::Target] {
         let suite = Suite { clock, ..Suite::new(SuiteName::QuasiStatic) };
-        let report = run(&ControllerKind::Oracle, &suite, 0..20, 11, &mut |_| ()).unwrap();
+        let report = run_one_target(&ControllerKind::Oracle, &suite, 0..20, 11);
         assert!(report.median > 0.99 && report.max < 1.01, "{report}");
     }
 }
@@ -79,7 +91,7 @@ fn clock_from_target_adds_the_latency() {
     let suite = Suite { clock: Clock::Target, ..Suite::new(SuiteName::PaperTask) };
     let controller = controller("adaptive");
     let (early, late) = (
-        run(&controller, &suite, 0..10, 11, &mut |_| ()).unwrap(),
+        run_one_target(&controller, &suite, 0..10, 11),
         quick(&controller, SuiteName::PaperTask, 10),
     );
     let frames = (early.median_s - late.median_s) * 30.0;
@@ -121,6 +133,11 @@ fn json_has_these_fields_and_no_others() {
         "p90",
         "p99",
         "max",
+        "target",
+        "lost_s",
+        "lost_p99_s",
+        "told_s",
+        "told_p99_s",
         "slack",
         "hold_mean_mm",
         "hold_p99_mm",
@@ -170,7 +187,7 @@ fn refused_configurations_are_reported_before_any_run() {
 fn adaptive_survives_missing_positions_at_full_speed() {
     let (controller, suite) = (controller("adaptive"), Suite::new(SuiteName::QuasiStatic));
     for (seed, rig) in [(101, 70), (28, 393)] {
-        let report = run(&controller, &suite, rig..rig + 1, seed, &mut |_| ()).unwrap();
+        let report = run_one_target(&controller, &suite, rig..rig + 1, seed);
         assert!(report.median < 1.5, "{report}");
     }
 }
@@ -180,7 +197,7 @@ fn adaptive_survives_missing_positions_at_full_speed() {
 #[test]
 fn adaptive_holds_its_ball_in_noise() {
     let (controller, suite) = (controller("adaptive"), Suite::new(SuiteName::Noise));
-    let report = run(&controller, &suite, 211..212, 11, &mut |_| ()).unwrap();
+    let report = run_one_target(&controller, &suite, 211..212, 11);
     assert!(report.converged == 1.0 && report.hold_p99_mm < 5.0, "{report}");
 }
 
@@ -190,7 +207,7 @@ fn adaptive_holds_its_ball_in_noise() {
 fn sign_reduces_a_gain_that_oscillates() {
     let (controller, suite) = (controller("sign"), Suite::new(SuiteName::QuasiStatic));
     for (seed, rig) in [(713, 19), (715, 670), (718, 391), (718, 556)] {
-        let report = run(&controller, &suite, rig..rig + 1, seed, &mut |_| ()).unwrap();
+        let report = run_one_target(&controller, &suite, rig..rig + 1, seed);
         assert!(report.converged == 1.0, "{report}");
     }
 }
@@ -199,7 +216,31 @@ fn sign_reduces_a_gain_that_oscillates() {
 #[test]
 fn a_rig_can_be_run_alone() {
     let (controller, suite) = (controller("sign"), Suite::new(SuiteName::QuasiStatic));
-    let alone = run(&controller, &suite, 5..6, 11, &mut |_| ()).unwrap();
-    let among = run(&controller, &suite, 3..7, 11, &mut |_| ()).unwrap();
+    let alone = run_one_target(&controller, &suite, 5..6, 11);
+    let among = run_one_target(&controller, &suite, 3..7, 11);
     assert!(alone.rigs == 1 && among.ratios.contains(&alone.ratios[0]), "{alone} {among}");
+}
+
+/// A law that knows its rig after the first target is faster to the later ones.
+#[test]
+fn each_further_target_has_a_report_and_is_reached_sooner() {
+    let suite = Suite { targets: 3, ..Suite::new(SuiteName::Elastic800) };
+    let reports = run(&controller("taut"), &suite, 0..40, 11, &mut |_| ()).unwrap();
+    let [first, second, third] = &reports[..] else { panic!("{} reports", reports.len()) };
+    assert_eq!([first, second, third].map(|report| report.target), [1, 2, 3]);
+    let one = quick(&controller("taut"), SuiteName::Elastic800, 40);
+    assert_eq!(&one, first);
+    for report in &reports {
+        assert_eq!((report.converged, report.false_reached), (1.0, 0.0), "{report}");
+        assert!(report.lost_s > 0.0 && report.lost_s < report.lost_p99_s, "{report}");
+        assert!((0.3..1.2).contains(&report.told_s), "{report}");
+    }
+    assert!(second.p90 < first.p90 && third.p90 < first.p90, "{first}\n{second}\n{third}");
+}
+
+#[test]
+fn a_controller_that_plays_a_plan_has_no_further_target() {
+    let suite = Suite { targets: 2, ..Suite::new(SuiteName::QuasiStatic) };
+    let refused = run(&ControllerKind::Oracle, &suite, 0..1, 1, &mut |_| ()).unwrap_err();
+    assert!(refused.to_string().starts_with("oracle drives to one target only"), "{refused}");
 }

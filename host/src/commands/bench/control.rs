@@ -47,6 +47,7 @@ const DEFAULT_SEED: u64 = 1;
 #[command(
     after_help = examples![
         "plumb bench control --rigs 50 --law taut,interval",
+        "plumb bench control --suite elastic800 --targets 3",
         "plumb bench control --suite paper",
         "plumb bench control --suite path,path-elastic --rigs 20 --law taut,oracle",
     ]
@@ -76,6 +77,11 @@ pub(crate) struct ControlArgs {
     /// Running mean over the step plan instead of each law's own, 0 to 0.4 s
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(Mean::RANGE))]
     mean: Option<f64>,
+    /// Targets of each rig, one after the other, 1 to 100 targets. Each has a row, whose times are
+    /// multiples of the oracle's from the target before
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::whole::<u64>(1.0, 100.0, "targets"))]
+    targets: u64,
     /// Start of the clock: arrival of the first frame (picture), or 1 to 2 frames earlier, when the
     /// target is set (target)
     #[arg(long, value_enum, default_value = "picture")]
@@ -194,14 +200,16 @@ fn bench_rigs(
     args: &ControlArgs,
     reports: &mut Vec<Report>,
 ) -> Result<Reader, Failure> {
-    let suite = Suite { clock: args.clock.into(), ..Suite::new(name) };
+    let targets = args.targets as usize;
+    let suite = Suite { clock: args.clock.into(), targets, ..Suite::new(name) };
     tell!("{}: {}\n{}", suite.name, suite.name.about(), Report::HEADING);
     for controller in controllers {
-        let report = measure(controller, &suite, args)?;
-        let line = serde_json::to_string(&report)?;
-        reports.push(report);
-        if args.json && print::results(line)? == Reader::Closed {
-            return Ok(Reader::Closed);
+        for report in measure(controller, &suite, args)? {
+            let line = serde_json::to_string(&report)?;
+            reports.push(report);
+            if args.json && print::results(line)? == Reader::Closed {
+                return Ok(Reader::Closed);
+            }
         }
     }
     Ok(Reader::Open)
@@ -246,19 +254,22 @@ fn measure(
     controller: &ControllerKind,
     suite: &Suite,
     args: &ControlArgs,
-) -> Result<Report, Failure> {
+) -> Result<Vec<Report>, Failure> {
     let run = |progress: &mut dyn FnMut(u64)| {
         control::run(controller, suite, args.rigs(), args.seed, progress)
     };
-    let report = with_progress(controller, args, run)?;
-    tell!("{report}");
-    if !report.failed.is_empty() {
-        tell!("  failed: {}", first(report.failed.iter().map(|(rig, why)| format!("{rig} {why}"))));
+    let reports = with_progress(controller, args, run)?;
+    for report in &reports {
+        tell!("{report}");
+        if !report.failed.is_empty() {
+            let failed = report.failed.iter().map(|(rig, why)| format!("{rig} {why}"));
+            tell!("  failed: {}", first(failed));
+        }
+        if report.resumed > 0 {
+            tell!("  stopped for a lost position and were started again: {}", report.resumed);
+        }
     }
-    if report.resumed > 0 {
-        tell!("  stopped for a lost position and were started again: {}", report.resumed);
-    }
-    Ok(report)
+    Ok(reports)
 }
 
 /// Returns the result of `run`, which tells a terminal its progress.
@@ -307,8 +318,11 @@ fn check_path_options(args: &ControlArgs, controllers: &[ControllerKind]) -> Res
             "{other} cannot follow a path: leave it out of --law, or choose another suite"
         )));
     }
-    let options =
-        [("--clock", !matches!(args.clock, ClockName::Picture)), ("--svg", args.svg.is_some())];
+    let options = [
+        ("--targets", args.targets != 1),
+        ("--clock", !matches!(args.clock, ClockName::Picture)),
+        ("--svg", args.svg.is_some()),
+    ];
     match options.iter().find(|(_, is_given)| *is_given) {
         Some((option, _)) => Err(bad_input(format!(
             "{option} has no effect on the suites `path` and `path-elastic`: leave it out, or \
@@ -328,6 +342,7 @@ fn check_paper_options(args: &ControlArgs) -> Result<(), Failure> {
         ("--first-rig", args.first_rig != 0),
         ("--seed", args.seed != DEFAULT_SEED),
         ("--mean", args.mean.is_some()),
+        ("--targets", args.targets != 1),
         ("--clock", !matches!(args.clock, ClockName::Picture)),
         ("--svg", args.svg.is_some()),
     ];

@@ -5,8 +5,9 @@ use plumb_protocol::units::Micros;
 use plumb_sim::limits::RigLimits;
 
 use super::super::controller::{ControllerKind, by_law};
-use super::super::simulate::{self, Controller, Outcome};
-use super::super::{oracle, run};
+use super::super::oracle;
+use super::super::simulate::{self, Controller, Leg, Outcome};
+use super::super::tests::run_one_target;
 use super::*;
 use crate::control::{Suite, SuiteName};
 use crate::run_id::RunId;
@@ -64,8 +65,9 @@ fn whole_run(
     };
     let mut controller = Recorded { inner, rows: Vec::new() };
     let oracle_s = oracle::time_s(&task, &RigLimits::default(), suite.threshold_m).unwrap();
-    let outcome = simulate::run(&mut controller, suite, &task, id, oracle_s).unwrap();
-    (outcome, controller.rows)
+    let leg = Leg { target: task.target, oracle_s };
+    let mut outcomes = simulate::run(&mut controller, suite, &task, id, &[leg]).unwrap();
+    (outcomes.remove(0), controller.rows)
 }
 
 /// With the board's own law the harness of the `f64` laws gives the board's run, up to rounding:
@@ -126,7 +128,7 @@ fn fixed_point_is_as_fast_as_f64() {
     for name in LAWS {
         let law = settings(name);
         let [board, reference] = [ControllerKind::Board(law.clone()), ControllerKind::F64(law)]
-            .map(|controller| run(&controller, &suite, 0..300, 31, &mut |_| ()).unwrap());
+            .map(|controller| run_one_target(&controller, &suite, 0..300, 31));
         assert!((board.median / reference.median - 1.0).abs() < 0.01, "{board}\n{reference}");
         assert!((board.converged - reference.converged).abs() < 0.005, "{board}\n{reference}");
     }
