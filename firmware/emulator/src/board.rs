@@ -131,6 +131,10 @@ impl EmulatedBoard {
             }
             self.now.0 += u64::from(TICK_US);
             self.collect();
+            if asked.bootloader {
+                // It has no bootloader that could wait for a program, and begins its own again.
+                self.restart(StartCause::Requested);
+            }
             let motors = self.rig_motors();
             if let Some(sampler) = &mut self.sampler {
                 sampler.note(self.now, motors);

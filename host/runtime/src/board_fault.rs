@@ -4,6 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use plumb_protocol::message::Fault;
+use plumb_protocol::units::Micrometres;
 
 /// Fault for which the board stopped by itself. Its text is for people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,8 +40,9 @@ impl fmt::Display for BoardFault {
     }
 }
 
-/// Cause of [`Fault::HostSilent`] or [`Fault::PositionLost`], counted over one and a half
-/// times the deadline that has passed. Its text is for people.
+/// Cause of a fault. Those of [`Fault::HostSilent`] and [`Fault::PositionLost`] are counted over
+/// one and a half times the deadline that has passed; [`Fault::BallOutside`] has the place of the
+/// ball. Its text is for people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultCause {
     /// Frames were damaged on their way to the board.
@@ -64,6 +66,15 @@ pub enum FaultCause {
         /// Greatest age with which a position was sent.
         oldest: Duration,
     },
+    /// The last position that was sent is outside the workspace.
+    Outside {
+        /// Axis on which the ball is farthest outside: x, y or z.
+        axis: char,
+        /// Coordinate of the ball.
+        at: Micrometres,
+        /// Border of the workspace that it has passed.
+        border: Micrometres,
+    },
 }
 
 impl FaultCause {
@@ -77,6 +88,11 @@ impl FaultCause {
             Self::LateHost { .. } => {
                 "Check what else uses the computer's processor or disk, and whether it sleeps. \
                  Then clear the fault."
+            }
+            Self::Outside { .. } => {
+                "Look where the ball is. If it is there: clear the fault, jog it back, and choose \
+                 targets farther inside the workspace, or correct the workspace. If it is \
+                 elsewhere, the camera's pose is wrong."
             }
             Self::OldPositions { .. } => {
                 "Check what else uses the computer's processor, or choose smaller or fewer \
@@ -106,6 +122,11 @@ impl fmt::Display for FaultCause {
             Self::OldPositions { old, oldest } => {
                 let oldest = oldest.as_secs_f64();
                 write!(f, "{old} positions were too old: up to {oldest:.1} s")
+            }
+            Self::Outside { axis, at, border } => {
+                let side = if at < border { "below" } else { "above" };
+                let [at, border] = [at, border].map(|it| it.to_si());
+                write!(f, "{axis} = {at:.3} m is {side} the {border:.3} m of the workspace")
             }
         }
     }

@@ -218,7 +218,7 @@ impl<T: Transport> Link<T> {
             (self.sequence, u32::try_from(age.as_micros()).unwrap_or(u32::MAX));
         let id = self.post(Command::Position(Position { sequence, age_us, ball, covariance }))?;
         self.monitor.sent(sequence, id, self.transport.now());
-        self.evidence.position(age, self.transport.now());
+        self.evidence.position(age, ball, self.transport.now());
         Ok(())
     }
 
@@ -275,8 +275,7 @@ impl<T: Transport> Link<T> {
 
     /// Returns a fault of the board with its cause, where the counts show one.
     fn explain(&self, fault: Fault) -> BoardFault {
-        let explain =
-            |config: &Config| self.evidence.explain(fault, &config.deadlines, self.transport.now());
+        let explain = |config: &Config| self.evidence.explain(fault, config, self.transport.now());
         self.config.as_ref().map_or_else(|| fault.into(), explain)
     }
 

@@ -10,6 +10,7 @@ use plumb_cameras::record::Overflow;
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::bounded_read::read_text;
+use plumb_config::quantity::Coordinate;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
@@ -191,6 +192,7 @@ pub(super) fn drive(
     if !rig.motion_rules().know_the_motors() {
         tell!("{}: has no [size]: a target that no cables can hold is not refused", file.display());
     }
+    tell_targets_at_border(goal, &rig);
     let chosen = source_name(file, &rig, options)?;
     let (sender, mut receiver) = operator();
     let stream = goal.stream(&rig, sender.targets().clone())?;
@@ -242,6 +244,28 @@ pub(super) fn drive(
     let is_endless = goal.is_endless();
     PreparedRun { run, camera, detector, steering, stream, outputs, is_endless }
         .drive(&options.run, &interrupted)
+}
+
+/// Names the first target that is nearer to the border of the workspace than the ball is held: the
+/// board stops where the ball crosses it.
+fn tell_targets_at_border(goal: &Goal, rig: &Rig) {
+    let targets: Vec<[f64; 3]> = match goal {
+        Goal::Targets => rig.targets.iter().map(|target| target.map(Coordinate::get)).collect(),
+        Goal::Waypoints(waypoints, _) => waypoints.iter().map(|it| it.target).collect(),
+        Goal::Path(_) | Goal::Moving(_) | Goal::PresentPlace => return,
+    };
+    let (rules, radius) = (rig.motion_rules(), rig.reached.radius.get());
+    let mut rooms = targets.into_iter().map(|target| rules.room(target)).enumerate();
+    // What rounding leaves of a radius is enough.
+    if let Some((index, room)) = rooms.find(|(_, room)| *room < radius - 1e-6) {
+        tell!(
+            "target {} is {:.0} mm from the border of the workspace: the board stops if the ball \
+             swings across it; {:.0} mm are enough",
+            index + 1,
+            room * 1e3,
+            radius * 1e3
+        );
+    }
 }
 
 /// A run whose board, camera and outputs are open.

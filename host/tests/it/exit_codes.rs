@@ -89,6 +89,10 @@ fn an_emulated_board_has_no_bootloader() {
         let port = ["--port", &emulator.port, "--json"];
         let error = json_error(&[&["board"], command, &port].concat(), folder.path(), 1);
         assert!(error.contains("not restarted into its bootloader"), "{error}");
+        // It is of use as before.
+        let status = plumb(&["board", "status", "--port", &emulator.port], folder.path());
+        let text = stderr(&status);
+        assert!(text.contains("unconfigured") && text.contains("a requested restart"), "{text}");
     }
 }
 

@@ -302,6 +302,21 @@ fn targets_of_a_file_outside_the_workspace_are_named_with_their_lines() {
     }
 }
 
+/// Noise may take the ball across the border, and the board stops then.
+#[test]
+fn a_target_at_the_border_of_the_workspace_is_named() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let told = |z: &str| {
+        let output = plumb(&["goto", &rig, "0.5", "0.3", z, "--port", "absent"], folder.path());
+        stderr(&output).lines().next().unwrap_or_default().to_owned()
+    };
+    let note = "target 1 is 2 mm from the border of the workspace: the board stops if the ball \
+                swings across it; 10 mm are enough";
+    assert_eq!(told("0.598"), note);
+    assert!(told("0.59").starts_with("plumb: absent: there is no such"), "{}", told("0.59"));
+}
+
 /// The parser's own usage has each given option as if it were needed.
 #[test]
 fn the_usage_after_a_mistake_is_that_of_the_help() {

@@ -3,8 +3,9 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use plumb_protocol::config::Deadlines;
+use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::Fault;
+use plumb_protocol::units::{Micrometres, Point};
 
 use super::KEEP_ALIVE;
 use super::error::Damage;
@@ -45,6 +46,8 @@ pub(super) struct Evidence {
     old: Recent,
     /// Ages with which positions were sent, ms.
     ages: Recent,
+    /// Last place of the ball that was sent.
+    ball: Option<Point>,
 }
 
 impl Evidence {
@@ -81,9 +84,10 @@ impl Evidence {
         self.silence(now).min(now.saturating_sub(self.counted_from))
     }
 
-    /// Notes that a position is sent, of a frame taken `age` ago.
-    pub(super) fn position(&mut self, age: Duration, now: Duration) {
+    /// Notes that a position is sent, of a frame taken `age` ago with the ball at this place.
+    pub(super) fn position(&mut self, age: Duration, ball: Option<Point>, now: Duration) {
         self.ages.add(now, milliseconds(age));
+        self.ball = ball.or(self.ball);
     }
 
     /// Notes that the board refused a position for its age.
@@ -111,10 +115,13 @@ impl Evidence {
 
     /// Returns the fault that is known at `now`, with its cause where the counts show one. They are
     /// those of one and a half times the deadline that has passed.
-    pub(super) fn explain(&self, fault: Fault, deadlines: &Deadlines, now: Duration) -> BoardFault {
+    pub(super) fn explain(&self, fault: Fault, config: &Config, now: Duration) -> BoardFault {
         let deadline = match fault {
-            Fault::HostSilent => deadlines.host,
-            Fault::PositionLost => deadlines.position,
+            Fault::HostSilent => config.deadlines.host,
+            Fault::PositionLost => config.deadlines.position,
+            Fault::BallOutside => {
+                return BoardFault { fault, cause: self.outside(&config.workspace) };
+            }
             _ => return fault.into(),
         };
         let deadline = Duration::from_millis(deadline.0.into());
@@ -136,6 +143,22 @@ impl Evidence {
         let longest = silences().max()?;
         let times = silences().count() as u32;
         (longest >= least).then_some(FaultCause::LateHost { times, longest })
+    }
+
+    /// Returns where the ball is outside the workspace, on the axis on which it is farthest.
+    fn outside(&self, workspace: &Workspace) -> Option<FaultCause> {
+        let ball = self.ball?;
+        let axes = ['x', 'y', 'z'].into_iter().zip(ball.0);
+        let borders = workspace.min.0.into_iter().zip(workspace.max.0);
+        let outside = axes.zip(borders).map(|((axis, at), (min, max))| {
+            let border = Micrometres(at.0.clamp(min.0, max.0));
+            FaultCause::Outside { axis, at, border }
+        });
+        let distance = |cause: &FaultCause| match cause {
+            FaultCause::Outside { at, border, .. } => at.0.abs_diff(border.0),
+            _ => 0,
+        };
+        outside.max_by_key(distance).filter(|cause| distance(cause) > 0)
     }
 
     fn damaged_frames(&self, from: Duration) -> Option<FaultCause> {
@@ -180,6 +203,7 @@ fn milliseconds(time: Duration) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use plumb_protocol::config::Deadlines;
     use plumb_protocol::units::Milliseconds;
 
     use super::*;
@@ -203,6 +227,25 @@ mod tests {
     }
 
     #[test]
+    fn a_ball_outside_is_told_with_the_border_that_it_has_passed() {
+        let [min, max] =
+            [[0.3, 0.1, 0.09], [0.8, 0.4, 0.6]].map(|it| Point::from_metres(it).unwrap());
+        let config = Config { workspace: Workspace { min, max }, ..Config::example() };
+        let mut evidence = Evidence::default();
+        let mut told = |ball: [f64; 3]| {
+            evidence.position(Duration::ZERO, Point::from_metres(ball), Duration::ZERO);
+            // Pictures without the ball leave its last place.
+            evidence.position(Duration::ZERO, None, Duration::ZERO);
+            evidence.explain(Fault::BallOutside, &config, Duration::ZERO).to_string()
+        };
+        let below = told([0.7, 0.401, 0.086]);
+        assert!(below.ends_with("(z = 0.086 m is below the 0.090 m of the workspace)"), "{below}");
+        let above = told([0.7, 0.41, 0.086]);
+        assert!(above.ends_with("(y = 0.410 m is above the 0.400 m of the workspace)"), "{above}");
+        assert!(!told([0.7, 0.3, 0.3]).contains('('));
+    }
+
+    #[test]
     fn a_silence_before_the_run_explains_no_fault() {
         let (mut evidence, ms) = (Evidence::default(), Duration::from_millis);
         evidence.sent(ms(1000));
@@ -212,8 +255,9 @@ mod tests {
         evidence.sent(ms(4060));
         let [host, position, max_age] = [300, 500, 250].map(Milliseconds);
         let deadlines = Deadlines { host, position, max_age };
+        let config = Config { deadlines, ..Config::example() };
         let cause = |evidence: &Evidence, now| {
-            evidence.explain(Fault::PositionLost, &deadlines, ms(now)).cause
+            evidence.explain(Fault::PositionLost, &config, ms(now)).cause
         };
         assert_eq!(cause(&evidence, 4100), None);
         evidence.sent(ms(4460));

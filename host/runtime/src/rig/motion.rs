@@ -220,6 +220,14 @@ impl MotionRules {
         self.size.is_some()
     }
 
+    /// Returns the distance of a place (metres) from the border of the workspace, metres; negative
+    /// outside.
+    pub fn room(&self, place: [f64; 3]) -> f64 {
+        let Box3 { min, max } = &self.workspace;
+        let room = |i: usize| (place[i] - min[i].get()).min(max[i].get() - place[i]);
+        (0..place.len()).map(room).fold(f64::INFINITY, f64::min)
+    }
+
     /// Checks that a place is inside the workspace, or beyond its border by at most `margin`; both
     /// in metres.
     fn check_workspace(&self, place: Point3<f64>, margin: f64) -> Result<(), MotionError> {
@@ -365,6 +373,14 @@ mod tests {
         assert_eq!(check(&rig, [0.1, 0.5, 0.4], 0.1), Err(MotionError::Triangle));
         let error = check(&rig, [0.54, 0.22, 0.1], 1.0).unwrap_err();
         assert!(matches!(error, MotionError::MotorRate { motor: 'A', .. }), "{error}");
+    }
+
+    #[test]
+    fn the_room_of_a_place_is_its_distance_from_the_border() {
+        let rules = Rig::paper().unwrap().motion_rules();
+        for (place, room) in [([0.54, 0.22, 0.59], 0.01), ([0.54, 0.22, 0.63], -0.03)] {
+            assert!((rules.room(place) - room).abs() < 1e-9, "{place:?}: {}", rules.room(place));
+        }
     }
 
     #[test]

@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 use nalgebra::Point3;
 use plumb_path::check::{Breach, check, slowdown};
 use plumb_path::trajectory::{MotionLimits, Trajectory};
-use plumb_protocol::message::{Reference, State, Telemetry};
-use plumb_protocol::units::Point;
+use plumb_protocol::message::{KNOTS, Reference, State, Telemetry};
+use plumb_protocol::units::{Point, Speed};
 
 use crate::deviation::{Deviations, PathPoint, PathSummary};
 use crate::reference::{INTERVAL_S, reference};
@@ -138,6 +138,9 @@ impl PathClock {
 /// Least time between two messages, seconds: one with each picture of a usual camera.
 pub(in crate::run) const LEAST_PERIOD_S: f64 = 0.03;
 
+/// Speed of a path that is slower than the wire can say, or pauses: the least that is no rest.
+const LEAST_SPEED: Speed = Speed(1);
+
 /// Growth of the path's time that counts as progress, seconds.
 const PROGRESS_S: f64 = 1e-3;
 
@@ -205,7 +208,16 @@ impl PathDrive {
     fn message(&self, reported: f64, present: f64) -> Reference {
         let first = (reported / INTERVAL_S).floor() * INTERVAL_S;
         let motion = |time| self.trajectory().at(time);
-        reference(0, self.plan.waits(), present, first, motion)
+        let mut message = reference(0, self.plan.waits(), present, first, motion);
+        let last = &mut message.knots[KNOTS - 1].velocity;
+        if first + (KNOTS - 1) as f64 * INTERVAL_S < self.trajectory().duration()
+            && last.iter().all(|speed| speed.0 == 0)
+        {
+            // The board takes a last knot at rest for the end of the path. A path may be so slow
+            // that its speed is rounded to 0.
+            last[0] = LEAST_SPEED;
+        }
+        message
     }
 
     /// Takes in telemetry about the path that was received at `now`. The position that it names was
@@ -262,6 +274,8 @@ impl PathDrive {
 
 #[cfg(test)]
 mod tests {
+    use plumb_path::trajectory::{Run as PathRun, Sample};
+
     use super::*;
 
     /// Returns the clock of a path at half its speed, which began at 10 s on the board's clock and
@@ -291,6 +305,21 @@ mod tests {
         let clock = clock(|i| if i % 7 == 3 { 0.002 } else { 0.030 });
         let found = clock.at(3.0 + 2.5).unwrap();
         assert!((found - 1.25).abs() < 0.002, "{found}");
+    }
+
+    /// The board takes a last knot at rest for the end of the path.
+    #[test]
+    fn a_path_that_is_slower_than_the_wire_can_say_ends_at_its_end_only() {
+        let sample = |time, x| Sample { time, position: Point3::new(x, 0.3, 0.3) };
+        let samples = [sample(0.0, 0.5), sample(5000.0, 0.52), sample(10_000.0, 0.5)];
+        let trajectory = Trajectory::through_samples(&samples, PathRun::Once).unwrap();
+        let drive = PathDrive::new(PathPlan { trajectory, waits: true }, 0.0);
+        let rests = |time| {
+            let Reference { knots, .. } = drive.message(time, time);
+            knots[KNOTS - 1].velocity.iter().all(|speed| speed.0 == 0)
+        };
+        assert_eq!([0.0, 1.0, 5000.0, 9999.0].map(rests), [false; 4]);
+        assert_eq!([9999.5, 10_000.0].map(rests), [true; 2]);
     }
 
     #[test]
