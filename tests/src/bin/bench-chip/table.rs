@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plumb_core::TICK_US;
-use plumb_core::law::DeferredLawKind;
+use plumb_core::law::{DeferredLawKind, LawTicks};
 
 use crate::following;
 use crate::measure::{self, BenchLaw};
@@ -76,13 +76,17 @@ fn motion(image: &Path) -> Vec<Row> {
     ]
 }
 
+/// Returns the reference of a law that responds after this number of ticks.
+fn takes_effect(ticks: u16) -> String {
+    format!("takes effect after {} ms", u32::from(ticks) * TICK_US / 1000)
+}
+
 fn laws(image: &Path) -> Vec<Row> {
     let [interval, adaptive, taut] = [BenchLaw::Interval, BenchLaw::Adaptive, BenchLaw::Taut]
         .map(|law| measure::costs(image, law));
     let row =
         |key, quantity, value, reference: &str| row(key, quantity, value, "cycles", reference);
-    let due =
-        |law: DeferredLawKind| format!("takes effect after {} ms", law.ticks() * TICK_US / 1000);
+    let due = |law: DeferredLawKind| takes_effect(law.ticks(&LawTicks::RP2040).standing);
     let response = "the same with everything that interrupts it";
     let position_tick = "a tick with a position, law interval, maximum";
     let position_tick_taut = "a tick with a position, law taut, maximum";
@@ -106,9 +110,7 @@ fn paths(image: &Path) -> Vec<Row> {
     let late = interval.late.max(adaptive.late).max(taut.late);
     let row =
         |key, quantity, value, reference: &str| row(key, quantity, value, "cycles", reference);
-    let due = |law: DeferredLawKind| {
-        format!("takes effect after {} ms", law.following_ticks() * TICK_US / 1000)
-    };
+    let due = |law: DeferredLawKind| takes_effect(law.ticks(&LawTicks::RP2040).following);
     let response = "the same with everything that interrupts it";
     let latency = following::latency(image);
     vec![
