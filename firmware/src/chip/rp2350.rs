@@ -37,15 +37,15 @@ pub(crate) const HAS_LATCHING_INPUTS: bool = true;
 /// program's first instructions have set MSPLIM (cortex-m-rt's `set-msplim`).
 pub(crate) fn install_stack_guard() {}
 
-/// Returns the cause of a reset of the whole chip (RP2350 datasheet, section 7.3: CHIP_RESET has the
-/// source of the last one).
+/// Returns the cause of a reset of the whole chip: CHIP_RESET has the source of the last one
+/// (RP2350 datasheet, section 7.3.4).
 pub(crate) fn reset_cause() -> StartCause {
     let last = pac::POWMAN.chip_reset().read();
     match () {
         () if last.had_bor() => StartCause::BrownOut,
-        () if last.had_por() => StartCause::PowerOn,
         () if last.had_run_low() => StartCause::ResetPin,
-        () => StartCause::Requested,
+        () if last.had_rescue() || last.had_dp_reset_req() => StartCause::Requested,
+        () => StartCause::PowerOn,
     }
 }
 

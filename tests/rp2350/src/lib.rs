@@ -1,0 +1,27 @@
+//! The real firmware of a Pico 2 in an emulated RP2350 (the crate `rp2350-emu`), in lock step: the
+//! chip's time passes only during calls. The host talks to it over UART0.
+//!
+//! What the emulator lacks is repaired from outside, without a change of its code:
+//!
+//! | it lacks | repair |
+//! |---|---|
+//! | a boot ROM, which no registry has | a [stub](chip) of one: its version, and a lookup that finds nothing |
+//! | load-acquire and store-release | the image gets [plain ones](image), which do the same on one processor |
+//! | reading MSP while it is the stack pointer | the copy that is read is set before each instruction of the start |
+//! | interrupts that end WFE | WFE ends at the next quantum |
+//! | a receiver in UART0 | the [loop-back](uart) of the transmitter |
+//! | functions and overrides of pins (IO_BANK0) | the [pins](pins) are what PIO0 drives |
+//! | a USB that is more than its registers | none: the firmware finds no host there |
+//! | a watchdog that bites while PAUSE_DBG is set | none |
+//!
+//! Flash is read without a cache miss there, so that the clocks of code in flash are the least that
+//! a chip takes.
+#![deny(missing_docs)]
+
+pub mod chip;
+pub mod image;
+pub mod pins;
+pub mod uart;
+
+pub use chip::Chip;
+pub use image::{Firmware, firmware_image};
