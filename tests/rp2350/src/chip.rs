@@ -1,10 +1,14 @@
 //! The chip with the firmware in it.
 
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use plumb_protocol::boards::PICO_2;
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Command, FromBoard, ToBoard};
 use rp2350_emu::{Config, Emulator};
 
+use crate::bus::RepairedBus;
 use crate::image::Firmware;
 use crate::pins::Counter;
 use crate::uart::Uart;
@@ -20,10 +24,10 @@ const VTOR: u32 = 0xe000_ed08;
 /// All peripherals in reset, as after power-on, save IO_BANK0 and PADS_BANK0 (RP2350 datasheet,
 /// section 7.5.3): the emulator has no others that the firmware would not release.
 const RESETS: u32 = 0x1fff_ffff & !(1 << 6 | 1 << 9);
+/// Number of UART0's interrupt.
+const UART0: u32 = 33;
 /// Cycles of a byte at 115 200 baud with its two frame bits.
 const BYTE: u64 = 10 * 150_000_000 / 115_200;
-/// Cycles at the start in which every instruction is looked at.
-const START: u64 = 1_000 * CYCLES_PER_US;
 /// Most cycles that pass at once.
 pub const QUANTUM: u32 = 64;
 
@@ -32,6 +36,8 @@ pub struct Chip {
     emulator: Emulator,
     uart: Uart,
     accumulator: Accumulator,
+    /// Cycles by which the processor is ahead of everything else.
+    ahead: u64,
     /// Cycles that pass at once: the pins are looked at as often.
     pub quantum: u32,
     /// The pulses at the pins of STEP and DIR.
@@ -43,11 +49,21 @@ pub struct Chip {
 }
 
 impl Chip {
-    /// Powers the chip on, and runs it until its serial line is open: 5 ms.
+    /// Powers the chip on, and runs it until its serial line is open: 20 ms.
     ///
     /// # Panics
     /// If the firmware is shorter than its first two vectors.
     pub fn start(firmware: &Firmware) -> Self {
+        let mut chip = Self::power_on(firmware);
+        chip.run_us(20_000);
+        chip
+    }
+
+    /// Powers the chip on.
+    ///
+    /// # Panics
+    /// If the firmware is shorter than its first two vectors.
+    pub fn power_on(firmware: &Firmware) -> Self {
         let mut emulator = Emulator::new(Config::default());
         emulator.load_bootrom(&boot_rom());
         emulator.load_flash(&firmware.flash);
@@ -60,17 +76,16 @@ impl Chip {
         let registers = &mut emulator.core_mut(0).regs;
         (registers.msp, registers.r[13], registers.xpsr) = (vector(0), vector(0), 1 << 24);
         registers.set_pc(vector(1) & !1);
-        let mut chip = Self {
+        Self {
             emulator,
             uart: Uart::new(BYTE),
             accumulator: Accumulator::new(),
+            ahead: 0,
             quantum: QUANTUM,
             pins: Counter::new(&PICO_2.pins),
             received: Vec::new(),
             id: 0,
-        };
-        chip.run_us(5_000);
-        chip
+        }
     }
 
     /// Returns the cycles since power-on.
@@ -83,6 +98,21 @@ impl Chip {
         &self.emulator
     }
 
+    /// Returns the emulated chip.
+    pub fn emulator_mut(&mut self) -> &mut Emulator {
+        &mut self.emulator
+    }
+
+    /// Sends bytes over the serial line while the chip runs.
+    pub fn queue(&mut self, bytes: &[u8]) {
+        self.uart.send(bytes);
+    }
+
+    /// Returns whether the chip has received all bytes.
+    pub fn is_idle(&self) -> bool {
+        self.uart.is_idle()
+    }
+
     /// Runs the chip for `us` µs.
     pub fn run_us(&mut self, us: u64) {
         let end = self.cycle() + us * CYCLES_PER_US;
@@ -91,28 +121,59 @@ impl Chip {
         }
     }
 
-    /// Runs the chip for a quantum.
+    /// Runs the chip for a quantum: the processor first, then everything else.
     ///
     /// # Panics
     /// If the emulator fails.
     pub fn step(&mut self) {
-        let is_start = self.cycle() < START;
-        self.emulator.step_quantum = if is_start { 1 } else { self.quantum };
-        if is_start {
-            let registers = &mut self.emulator.core_mut(0).regs;
-            registers.msp = registers.r[13];
-        }
+        self.run_processor();
+        // The emulator finds both processors halted.
+        self.emulator.bus.atomics.set_halted(0);
+        self.emulator.step_quantum = self.quantum;
         #[allow(clippy::expect_used, reason = "it fails with threads only")]
-        self.emulator.step().expect("a step");
-        self.emulator.bus.atomics.clear_wfe_waiting(0);
-        if let Some(byte) = self.uart.step(&mut self.emulator)
-            && let Some(Ok(message)) = self.accumulator.push(byte)
-        {
-            self.received.push(message);
+        let cycle = self.emulator.step().expect("a step");
+        self.emulator.bus.atomics.clear_halted(0);
+        if self.uart.run(cycle) {
+            self.emulator.bus.atomics.assert_irq_shared(UART0);
+        }
+        for byte in self.uart.sent.drain(..) {
+            if let Some(Ok(message)) = self.accumulator.push(byte) {
+                self.received.push(message);
+            }
         }
         let pio = &self.emulator.bus.pio[0];
-        let levels = pio.local_to_physical_pins(pio.pad_out).0;
-        self.pins.look(levels, self.emulator.cycles());
+        self.pins.look(pio.local_to_physical_pins(pio.pad_out).0, cycle);
+    }
+
+    /// Runs the processor for a quantum, unless it sleeps.
+    fn run_processor(&mut self) {
+        let Emulator { cores, bus, .. } = &mut self.emulator;
+        let core = &mut cores.expect_arm_mut()[0];
+        let atomics = bus.atomics.clone();
+        let pended = atomics.irq_pending_load(0) | pending(&core.ppb.nvic_ispr);
+        if core.ppb.any_pending_enabled(pended) || atomics.event_flag_consume(0) {
+            atomics.clear_wfe_waiting(0);
+        }
+        if atomics.is_wfe_waiting(0) {
+            self.ahead = 0;
+            return;
+        }
+        let mut bus = RepairedBus { bus, uart: &mut self.uart, dropped: None };
+        let end = core.cycles() + u64::from(self.quantum).saturating_sub(self.ahead);
+        while core.cycles() < end && !atomics.is_wfe_waiting(0) {
+            core.ppb.update_latest_cycles(core.cycles());
+            core.regs.msp = core.regs.r[13];
+            core.step(&mut bus);
+            if let Some(dropped) = bus.dropped.take() {
+                let (register, value) = dropped.word(|register| core.ppb.read32(register));
+                core.ppb.write32(register, value);
+            }
+            if !bus.bus.pending_cache_invalidations.is_empty() {
+                core.invalidate_decode_cache_entries(&bus.bus.pending_cache_invalidations);
+                bus.bus.pending_cache_invalidations.clear();
+            }
+        }
+        self.ahead = core.cycles().saturating_sub(end);
     }
 
     /// Sends bytes over the serial line, and runs the chip until it has received the last one.
@@ -134,7 +195,7 @@ impl Chip {
         (self.id, frame.to_vec())
     }
 
-    /// Sets the line's speed: the cycles of a byte to the board. The board's bytes take no time.
+    /// Sets the line's speed: the cycles of a byte.
     pub fn set_byte(&mut self, cycles: u64) {
         self.uart.set_byte(cycles);
     }
@@ -143,8 +204,14 @@ impl Chip {
     pub fn set_emergency(&mut self, is_open: bool) {
         let bit = 1 << PICO_2.pins.emergency.number;
         let levels = if is_open { bit } else { 0 };
-        self.emulator.bus.gpio_external_in.store(levels, std::sync::atomic::Ordering::Relaxed);
+        self.emulator.bus.gpio_external_in.store(levels, Ordering::Relaxed);
     }
+}
+
+/// Returns the interrupts that the processor has pending, a bit each.
+fn pending(words: &[AtomicU32; 2]) -> u64 {
+    let [low, high] = words.each_ref().map(|word| u64::from(word.load(Ordering::Relaxed)));
+    high << 32 | low
 }
 
 /// Returns a boot ROM with what the firmware reads of it: the version of the stepping A2, and a

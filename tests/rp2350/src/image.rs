@@ -62,6 +62,12 @@ impl Firmware {
         Ok(Self { flash, replaced, functions })
     }
 
+    /// Returns the mangled name of the function that an address is in.
+    pub fn name(&self, address: u32) -> &str {
+        let before = self.functions.iter().filter(|(_, first)| first & !1 <= address);
+        before.max_by_key(|(_, first)| *first).map_or("", |(name, _)| name)
+    }
+
     /// Returns the address of the function whose mangled name contains all `parts`; `None` if there
     /// is none.
     pub fn function(&self, parts: &[&str]) -> Option<u32> {
@@ -128,10 +134,11 @@ fn replace(code: &mut [u8]) -> usize {
     replaced
 }
 
-/// Returns the instruction without an order of memory that does what a load-acquire or a
-/// store-release does; `None` for all others. On one processor without a cache of data they are the
-/// same (Armv8-M Architecture Reference Manual, C2.4: LDA, LDAEX, STL, STLEX and their narrow
-/// forms; LDR, LDREX, STR, STREX).
+/// Returns the instruction that does the same as one that the emulator lacks; `None` for all others
+/// (Armv8-M Architecture Reference Manual, C2.4):
+/// - load-acquire and store-release (LDA, LDAEX, STL, STLEX and their narrow forms) become LDR,
+///   LDREX, STR, STREX. On one processor without a cache of data they are the same;
+/// - VPUSH and VPOP of double registers become those of the single registers in the same places.
 fn plain(first: u16, second: u16) -> Option<[u16; 2]> {
     let (base, value, status) = (first & 15, second & 0xf000, second & 15);
     match (first & 0xfff0, second & 0x0ff0) {
@@ -144,6 +151,9 @@ fn plain(first: u16, second: u16) -> Option<[u16; 2]> {
         (0xe8d0, 0xfe0) => Some([0xe850 | base, value | 0xf00]),
         (0xe8c0, 0xfe0) => Some([0xe840 | base, value | status << 8]),
         (0xe8d0 | 0xe8c0, 0xfc0 | 0xfd0) => Some([first, second & !0x80]),
+        _ if matches!(first, 0xed2d | 0xecbd) && second & 0xf00 == 0xb00 => {
+            Some([first, second & !0x100])
+        }
         _ => None,
     }
 }

@@ -7,17 +7,20 @@
 //! |---|---|
 //! | a boot ROM, which no registry has | a [stub](chip) of one: its version, and a lookup that finds nothing |
 //! | load-acquire and store-release | the image gets [plain ones](image), which do the same on one processor |
-//! | reading MSP while it is the stack pointer | the copy that is read is set before each instruction of the start |
-//! | interrupts that end WFE | WFE ends at the next quantum |
-//! | a receiver in UART0 | the [loop-back](uart) of the transmitter |
-//! | functions and overrides of pins (IO_BANK0) | the [pins](pins) are what PIO0 drives |
+//! | STIR, and priorities of interrupts that are written by bytes | the [bus] sees the writes |
+//! | reading MSP while it is the stack pointer | the copy that is read is set before each instruction |
+//! | time that passes for a processor that sleeps; interrupts that end WFE | the [processor's loop](chip) is here |
+//! | the crystal's clock, by which TICKS counts microseconds | the [bus] counts the system's |
+//! | a receiver in UART0 | a [UART](uart) of its own on the bus |
+//! | functions and overrides of pins (IO_BANK0) | none: the [pins] are what PIO0 drives |
 //! | a USB that is more than its registers | none: the firmware finds no host there |
-//! | a watchdog that bites while PAUSE_DBG is set | none |
+//! | a watchdog that bites, and a restart | none |
 //!
 //! Flash is read without a cache miss there, so that the clocks of code in flash are the least that
 //! a chip takes.
 #![deny(missing_docs)]
 
+mod bus;
 pub mod chip;
 pub mod image;
 pub mod pins;

@@ -1,61 +1,69 @@
-//! The host's end of UART0.
-//!
-//! The emulator's UART has no receiver, but a loop-back: what is transmitted is received. So with
-//! the loop-back on, what the firmware transmits is taken from the receiver before the firmware
-//! looks there. A byte for the firmware is transmitted in the firmware's place, while it transmits
-//! nothing itself; then the transmitter stands still until the firmware has taken the byte. The
-//! clock of the transmitter is faster than the firmware sets it, so that it is never in the way.
+//! UART0, whose receiver the emulator lacks (PL011; RP2350 datasheet, section 12.1).
 
 use std::collections::VecDeque;
 
-use rp2350_emu::Emulator;
+/// Places of both queues.
+const DEPTH: usize = 32;
+/// Fill at which both queues interrupt: half, as after a reset.
+const LEVEL: usize = DEPTH / 2;
+/// Bits without a byte after which received bytes interrupt.
+const TIMEOUT_BITS: u64 = 32;
+/// Bits of a byte with its frame.
+const BITS: u64 = 10;
 
-const BASE: u32 = 0x4007_0000;
-/// Data.
-const DR: u32 = BASE;
-/// Flags: the receiver is empty; the transmitter is empty.
-const FR: u32 = BASE + 0x18;
+/// Offsets of the registers.
+const DR: u32 = 0x00;
+const FR: u32 = 0x18;
+const IMSC: u32 = 0x38;
+const RIS: u32 = 0x3c;
+const MIS: u32 = 0x40;
+const ICR: u32 = 0x44;
+
+/// Flags.
 const RECEIVER_EMPTY: u32 = 1 << 4;
+const TRANSMITTER_FULL: u32 = 1 << 5;
+const RECEIVER_FULL: u32 = 1 << 6;
 const TRANSMITTER_EMPTY: u32 = 1 << 7;
-/// Divisor of the clock, whole and in 1/64.
-const IBRD: u32 = BASE + 0x24;
-const FBRD: u32 = BASE + 0x28;
-/// Control: enabled, loop-back.
-const CR: u32 = BASE + 0x30;
-const ENABLED: u32 = 1;
-const LOOP_BACK: u32 = 1 << 7;
-/// Number of UART0's interrupt.
-const INTERRUPT: u32 = 33;
-/// Divisor with which a byte takes 160 clocks; 0 stops the clock.
-const FAST: u32 = 1;
 
-/// What is under way to the firmware.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum ToFirmware {
-    Nothing,
-    /// A byte in the transmitter.
-    Transmitted,
-    /// A byte in the receiver, and the transmitter stands still.
-    Received,
-}
+/// Interrupts.
+const RECEIVED: u32 = 1 << 4;
+const TRANSMITTED: u32 = 1 << 5;
+const TIMEOUT: u32 = 1 << 6;
 
-/// The host's end.
+/// The UART, with the host at its other end.
 pub struct Uart {
-    /// Bytes that wait for the line.
-    waiting: VecDeque<u8>,
-    /// Cycle from which on the line is free for the next byte.
-    free_at: u64,
     /// Cycles of a byte.
     byte: u64,
-    under_way: ToFirmware,
-    is_looped: bool,
+    /// Registers that only keep what is written, by offset/4.
+    registers: [u32; 32],
+    /// Interrupts that wait.
+    raised: u32,
+    received: VecDeque<u8>,
+    to_send: VecDeque<u8>,
+    /// Bytes of the host that wait for the line.
+    waiting: VecDeque<u8>,
+    /// Cycle at which the last byte was received.
+    last: u64,
+    /// Cycle from which on each direction of the line is free.
+    free: [u64; 2],
+    /// Bytes that the host has received.
+    pub sent: Vec<u8>,
 }
 
 impl Uart {
-    /// Creates a line on which a byte takes `byte` cycles.
+    /// Creates a UART on a line on which a byte takes `byte` cycles.
     pub fn new(byte: u64) -> Self {
-        let under_way = ToFirmware::Nothing;
-        Self { waiting: VecDeque::new(), free_at: 0, byte, under_way, is_looped: false }
+        Self {
+            byte,
+            registers: [0; 32],
+            raised: 0,
+            received: VecDeque::new(),
+            to_send: VecDeque::new(),
+            waiting: VecDeque::new(),
+            last: 0,
+            free: [0; 2],
+            sent: Vec::new(),
+        }
     }
 
     /// Changes the cycles of a byte.
@@ -68,50 +76,68 @@ impl Uart {
         self.waiting.extend(bytes);
     }
 
-    /// Returns whether all bytes were received.
+    /// Returns whether the firmware has taken all bytes.
     pub fn is_idle(&self) -> bool {
-        self.waiting.is_empty() && self.under_way == ToFirmware::Nothing
+        self.waiting.is_empty() && self.received.is_empty()
     }
 
-    /// Moves bytes, after each quantum of at most 128 cycles. Returns a byte that the firmware has
-    /// transmitted.
-    pub fn step(&mut self, emulator: &mut Emulator) -> Option<u8> {
-        if !self.is_looped {
-            if emulator.mmio_read32(CR) & ENABLED == 0 {
-                return None;
+    /// Reads a register.
+    pub fn read(&mut self, offset: u32) -> u32 {
+        match offset {
+            DR => self.received.pop_front().map_or(0, u32::from),
+            FR => {
+                let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
+                flag(self.received.is_empty(), RECEIVER_EMPTY)
+                    | flag(self.received.len() >= DEPTH, RECEIVER_FULL)
+                    | flag(self.to_send.is_empty(), TRANSMITTER_EMPTY)
+                    | flag(self.to_send.len() >= DEPTH, TRANSMITTER_FULL)
             }
-            emulator.mmio_write32(CR + 0x2000, LOOP_BACK);
-            emulator.mmio_write32(FBRD, 0);
-            emulator.mmio_write32(IBRD, FAST);
-            self.is_looped = true;
+            RIS => self.raised,
+            MIS => self.raised & self.registers[(IMSC / 4) as usize],
+            _ => self.registers.get((offset / 4) as usize).copied().unwrap_or(0),
         }
-        let flags = emulator.mmio_read32(FR);
-        let has_received = flags & RECEIVER_EMPTY == 0;
-        match self.under_way {
-            ToFirmware::Received if !has_received => {
-                emulator.mmio_write32(IBRD, FAST);
-                self.under_way = ToFirmware::Nothing;
-                None
-            }
-            ToFirmware::Transmitted if has_received => {
-                emulator.mmio_write32(IBRD, 0);
-                emulator.bus.atomics.assert_irq_shared(INTERRUPT);
-                self.under_way = ToFirmware::Received;
-                None
-            }
-            ToFirmware::Received | ToFirmware::Transmitted => None,
-            ToFirmware::Nothing if has_received => Some(emulator.mmio_read32(DR) as u8),
-            ToFirmware::Nothing => {
-                if flags & TRANSMITTER_EMPTY != 0
-                    && emulator.cycles() >= self.free_at
-                    && let Some(byte) = self.waiting.pop_front()
-                {
-                    emulator.mmio_write32(DR, byte.into());
-                    self.free_at = emulator.cycles() + self.byte;
-                    self.under_way = ToFirmware::Transmitted;
+    }
+
+    /// Writes a register.
+    pub fn write(&mut self, offset: u32, value: u32) {
+        match offset {
+            DR if self.to_send.len() < DEPTH => self.to_send.push_back(value as u8),
+            DR => {}
+            ICR => self.raised &= !value,
+            _ => {
+                if let Some(register) = self.registers.get_mut((offset / 4) as usize) {
+                    *register = value;
                 }
-                None
             }
         }
+    }
+
+    /// Moves bytes until `cycle`. Returns whether the UART interrupts.
+    pub fn run(&mut self, cycle: u64) -> bool {
+        let [receiver, transmitter] = &mut self.free;
+        if cycle >= *receiver
+            && self.received.len() < DEPTH
+            && let Some(byte) = self.waiting.pop_front()
+        {
+            self.received.push_back(byte);
+            (self.last, *receiver) = (cycle, cycle + self.byte);
+        }
+        if cycle >= *transmitter
+            && let Some(byte) = self.to_send.pop_front()
+        {
+            self.sent.push(byte);
+            *transmitter = cycle + self.byte;
+            if self.to_send.len() == LEVEL {
+                self.raised |= TRANSMITTED;
+            }
+        }
+        self.raised &= !(RECEIVED | TIMEOUT);
+        if self.received.len() >= LEVEL {
+            self.raised |= RECEIVED;
+        }
+        if !self.received.is_empty() && cycle - self.last >= TIMEOUT_BITS * self.byte / BITS {
+            self.raised |= TIMEOUT;
+        }
+        self.raised & self.registers[(IMSC / 4) as usize] != 0
     }
 }

@@ -125,8 +125,12 @@ impl Pair {
 fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
     let Some(image) = firmware_image() else { return };
     let firmware = Firmware::read(&image).expect("a firmware");
-    for law in [LawName::Interval, LawName::Sign, LawName::Adaptive, LawName::Taut] {
+    for law in [LawName::Interval] {
+        let t = std::time::Instant::now();
         let mut pair = Pair::seeking(&firmware, law.into());
+        println!("seeking {:?} {:?}", t.elapsed(), pair.chip.received);
+        for _ in 0..20 { pair.frame(); println!("{:?} {:?} {:?}", t.elapsed(), pair.telemetry(), pair.chip.pins.motors); }
+        pair.assert_agree("short");
         let mut frames = 0;
         while pair.telemetry().state != State::Holding && frames < 1000 {
             pair.frame();
