@@ -1,6 +1,7 @@
 //! The emulator's bus as the firmware needs it: a UART0 with a receiver, and the processor's
 //! registers that the emulator lacks.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rp2350_emu::Bus;
@@ -16,6 +17,12 @@ const UART_MASK: u32 = 0xffff_c000;
 /// TICKS: the clocks of each microsecond for the processors and for both timers. The emulator counts
 /// those of the system, 150, for those of the crystal, 12.
 const TICK_CYCLES: [u32; 4] = [0x4010_8004, 0x4010_8010, 0x4010_801c, 0x4010_8028];
+/// The channels of the DMA, and offsets in one (RP2350 datasheet, section 12.6.10). In the emulator a
+/// write to AL2_TRANS_COUNT also starts the channel, and a start does not reload the count.
+const DMA: std::ops::Range<u32> = 0x5000_0000..0x5000_0400;
+const TRANS_COUNT: u32 = 0x08;
+const AL2_TRANS_COUNT: u32 = 0x24;
+const AL3_READ_ADDR_TRIG: u32 = 0x3c;
 /// STIR, which pends an interrupt by its number.
 const STIR: u32 = 0xe000_ef00;
 /// NVIC_ISPR0, and NVIC_IPR0 with a priority in each byte.
@@ -50,6 +57,8 @@ impl Dropped {
 pub(crate) struct RepairedBus<'a> {
     pub(crate) bus: &'a mut Bus,
     pub(crate) uart: &'a mut Uart,
+    /// Transfers of each channel of the DMA, by its address.
+    pub(crate) counts: &'a mut BTreeMap<u32, u32>,
     /// What the last instruction has written and the emulator has dropped.
     pub(crate) dropped: Option<Dropped>,
 }
@@ -57,6 +66,28 @@ pub(crate) struct RepairedBus<'a> {
 /// Returns the offset of a register of UART0; `None` for another address.
 fn uart(address: u32) -> Option<u32> {
     (address & UART_MASK == UART).then_some(address & 0xffc)
+}
+
+impl RepairedBus<'_> {
+    /// Writes a register that is not UART0's.
+    fn write_other(&mut self, address: u32, value: u32, core: u8) {
+        let channel = DMA.contains(&address).then(|| address & !0x3f);
+        match (channel, address & 0x3f) {
+            (Some(channel), AL2_TRANS_COUNT) => {
+                self.counts.insert(channel, value);
+                CoreBus::write32(self.bus, channel + TRANS_COUNT, value, core);
+            }
+            (Some(channel), AL3_READ_ADDR_TRIG) => {
+                let count = self.counts.get(&channel).copied().unwrap_or(0);
+                CoreBus::write32(self.bus, channel + TRANS_COUNT, count, core);
+                CoreBus::write32(self.bus, address, value, core);
+            }
+            _ if TICK_CYCLES.contains(&address) => {
+                CoreBus::write32(self.bus, address, value * 150 / 12, core);
+            }
+            _ => CoreBus::write32(self.bus, address, value, core),
+        }
+    }
 }
 
 impl CoreBus for RepairedBus<'_> {
@@ -97,8 +128,7 @@ impl CoreBus for RepairedBus<'_> {
 
     fn write32(&mut self, address: u32, value: u32, core: u8) {
         let Some(offset) = uart(address) else {
-            let value = if TICK_CYCLES.contains(&address) { value * 150 / 12 } else { value };
-            return CoreBus::write32(self.bus, address, value, core);
+            return self.write_other(address, value, core);
         };
         let value = match address >> 12 & 3 {
             0 => value,

@@ -1,6 +1,6 @@
 //! The chip with the firmware in it.
 
-
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use plumb_protocol::boards::PICO_2;
@@ -12,6 +12,7 @@ use crate::bus::RepairedBus;
 use crate::image::Firmware;
 use crate::pins::Counter;
 use crate::uart::Uart;
+use crate::watch::Watch;
 
 /// Processor cycles per microsecond.
 pub const CYCLES_PER_US: u64 = 150;
@@ -24,6 +25,10 @@ const VTOR: u32 = 0xe000_ed08;
 /// All peripherals in reset, as after power-on, save IO_BANK0 and PADS_BANK0 (RP2350 datasheet,
 /// section 7.5.3): the emulator has no others that the firmware would not release.
 const RESETS: u32 = 0x1fff_ffff & !(1 << 6 | 1 << 9);
+/// LSPEN of FPCCR: registers of the FPU are saved at their first use in a handler.
+const LAZY: u32 = 1 << 30;
+/// SCRATCH0 of the watchdog.
+const SCRATCH: u32 = 0x400d_800c;
 /// Number of UART0's interrupt.
 const UART0: u32 = 33;
 /// Cycles of a byte at 115 200 baud with its two frame bits.
@@ -35,7 +40,11 @@ pub const QUANTUM: u32 = 64;
 pub struct Chip {
     emulator: Emulator,
     uart: Uart,
+    /// Transfers of each channel of the DMA.
+    counts: BTreeMap<u32, u32>,
     accumulator: Accumulator,
+    /// The clocks of the processor, while they are counted.
+    pub watch: Option<Watch>,
     /// Cycles by which the processor is ahead of everything else.
     ahead: u64,
     /// Cycles that pass at once: the pins are looked at as often.
@@ -79,7 +88,9 @@ impl Chip {
         Self {
             emulator,
             uart: Uart::new(BYTE),
+            counts: BTreeMap::new(),
             accumulator: Accumulator::new(),
+            watch: None,
             ahead: 0,
             quantum: QUANTUM,
             pins: Counter::new(&PICO_2.pins),
@@ -93,24 +104,10 @@ impl Chip {
         self.emulator.cycles()
     }
 
-    /// Returns the emulated chip.
-    pub fn emulator(&self) -> &Emulator {
-        &self.emulator
-    }
-
-    /// Returns the emulated chip.
-    pub fn emulator_mut(&mut self) -> &mut Emulator {
-        &mut self.emulator
-    }
-
-    /// Sends bytes over the serial line while the chip runs.
-    pub fn queue(&mut self, bytes: &[u8]) {
-        self.uart.send(bytes);
-    }
-
-    /// Returns whether the chip has received all bytes.
-    pub fn is_idle(&self) -> bool {
-        self.uart.is_idle()
+    /// Returns what the program has left in the watchdog's scratch registers 0 to 3 for its next
+    /// start (firmware/src/restart.rs): after a panic its place, after a fault PC and LR.
+    pub fn scratch(&mut self) -> [u32; 4] {
+        std::array::from_fn(|i| self.emulator.mmio_read32(SCRATCH + 4 * i as u32))
     }
 
     /// Runs the chip for `us` µs.
@@ -158,11 +155,16 @@ impl Chip {
             self.ahead = 0;
             return;
         }
-        let mut bus = RepairedBus { bus, uart: &mut self.uart, dropped: None };
+        let mut bus =
+            RepairedBus { bus, uart: &mut self.uart, counts: &mut self.counts, dropped: None };
         let end = core.cycles() + u64::from(self.quantum).saturating_sub(self.ahead);
         while core.cycles() < end && !atomics.is_wfe_waiting(0) {
             core.ppb.update_latest_cycles(core.cycles());
             core.regs.msp = core.regs.r[13];
+            core.ppb.fpccr &= !LAZY;
+            if let Some(watch) = &mut self.watch {
+                watch.look(core.cycles(), &core.regs);
+            }
             core.step(&mut bus);
             if let Some(dropped) = bus.dropped.take() {
                 let (register, value) = dropped.word(|register| core.ppb.read32(register));

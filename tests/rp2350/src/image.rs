@@ -62,12 +62,6 @@ impl Firmware {
         Ok(Self { flash, replaced, functions })
     }
 
-    /// Returns the mangled name of the function that an address is in.
-    pub fn name(&self, address: u32) -> &str {
-        let before = self.functions.iter().filter(|(_, first)| first & !1 <= address);
-        before.max_by_key(|(_, first)| *first).map_or("", |(name, _)| name)
-    }
-
     /// Returns the address of the function whose mangled name contains all `parts`; `None` if there
     /// is none.
     pub fn function(&self, parts: &[&str]) -> Option<u32> {
