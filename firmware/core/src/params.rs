@@ -46,8 +46,8 @@ pub struct Params {
     pub(crate) timing: DriverTiming,
     /// Span of the moving average over the step plan, ms; 0 is none.
     pub(crate) mean_ms: u16,
-    /// Ticks of the law, where it is a deferred one.
-    pub(crate) law_ticks: Option<DeferredTicks>,
+    /// Ticks of the law; 0 for an inline one.
+    pub(crate) law_ticks: DeferredTicks,
 }
 
 /// Largest bound on an entry of J: 8, Q16. It keeps the interval law's sums within 48 bits.
@@ -126,7 +126,7 @@ impl Params {
             drivers: *drivers,
             timing,
             mean_ms: config.mean.0,
-            law_ticks: DeferredLawKind::of(&config.law).map(|law| law.ticks(&build.law_ticks)),
+            law_ticks: build.law_ticks.of(&config.law),
         })
     }
 

@@ -337,8 +337,8 @@ impl<L: Law> Servo<L> {
         };
         let aim = |due| aim(self.reference.as_ref(), target, due, params);
         let ticks = match self.reference {
-            Some(_) => params.law_ticks.map_or(0, |ticks| ticks.following),
-            None => params.law_ticks.map_or(0, |ticks| ticks.standing),
+            Some(_) => params.law_ticks.following,
+            None => params.law_ticks.standing,
         };
         let number = self.client.make_request(now, ticks.into(), aim, planner, params);
         if number.is_some() {

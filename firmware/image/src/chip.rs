@@ -13,6 +13,8 @@ pub struct Chip {
     pub flash: Range<u32>,
     /// Addresses of the RAM.
     pub ram: Range<u32>,
+    /// Label of its bootloader's drive, which is also the Board-ID in INFO_UF2.TXT there.
+    pub drive: &'static str,
     /// Family of its UF2 files (<https://github.com/raspberrypi/pico-sdk>, boot/uf2.h).
     pub family: u32,
     /// Whether a UF2 file begins with a block for no chip, which the boot ROM of the stepping A2
@@ -27,6 +29,7 @@ pub static RP2040: Chip = Chip {
     name: "the RP2040 of a Pico",
     flash: 0x1000_0000..0x1020_0000,
     ram: 0x2000_0000..0x2004_2000,
+    drive: "RPI-RP2",
     family: 0xe48b_ff56,
     begins_with_absolute: false,
     budgets: Budgets { flash: 256 * 1024, statics: 144 * 1024, stack: 32 * 1024 },
@@ -38,6 +41,7 @@ pub static RP2350: Chip = Chip {
     name: "the RP2350 of a Pico 2",
     flash: 0x1000_0000..0x1040_0000,
     ram: 0x2000_0000..0x2008_2000,
+    drive: "RP2350",
     family: 0xe48b_ff59,
     begins_with_absolute: true,
     budgets: Budgets { flash: 256 * 1024, statics: 144 * 1024, stack: 32 * 1024 },

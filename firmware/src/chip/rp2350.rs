@@ -18,6 +18,9 @@ pub(crate) const CHIP: Chip = Chip::Rp2350;
 pub(crate) const BOARD: BoardKind = BoardKind::Pico2;
 /// The board's name for picotool.
 pub(crate) const PICO_BOARD: &CStr = c"pico2";
+/// Product id of a Pico 2's serial port on USB, which Raspberry Pi lets anyone use
+/// (raspberrypi/usb-pid).
+pub(crate) const USB_PRODUCT: u16 = 0x0009;
 /// Ticks of the deferred laws.
 pub(crate) const LAW_TICKS: LawTicks = LawTicks::RP2040;
 /// Size of the flash, bytes.

@@ -18,7 +18,11 @@ const DELAY: Estimated = Estimated { delay: Milliseconds(0) };
 
 /// Returns the ticks after which a law of the bench's board responds.
 fn ticks(law: DeferredLawKind) -> u32 {
-    law.ticks(&LawTicks::RP2040).standing.into()
+    let ticks = match law {
+        DeferredLawKind::Adaptive => LawTicks::RP2040.adaptive,
+        DeferredLawKind::Taut => LawTicks::RP2040.taut,
+    };
+    ticks.standing.into()
 }
 
 fn deferred(law: fn(Estimated) -> Law) -> Config {

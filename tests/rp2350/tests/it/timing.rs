@@ -14,6 +14,9 @@ use plumb_rp2350::chip::{CYCLES_PER_US, TICK};
 use plumb_rp2350::watch::Watch;
 use plumb_rp2350::{Chip, Firmware, firmware_image};
 
+/// Position of the ball, µm, and a target that needs the highest rate of every motor.
+const BALL_UM: [i32; 3] = [500_000, 300_000, 0];
+const FAR_TARGET_UM: [i32; 3] = [2_000_000, 100_000, 1_700_000];
 /// Clocks of a millisecond.
 const MS: u64 = 1000 * CYCLES_PER_US;
 
@@ -111,11 +114,12 @@ fn the_laws_and_the_ticks_take_their_clocks() {
         ("taut", Law::Taut(estimated), &deferred[..], 2 * MS),
     ] {
         let mut bench = Bench::new(&firmware, fast_config(312.5, law));
-        bench.seek([0; 3], [2_000_000, 100_000, 1_700_000]);
+        bench.seek(BALL_UM, FAR_TARGET_UM);
+        bench.chip.run_us(40_000);
         let function = firmware.function(parts).expect("the law's function");
         bench.chip.watch = Some(Watch::new(function));
         for at in 0..10 {
-            bench.position([1000 * at, -700 * at, 1300 * at]);
+            bench.position([BALL_UM[0] + 1000 * at, BALL_UM[1] - 700 * at, 1300 * at]);
             bench.chip.run_us(25_000);
         }
         let watch = bench.chip.watch.take().expect("a watch");
@@ -141,7 +145,7 @@ fn three_motors_at_the_highest_rate_have_no_jitter() {
     let Some(image) = firmware_image() else { return };
     let firmware = Firmware::read(&image).expect("a firmware");
     let mut bench = Bench::new(&firmware, fast_config(78_125.0, interval()));
-    bench.seek([0; 3], [500_000, 300_000, 1_900_000]);
+    bench.seek(BALL_UM, [500_000, 300_000, 1_900_000]);
     bench.chip.run_us(40_000);
     bench.chip.quantum = 1;
     bench.chip.pins.rises = Some(Default::default());
@@ -165,11 +169,11 @@ fn a_position_changes_the_rates_in_time() {
     let firmware = Firmware::read(&image).expect("a firmware");
     let mut bench = Bench::new(&firmware, fast_config(62_500.0, interval()));
     bench.chip.set_byte(400);
-    bench.seek([0; 3], [2_000_000, 100_000, 1_700_000]);
+    bench.seek(BALL_UM, FAR_TARGET_UM);
     bench.chip.run_us(40_000);
     let mut delays = Vec::new();
     for phase in 0..20 {
-        bench.position([0; 3]);
+        bench.position(BALL_UM);
         bench.chip.quantum = 16;
         bench.chip.run_us(4_000);
         let to_tick = TICK - bench.chip.cycle() % TICK;
