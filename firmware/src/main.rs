@@ -1,5 +1,5 @@
-//! The board on a Raspberry Pi Pico or a Pico 2. It gives [`plumb_core::Board`] the bytes and the time, and
-//! carries out what the board returns.
+//! The board on a Raspberry Pi Pico or a Pico 2. It gives [`plumb_core::Board`] the bytes and the
+//! time, and carries out what the board returns.
 //!
 //! ```text
 //! USB, UART -> link -> inbox -> stepping (every 200 µs) -> generator -> DMA -> PIO -> pulses

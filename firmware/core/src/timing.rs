@@ -8,8 +8,8 @@ use plumb_protocol::wiring::StepDir;
 pub const TICK_US: u32 = 200;
 
 /// Frequency of the clock that pulses are placed on, Hz. It is the chip's system clock, so that a
-/// plan is exact there: 125 MHz on an RP2040, 150 MHz on an RP2350 (feature `rp2350`). The number of
-/// pulses in a tick does not depend on it.
+/// plan is exact there: 125 MHz on an RP2040, 150 MHz on an RP2350 (feature `rp2350`). The number
+/// of pulses in a tick does not depend on it.
 pub const CLOCK_HZ: u32 = if cfg!(feature = "rp2350") { 150_000_000 } else { 125_000_000 };
 
 /// Clocks in a microsecond.

@@ -1,5 +1,5 @@
-//! Conversion of the linked firmware to a UF2 file for a Pico or a Pico 2, checks of its size budgets, and
-//! the places where it may panic.
+//! Conversion of the linked firmware to a UF2 file for a Pico or a Pico 2, checks of its size
+//! budgets, and the places where it may panic.
 //!
 //! ```text
 //! ELF -> Image::read -> { uf2::blocks -> plumb.uf2;  Usage -> the budgets' table }

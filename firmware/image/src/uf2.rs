@@ -64,7 +64,10 @@ pub enum Uf2Error {
         address: u32,
     },
     /// The boot ROM finds no program after the file is written.
-    #[error("the file has no program for the beginning of the flash ({:#010x})", RP2040.flash.start)]
+    #[error(
+        "the file has no program for the beginning of the flash ({:#010x})",
+        RP2040.flash.start
+    )]
     NoStart,
 }
 

@@ -20,7 +20,8 @@ pub(crate) const CHIP: Chip = Chip::Rp2040;
 pub(crate) const BOARD: BoardKind = BoardKind::Pico;
 /// The board's name for picotool.
 pub(crate) const PICO_BOARD: &CStr = c"pico";
-/// Product id of a Pico's serial port on USB, which Raspberry Pi lets anyone use (raspberrypi/usb-pid).
+/// Product id of a Pico's serial port on USB, which Raspberry Pi lets anyone use
+/// (raspberrypi/usb-pid).
 pub(crate) const USB_PRODUCT: u16 = 0x000a;
 /// Ticks of the deferred laws.
 pub(crate) const LAW_TICKS: LawTicks = LawTicks::RP2040;

@@ -14,11 +14,11 @@ use crate::uart::Uart;
 /// datasheet, section 2.1.3).
 const UART: u32 = 0x4007_0000;
 const UART_MASK: u32 = 0xffff_c000;
-/// TICKS: the clocks of each microsecond for the processors and for both timers. The emulator counts
-/// those of the system, 150, for those of the crystal, 12.
+/// TICKS: the clocks of each microsecond for the processors and for both timers. The emulator
+/// counts those of the system, 150, for those of the crystal, 12.
 const TICK_CYCLES: [u32; 4] = [0x4010_8004, 0x4010_8010, 0x4010_801c, 0x4010_8028];
-/// The channels of the DMA, and offsets in one (RP2350 datasheet, section 12.6.10). In the emulator a
-/// write to AL2_TRANS_COUNT also starts the channel, and a start does not reload the count.
+/// The channels of the DMA, and offsets in one (RP2350 datasheet, section 12.6.10). In the emulator
+/// a write to AL2_TRANS_COUNT also starts the channel, and a start does not reload the count.
 const DMA: std::ops::Range<u32> = 0x5000_0000..0x5000_0400;
 const TRANS_COUNT: u32 = 0x08;
 const AL2_TRANS_COUNT: u32 = 0x24;

@@ -156,8 +156,8 @@ fn plain(first: u16, second: u16) -> Option<[u16; 2]> {
 mod tests {
     use super::*;
 
-    /// `ldab r3, [r12]` and `stlex r2, r1, [r0]`, as LLVM encodes them, behind an instruction of two
-    /// bytes; `tbb [pc, r3]` stays.
+    /// `ldab r3, [r12]` and `stlex r2, r1, [r0]`, as LLVM encodes them, behind an instruction of
+    /// two bytes; `tbb [pc, r3]` stays.
     #[test]
     fn acquire_and_release_become_plain() {
         let words = |halves: &[u16]| -> Vec<u8> {

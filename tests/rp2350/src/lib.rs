@@ -3,20 +3,22 @@
 //!
 //! What the emulator lacks is repaired from outside, without a change of its code:
 //!
-//! | it lacks | repair |
-//! |---|---|
-//! | a boot ROM, which no registry has | a [stub](chip) of one: its version, and a lookup that finds nothing |
-//! | load-acquire and store-release | the image gets [plain ones](image), which do the same on one processor |
-//! | STIR, and priorities of interrupts that are written by bytes | the [bus] sees the writes |
-//! | reading MSP while it is the stack pointer | the copy that is read is set before each instruction |
-//! | lazy saving of the FPU's registers in nested interrupts | they are saved at once, which takes longer |
-//! | time that passes for a processor that sleeps; interrupts that end WFE | the [processor's loop](chip) is here |
-//! | the crystal's clock, by which TICKS counts microseconds | the [bus] counts the system's |
-//! | the DMA's reload of its count, and AL2 without a start | the [bus] does both |
-//! | a receiver in UART0 | a [UART](uart) of its own on the bus |
-//! | functions and overrides of pins (IO_BANK0) | none: the [pins] are what PIO0 drives |
-//! | a USB that is more than its registers | none: the firmware finds no host there |
-//! | a watchdog that bites, and a restart | none |
+//! - A boot ROM, which no registry has: a [stub](chip) tells its version, and finds no function.
+//! - Load-acquire, store-release, VPUSH of double registers: the image gets [others](image) that do
+//!   the same.
+//! - STIR, and priorities of interrupts that are written by bytes: the bus sees the writes.
+//! - Reading MSP while it is the stack pointer: the copy that is read is set before each
+//!   instruction.
+//! - Lazy saving of the FPU's registers in nested interrupts: they are saved at once, which takes
+//!   longer.
+//! - Time that passes for a processor that sleeps, and interrupts that end WFE: the
+//!   [processor's loop](chip) is here.
+//! - The crystal's clock, by which TICKS counts microseconds: the bus counts the system's.
+//! - The DMA's reload of its count, and AL2_TRANS_COUNT without a start: the bus does both.
+//! - A receiver in UART0: a [UART](uart) of its own is on the bus.
+//!
+//! What it lacks besides: functions and overrides of pins (IO_BANK0), so that the [pins] are what
+//! PIO0 drives; a USB that is more than its registers; a watchdog that bites, and a restart.
 //!
 //! Flash is read without a cache miss there, so that the clocks of code in flash are the least that
 //! a chip takes.

@@ -2,8 +2,8 @@
 
 use rp2350_emu::core::Registers;
 
-/// Exception number of TIMER0_IRQ_1, the stepping interrupt. It has the highest priority, so that its
-/// time contains no other handler.
+/// Exception number of TIMER0_IRQ_1, the stepping interrupt. It has the highest priority, so that
+/// its time contains no other handler.
 const STEPPING: u32 = 17;
 
 /// Clocks of a call.

@@ -40,7 +40,8 @@ const PACKAGED_FIRMWARE: &str = "share/plumb/firmware";
 #[derive(Parser)]
 pub(super) struct Args {
     /// Firmware, a UF2 file [default: the one for the board's chip in this program's package;
-    /// without a package target/firmware/plumb.uf2 or plumb-pico2.uf2, which `make firmware` builds]
+    /// without a package target/firmware/plumb.uf2 or plumb-pico2.uf2, which `make firmware`
+    /// builds]
     #[arg(value_name = "FILE.uf2")]
     file: Option<PathBuf>,
     /// Rig file, for the port and the baud rate of its board [default: the one Plumb board on USB,

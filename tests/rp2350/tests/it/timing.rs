@@ -161,8 +161,8 @@ fn three_motors_at_the_highest_rate_have_no_jitter() {
     assert_eq!(bench.late_ticks(), 0);
 }
 
-/// From the last byte of a position to the first pulse with another period: 300 µs at most, as a tick
-/// takes its message up to 200 µs later, and plans 57 µs ahead.
+/// From the last byte of a position to the first pulse with another period: 300 µs at most, as a
+/// tick takes its message up to 200 µs later, and plans 57 µs ahead.
 #[test]
 fn a_position_changes_the_rates_in_time() {
     let Some(image) = firmware_image() else { return };
