@@ -20,7 +20,7 @@ use plumb_protocol::units::{
 
 use crate::law::{Aim, InlineLaw, Law, Measurement, Setpoint, variances};
 use crate::law_worker::{LawClient, LawRequest, LawResponse};
-use crate::params::{BuildLimits, Params};
+use crate::params::Params;
 use crate::plan::{Planner, mean_lag_us};
 use reference::ReferenceTracker;
 
@@ -330,15 +330,16 @@ impl<L: Law> Servo<L> {
         target: Option<Point>,
         planner: &Planner,
         params: &Params,
-        build: &BuildLimits,
     ) -> bool {
         let Some(target) = target else {
             self.client.discard_pending();
             return false;
         };
         let aim = |due| aim(self.reference.as_ref(), target, due, params);
-        let ticks = build.law_ticks.of(&params.law);
-        let ticks = if self.reference.is_some() { ticks.following } else { ticks.standing };
+        let ticks = match self.reference {
+            Some(_) => params.law_ticks.map_or(0, |ticks| ticks.following),
+            None => params.law_ticks.map_or(0, |ticks| ticks.standing),
+        };
         let number = self.client.make_request(now, ticks.into(), aim, planner, params);
         if number.is_some() {
             self.request = number;

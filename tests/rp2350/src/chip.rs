@@ -155,9 +155,14 @@ impl Chip {
             self.ahead = 0;
             return;
         }
+        let quantum = u64::from(self.quantum);
+        if self.ahead >= quantum {
+            self.ahead -= quantum;
+            return;
+        }
         let mut bus =
             RepairedBus { bus, uart: &mut self.uart, counts: &mut self.counts, dropped: None };
-        let end = core.cycles() + u64::from(self.quantum).saturating_sub(self.ahead);
+        let end = core.cycles() + quantum - self.ahead;
         while core.cycles() < end && !atomics.is_wfe_waiting(0) {
             core.ppb.update_latest_cycles(core.cycles());
             core.regs.msp = core.regs.r[13];

@@ -230,7 +230,7 @@ impl Board {
     fn make_law_request(&mut self, now: Micros) -> bool {
         let Some(params) = self.setup.params() else { return false };
         let target = self.state.goal().map(|goal| goal.target);
-        let made = self.servo.make_request(now, target, &self.planner, params, &self.setup.build);
+        let made = self.servo.make_request(now, target, &self.planner, params);
         if made {
             // The tick in which the response takes effect is a due one.
             let ticks = self.servo.client().ticks_to_due(now);

