@@ -53,7 +53,7 @@ soak-hour: setup ## drive an emulated board for an hour of real time (ARGS="SECO
 coverage: setup ## which lines of protocol and board core the tests execute (needs cargo-llvm-cov)
 	@scripts/coverage
 
-bench-chip: setup ## measure the firmware in the emulated chip (ARGS="--json")
+bench-chip: setup ## measure the firmware in the emulated chip (BOARD=pico2; ARGS="--json")
 	@scripts/bench-chip $(ARGS)
 
 bounce: setup firmware ## press a bouncing emergency button 100 000 times, 500 in the whole chip
@@ -61,10 +61,10 @@ bounce: setup firmware ## press a bouncing emergency button 100 000 times, 500 i
 	@PLUMB_LONG=1 cargo test --release --locked --features plumb/full \
 		--test it -- --nocapture the_emergency_input_cuts_the_pulses
 
-firmware: ## build the board's firmware: target/firmware/plumb.elf and plumb.uf2
+firmware: ## build a board's firmware: target/firmware/plumb.uf2 (BOARD=pico2)
 	@scripts/firmware
 
-flash: firmware ## write it to a Raspberry Pi Pico (ARGS="uf2", "picotool" or "probe-rs")
+flash: firmware ## write it to a board (BOARD=pico2; ARGS="uf2", "picotool" or "probe-rs")
 	@scripts/flash $(ARGS)
 
 lint: ## check formatting, clippy, documentation, dependency rules, shell scripts

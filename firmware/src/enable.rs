@@ -52,7 +52,7 @@ impl Enable {
             matches!(wired.polarity, EnablePolarity::OptoOffHigh | EnablePolarity::OptoOffLow);
         let pull = if off_level != has_opto { Pull::Up } else { Pull::Down };
         let numbers = wired.enable.numbers();
-        numbers.iter().for_each(|pin| pins::set_pad(*pin, pull));
+        numbers.iter().for_each(|pin| pins::set_pad(*pin, pull, false));
         (self.on, self.control) = (false, on);
         OFF.store(constant(off_level).0, Ordering::Relaxed);
         PINS.store(numbers.iter().fold(0, |mask, pin| mask | 1 << pin), Ordering::Relaxed);

@@ -14,10 +14,10 @@ use embassy_sync::signal::Signal;
 use embassy_time::Timer;
 use plumb_core::config_store::{ConfigStore, Stored};
 
+use crate::chip::FLASH_SIZE as SIZE;
 use crate::watchdog;
 
-/// Size of a Pico's flash, bytes. memory.x leaves the last three sectors free.
-const SIZE: usize = 2 * 1024 * 1024;
+/// Where the configuration is. The linker's memory leaves the last three sectors free.
 const STORE: ConfigStore =
     ConfigStore([(SIZE - 2 * ERASE_SIZE) as u32, (SIZE - ERASE_SIZE) as u32]);
 
@@ -50,13 +50,6 @@ const FAILED: u8 = 2;
 pub(crate) fn open(flash: Peri<'static, FLASH>) -> (Option<Stored>, ConfigFlash) {
     let mut flash = Flash::new_blocking(flash);
     (STORE.load(&mut flash), flash)
-}
-
-/// Returns the unique number of the flash chip (W25Q16JV, instruction 4Bh), which is the board's.
-/// Call it before anything else runs: the flash is not readable meanwhile.
-pub(crate) fn unique_id(flash: &mut ConfigFlash) -> Option<[u8; 8]> {
-    let mut id = [0; 8];
-    flash.blocking_unique_id(&mut id).ok().map(|()| id)
 }
 
 /// Requests a write. Called by the stepping interrupt; never waits.

@@ -219,7 +219,7 @@ fn force_estop() {
 fn set_up_channel(motor: usize) {
     let channel = pac::DMA.ch(motor);
     channel.write_addr().write_value(pac::PIO0.txf(motor).as_ptr() as u32);
-    channel.trans_count().write_value(2);
+    channel.al2_trans_count().write_value(2);
     // Written through the alias that does not start the channel.
     let mut control = pac::dma::regs::CtrlTrig(0);
     control.set_en(true);

@@ -1,14 +1,15 @@
 //! Description of the firmware for picotool and for the host.
 //!
 //! `picotool info -a` prints program, version and pins of a file with this firmware, or of a board
-//! in its bootloader; memory.x places the header and the list of the entries. The host gets the
+//! in its bootloader; the linker places the header and the list of the entries. The host gets the
 //! provenance of the program and the chip.
 
 use core::ffi::{CStr, c_char};
 
 use embassy_rp::binary_info::{self, DataType, EntryAddr, consts};
-use embassy_rp::rom_data;
-use plumb_protocol::provenance::{BoardKind, Commit, Provenance, RELEASE};
+use plumb_protocol::provenance::{Commit, Provenance, RELEASE};
+
+use crate::chip;
 
 /// Names of pins (the SDK's `binary_info_pins_with_name_t`).
 #[repr(C)]
@@ -45,7 +46,7 @@ static ENTRIES: [EntryAddr; 4] = [
     binary_info::rp_program_name!(c"Plumb board"),
     binary_info::rp_cargo_version!(),
     binary_info::rp_program_description!(c"Moves a ball on three cables"),
-    binary_info::rp_pico_board!(c"pico"),
+    binary_info::rp_pico_board!(chip::PICO_BOARD),
 ];
 
 /// Entries of types that the library lacks.
@@ -61,16 +62,5 @@ const COMMIT: Option<Commit> = match option_env!("PLUMB_COMMIT") {
 
 /// Returns the provenance of this program and this chip.
 pub(crate) fn provenance() -> Provenance {
-    Provenance { release: RELEASE, commit: COMMIT, board: BoardKind::Pico, stepping: stepping() }
-}
-
-/// Returns the chip's stepping, which the version of its boot ROM tells (RP2040 data sheet,
-/// appendix B: each stepping has a boot ROM of its own).
-fn stepping() -> Option<[u8; 2]> {
-    match rom_data::rom_version_number() {
-        1 => Some(*b"B0"),
-        2 => Some(*b"B1"),
-        3 => Some(*b"B2"),
-        _ => None,
-    }
+    Provenance { release: RELEASE, commit: COMMIT, board: chip::BOARD, stepping: chip::stepping() }
 }

@@ -8,6 +8,7 @@ use embassy_executor::{InterruptExecutor, SendSpawner, SpawnError, SpawnToken, S
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::{bind_interrupts, i2c, peripherals, pio, uart, usb};
 
+use crate::chip::{self, VECTORS};
 use crate::link::usb::errata::FrameHandler;
 
 bind_interrupts!(pub(crate) struct Interrupts {
@@ -20,7 +21,7 @@ bind_interrupts!(pub(crate) struct Interrupts {
 /// Puts the peripherals' interrupts above the tasks and below the stepping interrupt.
 pub(crate) fn set_priorities() {
     for interrupt in [
-        interrupt::TIMER_IRQ_0,
+        chip::TIME_DRIVER,
         interrupt::USBCTRL_IRQ,
         interrupt::UART0_IRQ,
         interrupt::PIO0_IRQ_0,
@@ -30,12 +31,11 @@ pub(crate) fn set_priorities() {
     }
 }
 
-/// Vectors of a Cortex-M0+: the stack, 15 exceptions and 32 interrupts.
-const VECTORS: usize = 48;
-
-/// Table of the vectors in RAM, at an address that VTOR can have (ARMv6-M Architecture Reference
-/// Manual, B3.2.5).
-#[repr(align(256))]
+/// Table of the vectors in RAM, at an address that VTOR can have: a multiple of the table's size,
+/// rounded up to a power of two, and of 128 or 256 bytes (ARMv6-M Architecture Reference Manual,
+/// B3.2.5; Armv8-M, D1.2.268).
+#[cfg_attr(feature = "rp2350", repr(align(512)))]
+#[cfg_attr(not(feature = "rp2350"), repr(align(256)))]
 struct Vectors([AtomicU32; VECTORS]);
 
 /// Copies the vectors into RAM: an interrupt then never waits for the flash.

@@ -1,5 +1,5 @@
-//! The board on a Raspberry Pi Pico. It gives [`plumb_core::Board`] the bytes and the time, and
-//! carries out what the board returns.
+//! The board on a Raspberry Pi Pico or a Pico 2. It gives [`plumb_core::Board`] the bytes and the
+//! time, and carries out what the board returns.
 //!
 //! ```text
 //! USB, UART -> link -> inbox -> stepping (every 200 µs) -> generator -> DMA -> PIO -> pulses
@@ -14,6 +14,7 @@
 #![no_main]
 #![deny(missing_docs)]
 
+mod chip;
 mod coils;
 mod diagnostics;
 mod enable;
@@ -26,6 +27,7 @@ mod law_worker;
 mod link;
 mod pins;
 mod restart;
+#[cfg(not(feature = "rp2350"))]
 mod run_time_abi;
 mod stack;
 mod stepping;
@@ -63,7 +65,7 @@ async fn start_tasks(resources: TaskResources) {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let cause = restart::cause();
-    stack::install_guard();
+    chip::install_stack_guard();
     stack::fill();
     let p: Peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     interrupts::copy_vectors();
@@ -74,7 +76,7 @@ fn main() -> ! {
     let generator = Generator::new(p.PIO0, (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2));
     let (coils, enable) = (Coils::new(), Enable::new());
     let (stored, mut flash) = flash::open(p.FLASH);
-    let id = flash::unique_id(&mut flash);
+    let id = chip::unique_id(&mut flash);
     let (inbox_writer, inbox) = link::inbox();
     let link = LinkResources {
         usb: p.USB,

@@ -11,6 +11,8 @@ use embassy_rp::pac::io::vals::{Inover, Oeover, Outover};
 use plumb_protocol::boards::{Board, PICO, PIN_COUNT, UART};
 use plumb_protocol::wiring::{Drivers, Pin, Wiring};
 
+use crate::chip::{self, HAS_LATCHING_INPUTS};
+
 /// UART0 from the host.
 pub(crate) const UART_RX: u8 = UART[1];
 /// LED of a board without a configuration.
@@ -58,10 +60,12 @@ pub(crate) fn set(pin: u8, control: Ctrl) {
     pac::IO_BANK0.gpio(pin.into()).ctrl().write_value(control);
 }
 
-/// Sets the pad of a pin: its input is on, and its output where a function drives it.
-pub(crate) fn set_pad(pin: u8, pull: Pull) {
+/// Sets the pad of a pin: its output is on where a function drives it. An input that nothing reads
+/// may be off: see [`HAS_LATCHING_INPUTS`].
+pub(crate) fn set_pad(pin: u8, pull: Pull, is_read: bool) {
     pac::PADS_BANK0.gpio(pin.into()).modify(|w| {
-        w.set_ie(true);
+        chip::connect_pad(w);
+        w.set_ie(is_read || !HAS_LATCHING_INPUTS);
         w.set_od(false);
         w.set_pue(pull == Pull::Up);
         w.set_pde(pull == Pull::Down);
@@ -73,7 +77,7 @@ pub(crate) fn set_pad(pin: u8, pull: Pull) {
 pub(crate) fn release_all() {
     for pin in (0..PIN_COUNT).filter(|pin| !UART.contains(pin)) {
         set(pin, control(function::NONE));
-        set_pad(pin, Pull::Down);
+        set_pad(pin, Pull::Down, false);
     }
 }
 
@@ -92,10 +96,15 @@ pub(crate) fn connect(wiring: &Wiring) {
     set(pins.emergency.number, emergency);
     // A loop that is cut reads as open.
     let open = if pins.emergency.inverted { Pull::Down } else { Pull::Up };
-    set_pad(pins.emergency.number, open);
+    set_pad(pins.emergency.number, open, true);
     match wiring.drivers {
         Drivers::StepDir(_) => {
             for motor in &pins.motors {
+                if HAS_LATCHING_INPUTS {
+                    // The witness reads them.
+                    set_pad(motor.step.number, Pull::Down, true);
+                    set_pad(motor.direction.number, Pull::Down, true);
+                }
                 set(motor.step.number, generated(motor.step));
                 set(motor.direction.number, generated(motor.direction));
             }
@@ -103,7 +112,7 @@ pub(crate) fn connect(wiring: &Wiring) {
         Drivers::Coils(_) => each(wiring.driver_pins(), |pin| set(pin, control(function::PWM))),
         Drivers::MotorHats(_) => each(wiring.driver_pins(), |pin| {
             set(pin, control(function::I2C));
-            set_pad(pin, Pull::Up);
+            set_pad(pin, Pull::Up, true);
         }),
     }
 }

@@ -47,8 +47,7 @@ use plumb_protocol::diagnostics::ProcessorFault;
 use plumb_protocol::message::StartCause;
 use plumb_protocol::panic_place;
 
-use crate::diagnostics;
-use crate::enable;
+use crate::{chip, diagnostics, enable, watchdog};
 
 /// Scratch register 4 while this program runs: the number of the SDK's `watchdog_enable`.
 const ARMED: u32 = 0x6ab7_3121;
@@ -80,7 +79,6 @@ pub(crate) fn cause() -> StartCause {
     pac::WATCHDOG.scratch0().write_value(0);
     pac::WATCHDOG.scratch4().write_value(ARMED);
     let reason = pac::WATCHDOG.reason().read();
-    let chip_reset = pac::VREG_AND_CHIP_RESET.chip_reset().read();
     let processor_alone = !pac::RESETS.reset().read().pio0();
     match kept {
         _ if processor_alone => StartCause::Requested,
@@ -92,9 +90,7 @@ pub(crate) fn cause() -> StartCause {
         }
         _ if reason.timer() && armed => StartCause::Watchdog,
         _ if reason.timer() || reason.force() => StartCause::Requested,
-        _ if chip_reset.had_psm_restart() => StartCause::Requested,
-        _ if chip_reset.had_run() => StartCause::ResetPin,
-        _ => StartCause::PowerOn,
+        _ => chip::reset_cause(),
     }
 }
 
@@ -109,8 +105,7 @@ fn make_safe() {
 fn restart(reason: u32) -> ! {
     make_safe();
     pac::WATCHDOG.scratch0().write_value(reason);
-    // Reset everything but the oscillators, as the HAL's watchdog does.
-    pac::PSM.wdsel().write_value(pac::psm::regs::Wdsel(0x0001_fffc));
+    watchdog::reset_everything();
     loop {
         pac::WATCHDOG.ctrl().write(|w| w.set_trigger(true));
     }

@@ -1,28 +1,13 @@
 //! The stack: its guard, and how much of it has never been used.
 //!
-//! The stack is the lowest part of RAM and grows downwards (memory.x). Nothing is mapped below it,
-//! but the data sheet does not promise a fault there: "reserved" addresses next to the flash's
-//! registers belong to the same bus port (RP2040 datasheet, section 2.2). So the processor's own
-//! memory protection refuses them ([`install_guard`]).
+//! The stack is the lowest part of RAM and grows downwards (memory-rp2040.x, memory-rp2350.x).
+//! Nothing is mapped below it, but the data sheet does not promise a fault there: "reserved"
+//! addresses next to the flash's registers belong to the same bus port (RP2040 datasheet, section
+//! 2.2). So the processor itself refuses them: by its memory protection on an RP2040, by the limit
+//! of its stack pointer on an RP2350 ([`crate::chip::install_stack_guard`]).
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering};
-
-use cortex_m::peripheral::MPU;
-
-/// The refused addresses: the 64 MiB below RAM. The region's base is a multiple of its size, 2 to
-/// the power of `SIZE` + 1 bytes (ARMv6-M Architecture Reference Manual, B3.5.9). The registers of
-/// the flash's interface end before it, at 0x1801_0000.
-const GUARD_BASE: u32 = 0x1c00_0000;
-const GUARD_SIZE: u32 = 25;
-/// RBAR: the region's number, 0, is in the register too.
-const RBAR_VALID: u32 = 1 << 4;
-/// RASR: no access by anyone (AP = 0), no instructions.
-const RASR_NO_EXECUTION: u32 = 1 << 28;
-const RASR_ENABLE: u32 = 1;
-/// CTRL: all other addresses are as without protection. The handlers of faults run without it.
-const CTRL_DEFAULT_MAP: u32 = 1 << 2;
-const CTRL_ENABLE: u32 = 1;
 
 /// What fills the stack at the start.
 const PATTERN: u32 = 0xa5a5_a5a5;
@@ -40,19 +25,6 @@ static NEXT_WORD: AtomicU32 = AtomicU32::new(0);
 unsafe extern "C" {
     /// Lowest word of the stack.
     static _stack_end: UnsafeCell<u32>;
-}
-
-/// Makes every access below the stack a fault of the processor.
-pub(crate) fn install_guard() {
-    // SAFETY: nothing else uses the memory protection, and the program has nothing in the region.
-    unsafe {
-        let mpu = &*MPU::PTR;
-        mpu.rbar.write(GUARD_BASE | RBAR_VALID);
-        mpu.rasr.write(RASR_NO_EXECUTION | GUARD_SIZE << 1 | RASR_ENABLE);
-        mpu.ctrl.write(CTRL_DEFAULT_MAP | CTRL_ENABLE);
-    }
-    cortex_m::asm::dsb();
-    cortex_m::asm::isb();
 }
 
 /// Fills the unused part of the stack with the pattern. Call it once, at the start.
@@ -94,6 +66,6 @@ pub(crate) fn free() -> u32 {
 
 /// Returns the lowest word of the stack.
 fn end() -> *mut u32 {
-    // SAFETY: the linker defines the symbol (memory.x); only its address is used.
+    // SAFETY: the linker defines the symbol (memory-rp2040.x); only its address is used.
     unsafe { _stack_end.get() }
 }

@@ -9,15 +9,14 @@ use core::cell::RefCell;
 
 use critical_section::Mutex;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
-use embassy_rp::pac;
 use plumb_core::config_store::Stored;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
-use plumb_protocol::boards::Chip;
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
 use plumb_protocol::wiring::Drivers;
 use static_cell::StaticCell;
 
+use crate::chip::TIMER;
 use crate::coils::Coils;
 use crate::enable::Enable;
 use crate::flash::{self, FlashWrite};
@@ -25,7 +24,7 @@ use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{diagnostics, info, law_worker, pins, restart, watchdog, witness};
+use crate::{chip, diagnostics, info, law_worker, pins, restart, watchdog, witness};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
@@ -40,8 +39,12 @@ const AHEAD_US: u32 = 57;
 const LATE_US: i32 = 5;
 
 /// Limits of this build; the same as in the emulated board, except `storage` and `chip`.
-const BUILD: BuildLimits =
-    BuildLimits { max_pulse_rate: 1_250_000, storage: true, chip: Some(Chip::Rp2040) };
+const BUILD: BuildLimits = BuildLimits {
+    max_pulse_rate: 1_250_000,
+    storage: true,
+    chip: Some(chip::CHIP),
+    law_ticks: chip::LAW_TICKS,
+};
 
 /// Commutation by the firmware, once a tick.
 #[derive(Clone, Copy)]
@@ -104,27 +107,37 @@ pub(crate) fn start(resources: SteppingResources) {
     let stepping = PLACE.init_with(|| Stepping::new(resources));
     critical_section::with(|cs| STEPPING.borrow_ref_mut(cs).replace(stepping));
     // The highest priority: the interrupt never waits, and everything else waits for it.
-    interrupt::TIMER_IRQ_1.set_priority(Priority::P0);
-    pac::TIMER.inte().modify(|w| w.set_alarm(1, true));
+    chip::STEPPING.set_priority(Priority::P0);
+    TIMER.inte().modify(|w| w.set_alarm(1, true));
     // SAFETY: the handler exists, and its state was stored above.
-    unsafe { interrupt::TIMER_IRQ_1.enable() };
-    interrupt::TIMER_IRQ_1.pend();
+    unsafe { chip::STEPPING.enable() };
+    chip::STEPPING.pend();
 }
 
-#[embassy_rp::interrupt]
-fn TIMER_IRQ_1() {
-    static mut TAKEN: Option<&'static mut Stepping> = None;
-    if TAKEN.is_none() {
-        *TAKEN = critical_section::with(|cs| STEPPING.borrow_ref_mut(cs).take());
-    }
-    if let Some(stepping) = TAKEN {
-        stepping.interrupt();
-    }
+/// Defines the handler of the interrupt of this name.
+macro_rules! stepping_interrupt {
+    ($name:ident) => {
+        #[embassy_rp::interrupt]
+        fn $name() {
+            static mut TAKEN: Option<&'static mut Stepping> = None;
+            if TAKEN.is_none() {
+                *TAKEN = critical_section::with(|cs| STEPPING.borrow_ref_mut(cs).take());
+            }
+            if let Some(stepping) = TAKEN {
+                stepping.interrupt();
+            }
+        }
+    };
 }
+
+#[cfg(not(feature = "rp2350"))]
+stepping_interrupt!(TIMER_IRQ_1);
+#[cfg(feature = "rp2350")]
+stepping_interrupt!(TIMER0_IRQ_1);
 
 /// Returns the timer, µs; it wraps after 71 minutes.
 fn timer() -> u32 {
-    pac::TIMER.timerawl().read()
+    TIMER.timerawl().read()
 }
 
 impl Stepping {
@@ -157,16 +170,16 @@ impl Stepping {
 
     /// Runs the ticks that are due, and sets the alarm for the next one.
     fn interrupt(&mut self) {
-        pac::TIMER.intr().write(|w| w.set_alarm(1, true));
+        TIMER.intr().write(|w| w.set_alarm(1, true));
         loop {
             self.tick();
             let next = self.beginning.wrapping_sub(AHEAD_US);
-            pac::TIMER.alarm(1).write_value(next);
+            TIMER.alarm(1).write_value(next);
             if (next.wrapping_sub(timer()) as i32) > 0 {
                 break;
             }
             // The time has passed already: the alarm would come in 71 minutes.
-            pac::TIMER.armed().write(|w| w.set_armed(1 << 1));
+            TIMER.armed().write(|w| w.set_armed(1 << 1));
         }
     }
 

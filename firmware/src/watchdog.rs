@@ -11,7 +11,7 @@ use embassy_time::{Duration, Timer};
 
 use plumb_protocol::wiring::Pin;
 
-use crate::{pins, stack};
+use crate::{chip, pins, stack};
 
 /// Time without feeding after which the chip restarts.
 const TIMEOUT: Duration = Duration::from_millis(100);
@@ -84,6 +84,11 @@ pub(crate) fn thread_is_alive() {
     THREAD_ALIVE.store(true, Ordering::Relaxed);
 }
 
+/// Has the watchdog reset everything but the oscillators.
+pub(crate) fn reset_everything() {
+    pac::PSM.wdsel().write_value(pac::psm::regs::Wdsel(chip::RESET_ALL));
+}
+
 /// The running watchdog, fed by ticks.
 pub(crate) struct TickWatchdog {
     watchdog: Watchdog,
@@ -99,6 +104,7 @@ impl TickWatchdog {
         let mut watchdog = Watchdog::new(watchdog);
         watchdog.pause_on_debug(true);
         watchdog.start(TIMEOUT);
+        reset_everything();
         Self { watchdog, ticks: 0, silent: 0 }
     }
 

@@ -10,6 +10,8 @@ use plumb_protocol::boards::PICO;
 use plumb_protocol::diagnostics::{ChipMeasurement, PulseCount};
 use plumb_protocol::wiring::Wiring;
 
+use crate::chip::TIMER;
+
 /// State machines of motors A, B and C.
 const MOTORS: u8 = 0b0111;
 /// Most rounds of a wait for the answer of a state machine. One takes a few clocks.
@@ -24,7 +26,7 @@ pub(crate) fn measure(wiring: Option<&Wiring>) -> ChipMeasurement {
     }
     ChipMeasurement {
         pulses: [0, 1, 2].map(count),
-        time_us: pac::TIMER.timerawl().read(),
+        time_us: TIMER.timerawl().read(),
         usb_frame: usb_frame(),
     }
 }

@@ -13,7 +13,7 @@ use crate::frame::CRC;
 /// Cause of a board's start. Grows at its end.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StartCause {
-    /// Power on, or a brown-out of the supply.
+    /// Power on; on an RP2040 also a brown-out of the supply.
     PowerOn,
     /// Reset pin.
     ResetPin,
@@ -25,6 +25,8 @@ pub enum StartCause {
     HardFault,
     /// Intended restart, for example after an update.
     Requested,
+    /// Brown-out: the supply was too low for a moment. An RP2350 tells it apart from power on.
+    BrownOut,
 }
 
 /// Answer to a [`Diagnose`](crate::Command::Diagnose) command.

@@ -51,6 +51,7 @@ impl fmt::Display for StartCause {
             Self::Panic(place) => return write!(f, "an error in its program (place {place:08x})"),
             Self::HardFault => "a fault of its processor",
             Self::Requested => "a requested restart",
+            Self::BrownOut => "a brown-out of its supply",
         })
     }
 }

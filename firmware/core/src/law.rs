@@ -20,6 +20,8 @@ pub(crate) use interval::{LIMB_BITS, MAX_ERROR as INTERVAL_ERROR};
 pub use io::{
     Aim, Law, MOTOR_SAMPLE_US, Measurement, MotorLimits, MotorRates, Setpoint, variances,
 };
-pub use selection::{DeferredLaw, DeferredLawKind, InlineLaw, LawSelection};
+pub use selection::{
+    DeferredLaw, DeferredLawKind, DeferredTicks, InlineLaw, LawSelection, LawTicks,
+};
 pub use sign::Sign;
 pub use taut::Taut;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! position -> Board::take_law_request -> LawRequest -> LawWorker::respond
-//!          -> LawResponse -> Board::on_law_response, in effect DeferredLawKind::ticks later
+//!          -> LawResponse -> Board::on_law_response, in effect DeferredTicks later
 //! ```
 //!
 //! A [`LawWorker`] owns the law with its state. On the chip it runs below everything else, on a

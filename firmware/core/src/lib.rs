@@ -14,14 +14,19 @@
 //! A board answers a host's Hello and reports its state:
 //!
 //! ```
+//! use plumb_core::law::LawTicks;
 //! use plumb_core::{Board, BuildLimits, LawWorker, Outbox};
 //! use plumb_protocol::boards::Chip;
 //! use plumb_protocol::frame::encode;
 //! use plumb_protocol::message::{Command, Hello, State, ToBoard};
 //! use plumb_protocol::units::Micros;
 //!
-//! let chip = Some(Chip::Rp2040);
-//! let mut board = Board::new(BuildLimits { max_pulse_rate: 1_250_000, storage: false, chip });
+//! let mut board = Board::new(BuildLimits {
+//!     max_pulse_rate: 1_250_000,
+//!     storage: false,
+//!     chip: Some(Chip::Rp2040),
+//!     law_ticks: LawTicks::RP2040,
+//! });
 //! let (mut law_worker, mut out) = (LawWorker::new(), Outbox::new());
 //! let hello = ToBoard { id: 1, command: Command::Hello(Hello::OURS) };
 //! board.receive(Micros(0), &encode(&hello)?, &mut out);

@@ -10,7 +10,7 @@ use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{Micrometres, Point};
 use plumb_protocol::wiring::{Coils, Drivers};
 
-use crate::law::{DeferredLawKind, Interval, LawSelection, MotorLimits};
+use crate::law::{DeferredLawKind, DeferredTicks, Interval, LawSelection, LawTicks, MotorLimits};
 use crate::timing::{DriverTiming, TICK_US};
 
 /// Limits of the build, which no configuration can lift.
@@ -23,6 +23,8 @@ pub struct BuildLimits {
     pub storage: bool,
     /// The chip, whose boards it accepts; `None` for an emulated board, which accepts all.
     pub chip: Option<Chip>,
+    /// Ticks after which the deferred laws respond.
+    pub law_ticks: LawTicks,
 }
 
 /// A configuration within its ranges. [`Params::check`] is the only way to one.
@@ -44,6 +46,8 @@ pub struct Params {
     pub(crate) timing: DriverTiming,
     /// Span of the moving average over the step plan, ms; 0 is none.
     pub(crate) mean_ms: u16,
+    /// Ticks of the law, where it is a deferred one.
+    pub(crate) law_ticks: Option<DeferredTicks>,
 }
 
 /// Largest bound on an entry of J: 8, Q16. It keeps the interval law's sums within 48 bits.
@@ -122,6 +126,7 @@ impl Params {
             drivers: *drivers,
             timing,
             mean_ms: config.mean.0,
+            law_ticks: DeferredLawKind::of(&config.law).map(|law| law.ticks(&build.law_ticks)),
         })
     }
 

@@ -20,7 +20,7 @@ use plumb_protocol::units::{
 };
 use reference::ReferenceTracker;
 
-use crate::law::{Aim, DeferredLawKind, InlineLaw, Law, Measurement, Setpoint, variances};
+use crate::law::{Aim, InlineLaw, Law, Measurement, Setpoint, variances};
 use crate::law_worker::{LawClient, LawRequest, LawResponse};
 use crate::params::Params;
 use crate::plan::{Planner, mean_lag_us};
@@ -338,12 +338,11 @@ impl<L: Law> Servo<L> {
             return false;
         };
         let aim = |due| aim(self.reference.as_ref(), target, due, params);
-        let kind = params.deferred_law();
         let ticks = match self.reference {
-            Some(_) => kind.map_or(0, DeferredLawKind::following_ticks),
-            None => kind.map_or(0, DeferredLawKind::ticks),
+            Some(_) => params.law_ticks.map_or(0, |ticks| ticks.following),
+            None => params.law_ticks.map_or(0, |ticks| ticks.standing),
         };
-        let number = self.client.make_request(now, ticks, aim, planner, params);
+        let number = self.client.make_request(now, ticks.into(), aim, planner, params);
         if number.is_some() {
             self.request = number;
         }

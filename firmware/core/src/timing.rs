@@ -7,9 +7,10 @@ use plumb_protocol::wiring::StepDir;
 /// enough that planning takes a few percent of the chip.
 pub const TICK_US: u32 = 200;
 
-/// Frequency of the clock that pulses are placed on, Hz. It is the RP2040's system clock, so that
-/// a plan is exact there.
-pub const CLOCK_HZ: u32 = 125_000_000;
+/// Frequency of the clock that pulses are placed on, Hz. It is the chip's system clock, so that a
+/// plan is exact there: 125 MHz on an RP2040, 150 MHz on an RP2350 (feature `rp2350`). The number
+/// of pulses in a tick does not depend on it.
+pub const CLOCK_HZ: u32 = if cfg!(feature = "rp2350") { 150_000_000 } else { 125_000_000 };
 
 /// Clocks in a microsecond.
 pub const CLOCKS_PER_US: u32 = CLOCK_HZ / 1_000_000;
@@ -43,7 +44,8 @@ impl DriverTiming {
         Self { high: PulseWidth { rounds: 31, delay: 15 }, hold: 513, low: 513, setup: 513 };
 
     /// Converts the times of a data sheet, rounded up to whole clocks. Returns `None` where the
-    /// generator cannot make pulses so wide (above 513 clocks, 4.1 µs).
+    /// generator cannot make pulses so wide (above 513 clocks: 4.1 µs on an RP2040, 3.4 µs on an
+    /// RP2350).
     pub fn new(driver: &StepDir) -> Option<Self> {
         let clocks = |ns: Nanoseconds| (u32::from(ns.0) * CLOCKS_PER_US).div_ceil(1000);
         let high = PulseWidth::at_least(clocks(driver.high))?;

@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::Point3;
+use plumb_core::law::LawTicks;
 use plumb_core::params::Params;
 use plumb_core::{Board, BuildLimits, TICK_US, Tick};
 use plumb_protocol::diagnostics::ChipCounts;
@@ -15,10 +16,14 @@ use crate::harness::{Harness, LawDelay};
 use crate::plant::{Plant, RigError};
 use crate::wire::{Link, Traffic, Wire};
 
-/// Limits of an emulated board: the pulse rate of the Pico's firmware, no storage, and any kind of
-/// board.
-pub const EMULATED: BuildLimits =
-    BuildLimits { max_pulse_rate: 1_250_000, storage: false, chip: None };
+/// Limits of an emulated board: the pulse rate of the Pico's firmware, no storage, any kind of
+/// board, and laws that respond as on an RP2040.
+pub const EMULATED: BuildLimits = BuildLimits {
+    max_pulse_rate: 1_250_000,
+    storage: false,
+    chip: None,
+    law_ticks: LawTicks::RP2040,
+};
 
 /// Largest number of bytes that wait for the host. Beyond it the oldest are dropped, as on a link
 /// that no host reads.

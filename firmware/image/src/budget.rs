@@ -7,16 +7,13 @@ use crate::image::Image;
 /// Limits of the firmware's sizes, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budgets {
-    /// Largest use of the flash's 2 MiB.
+    /// Largest use of the flash.
     pub flash: u32,
-    /// Largest use of the RAM's 264 KiB by variables and by code in RAM.
+    /// Largest use of the RAM by variables and by code in RAM.
     pub statics: u32,
     /// Smallest RAM for the stack.
     pub stack: u32,
 }
-
-/// Budgets of the Pico's firmware. A large addition exceeds them and is noticed.
-pub const PICO: Budgets = Budgets { flash: 256 * 1024, statics: 144 * 1024, stack: 32 * 1024 };
 
 /// Sizes of a firmware with their budgets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,15 +1,13 @@
 //! Flash content and RAM use of a linked firmware.
 
+use std::ops::Range;
+
 use object::elf::{FileHeader32, PT_LOAD, SHF_ALLOC};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
 use object::{Endianness, Object, ObjectSymbol};
 use thiserror::Error;
 
-/// Addresses of the chip's flash.
-pub const FLASH: std::ops::Range<u32> = 0x1000_0000..0x1020_0000;
-
-/// Addresses of the chip's RAM.
-pub const RAM: std::ops::Range<u32> = 0x2000_0000..0x2004_2000;
+use crate::chip::Chip;
 
 /// Reason why a linked firmware cannot be converted to an image.
 #[derive(Debug, Error, PartialEq, Eq)]
@@ -18,7 +16,7 @@ pub enum ImageError {
     #[error("not a linked firmware (32-bit ELF)")]
     NotElf(#[from] object::Error),
     /// A segment is outside the chip's flash.
-    #[error("{length} bytes at {address:#010x} are outside the flash: check firmware/memory.x")]
+    #[error("{length} bytes at {address:#010x} are outside the flash: check firmware/memory-*.x")]
     OutsideFlash {
         /// Address of the segment.
         address: u32,
@@ -26,10 +24,10 @@ pub enum ImageError {
         length: usize,
     },
     /// The file has no content for the flash.
-    #[error("the file has no content for the flash: was it linked with firmware/memory.x?")]
+    #[error("the file has no content for the flash: was it linked with firmware/build.rs?")]
     Empty,
     /// A symbol of the linker script is missing.
-    #[error("the symbol {0} is missing: was it linked with firmware/memory.x?")]
+    #[error("the symbol {0} is missing: was it linked with firmware/build.rs?")]
     NoSymbol(&'static str),
 }
 
@@ -45,18 +43,18 @@ pub struct Image {
 }
 
 impl Image {
-    /// Reads a linked firmware.
+    /// Reads a firmware that was linked for `chip`.
     ///
     /// # Errors
     /// If the file is not a 32-bit ELF file or was not linked for this chip.
-    pub fn read(elf: &[u8]) -> Result<Self, ImageError> {
+    pub fn read(elf: &[u8], chip: &Chip) -> Result<Self, ImageError> {
         let header = FileHeader32::<Endianness>::parse(elf)?;
         let endian = header.endian()?;
         let mut flash = Vec::new();
         for segment in header.program_headers(endian, elf)? {
             if segment.p_type(endian) == PT_LOAD {
                 let bytes = segment.data(endian, elf).map_err(|()| ImageError::Empty)?;
-                place(&mut flash, segment.p_paddr(endian), bytes)?;
+                place(&mut flash, &chip.flash, segment.p_paddr(endian), bytes)?;
             }
         }
         if flash.is_empty() {
@@ -65,7 +63,9 @@ impl Image {
         let statics = header
             .sections(endian, elf)?
             .iter()
-            .filter(|s| s.sh_flags(endian) & SHF_ALLOC != 0 && RAM.contains(&s.sh_addr(endian)))
+            .filter(|s| {
+                s.sh_flags(endian) & SHF_ALLOC != 0 && chip.ram.contains(&s.sh_addr(endian))
+            })
             .map(|s| s.sh_size(endian))
             .sum();
         let stack = symbol(elf, "_stack_start")?.saturating_sub(symbol(elf, "_stack_end")?);
@@ -73,15 +73,21 @@ impl Image {
     }
 }
 
-/// Writes `bytes` to the place of `address` in `flash`, which grows as needed.
-fn place(flash: &mut Vec<u8>, address: u32, bytes: &[u8]) -> Result<(), ImageError> {
+/// Writes `bytes` to the place of `address` in `flash`, which has the addresses `all` and grows as
+/// needed.
+fn place(
+    flash: &mut Vec<u8>,
+    all: &Range<u32>,
+    address: u32,
+    bytes: &[u8],
+) -> Result<(), ImageError> {
     if bytes.is_empty() {
         return Ok(());
     }
     let outside = ImageError::OutsideFlash { address, length: bytes.len() };
-    let start = address.checked_sub(FLASH.start).ok_or(outside)? as usize;
+    let start = address.checked_sub(all.start).ok_or(outside)? as usize;
     let end = start + bytes.len();
-    if end > FLASH.len() {
+    if end > all.len() {
         return Err(ImageError::OutsideFlash { address, length: bytes.len() });
     }
     if flash.len() < end {

@@ -1,5 +1,5 @@
-//! Conversion of the linked firmware to a UF2 file for the Pico, checks of its size budgets, and
-//! the places where it may panic.
+//! Conversion of the linked firmware to a UF2 file for a Pico or a Pico 2, checks of its size
+//! budgets, and the places where it may panic.
 //!
 //! ```text
 //! ELF -> Image::read -> { uf2::blocks -> plumb.uf2;  Usage -> the budgets' table }
@@ -7,6 +7,7 @@
 #![deny(missing_docs)]
 
 pub mod budget;
+pub mod chip;
 pub mod image;
 pub mod panics;
 pub mod uf2;

@@ -1,7 +1,8 @@
 //! Writes a UF2 file from a linked firmware and prints its sizes with their budgets, or finds the
 //! place of a panic that a board has reported.
 //!
-//! Usage: `plumb-image ELF UF2`, `plumb-image --place NUMBER ELF`. Exit codes: 0, the file is
+//! Usage: `plumb-image CHIP ELF UF2`, `plumb-image --place NUMBER ELF`; CHIP is `rp2040` or
+//! `rp2350`. Exit codes: 0, the file is
 //! written, or the place found; 1, a size is over its budget and nothing is written, or the
 //! firmware has no such place; 2, a file cannot be read or written, or is not a firmware.
 
@@ -10,12 +11,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::{env, fs, io, iter};
 
-use plumb_image::{Image, ImageError, Usage, budget, image, panic_places, uf2};
+use plumb_image::chip::{Chip, RP2040, RP2350};
+use plumb_image::{Image, ImageError, Usage, panic_places, uf2};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
 enum Failure {
-    #[error("usage: plumb-image ELF UF2, or plumb-image --place NUMBER ELF")]
+    #[error("usage: plumb-image rp2040|rp2350 ELF UF2, or plumb-image --place NUMBER ELF")]
     Usage,
     #[error("{0}: not the number of a place, eight hexadecimal digits")]
     Number(String),
@@ -31,26 +33,27 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> Failure {
     |source| Failure::File { path, source }
 }
 
-fn read(elf: &Path) -> Result<Image, Failure> {
+fn read(elf: &Path, chip: &Chip) -> Result<Image, Failure> {
     let bytes = fs::read(elf).map_err(at(elf))?;
-    Image::read(&bytes).map_err(|source| Failure::Image { path: elf.to_owned(), source })
+    Image::read(&bytes, chip).map_err(|source| Failure::Image { path: elf.to_owned(), source })
 }
 
 /// Writes the UF2 file if all sizes are within their budgets. Returns whether they are.
-fn convert(elf: &Path, uf2: &Path) -> Result<bool, Failure> {
-    let image = read(elf)?;
-    let usage = Usage::new(&image, budget::PICO);
+fn convert(chip: &Chip, elf: &Path, uf2: &Path) -> Result<bool, Failure> {
+    let image = read(elf, chip)?;
+    let usage = Usage::new(&image, chip.budgets);
     println!("{usage}");
     if usage.within() {
-        fs::write(uf2, uf2::file(image::FLASH.start, &image.flash)).map_err(at(uf2))?;
+        fs::write(uf2, uf2::file(chip, &image.flash)).map_err(at(uf2))?;
     }
     Ok(usage.within())
 }
 
-/// Prints the place of a panic. Returns whether the firmware has it.
+/// Prints the place of a panic. Returns whether the firmware has it. The firmware of any chip is
+/// read as that of the largest.
 fn find_place(number: &str, elf: &Path) -> Result<bool, Failure> {
     let wanted = u32::from_str_radix(number, 16).map_err(|_| Failure::Number(number.to_owned()))?;
-    let places = panic_places(&read(elf)?);
+    let places = panic_places(&read(elf, &RP2350)?);
     let found = places.iter().find(|place| place.number() == wanted);
     match found {
         Some(place) => println!("{}:{}", place.file, place.line),
@@ -73,7 +76,8 @@ fn main() -> ExitCode {
     let arguments: Vec<PathBuf> = env::args_os().skip(1).map(PathBuf::from).collect();
     let result = match arguments.as_slice() {
         [option, number, elf] if option == "--place" => find_place(&number.to_string_lossy(), elf),
-        [elf, uf2] => convert(elf, uf2),
+        [chip, elf, uf2] if chip == Path::new("rp2040") => convert(&RP2040, elf, uf2),
+        [chip, elf, uf2] if chip == Path::new("rp2350") => convert(&RP2350, elf, uf2),
         _ => Err(Failure::Usage),
     };
     match result {

@@ -2,7 +2,10 @@
 
 use plumb_protocol::panic_place;
 
-use crate::image::{FLASH, Image};
+use crate::image::Image;
+
+/// First address of the flash, on every chip.
+const START: u32 = 0x1000_0000;
 
 /// Longest path of a source file, bytes.
 const MAX_PATH: usize = 255;
@@ -34,11 +37,11 @@ pub fn panic_places(image: &Image) -> Vec<PanicPlace> {
     };
     let place = |at: usize| {
         let [path, length, line] = [word(at)?, word(at + 4)?, word(at + 8)?];
-        let (start, length) = (path.checked_sub(FLASH.start)? as usize, length as usize);
+        let (start, length) = (path.checked_sub(START)? as usize, length as usize);
         let bytes = image.flash.get(start..start.checked_add(length)?)?;
         let file = str::from_utf8(bytes).ok().filter(|file| file.ends_with(".rs"))?;
         let fits = length <= MAX_PATH && line > 0;
-        let address = FLASH.start + at as u32;
+        let address = START + at as u32;
         fits.then(|| PanicPlace { address, file: file.to_owned(), line })
     };
     (0..image.flash.len()).step_by(4).filter_map(place).collect()

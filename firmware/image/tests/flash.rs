@@ -14,8 +14,13 @@ echo "$(basename "$0") $*" >>"$FLASH_LOG"
 
 /// Runs `scripts/flash` by `way`, and returns the calls of the tools if it succeeds.
 fn flash(way: &str) -> Option<Vec<String>> {
+    flash_board("pico", way)
+}
+
+/// The same for a kind of board.
+fn flash_board(board: &str, way: &str) -> Option<Vec<String>> {
     let folder: PathBuf =
-        std::env::temp_dir().join(format!("plumb-flash-{way}-{}", std::process::id()));
+        std::env::temp_dir().join(format!("plumb-flash-{board}-{way}-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
     for tool in ["plumb", "picotool", "probe-rs"] {
         let path = folder.join(tool);
@@ -26,6 +31,7 @@ fn flash(way: &str) -> Option<Vec<String>> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/flash");
     let output = Command::new(script)
         .arg(way)
+        .env("BOARD", board)
         .env("PATH", format!("{}:/usr/bin:/bin", folder.display()))
         .env("FLASH_LOG", &log)
         .output()
@@ -52,4 +58,15 @@ fn probe_rs_writes_and_starts_the_program_and_ends() {
     let expected =
         [format!("probe-rs download --chip RP2040 {image}"), "probe-rs reset --chip RP2040".into()];
     assert_eq!(flash("probe-rs").unwrap(), expected);
+}
+
+#[test]
+fn a_pico_2_gets_its_own_firmware() {
+    let image = "target/firmware/plumb-pico2";
+    assert_eq!(flash_board("pico2", "uf2").unwrap(), [format!("plumb board flash {image}.uf2")]);
+    let expected = [
+        format!("probe-rs download --chip RP235x {image}.elf"),
+        "probe-rs reset --chip RP235x".into(),
+    ];
+    assert_eq!(flash_board("pico2", "probe-rs").unwrap(), expected);
 }

@@ -1,5 +1,6 @@
 //! Tests of the UF2 file and the budgets.
 
+use plumb_image::chip::RP2040;
 use plumb_image::{Budgets, Image, ImageError, Usage, uf2};
 
 const START: u32 = 0x1000_0000;
@@ -11,7 +12,7 @@ fn word(file: &[u8], at: usize) -> u32 {
 #[test]
 fn every_byte_of_the_flash_is_in_its_block() {
     let flash: Vec<u8> = (0..1000u32).map(|i| (i * 7) as u8).collect();
-    let file = uf2::file(START, &flash);
+    let file = uf2::file(&RP2040, &flash);
     assert_eq!(file.len(), 4 * uf2::BLOCK);
     let mut back = Vec::new();
     for (index, block) in file.chunks(uf2::BLOCK).enumerate() {
@@ -32,10 +33,10 @@ fn every_byte_of_the_flash_is_in_its_block() {
 #[test]
 fn files_other_than_firmware_are_refused() {
     assert!(matches!(
-        Image::read(b"PK\x03\x04 a zip file, not an ELF"),
+        Image::read(b"PK\x03\x04 a zip file, not an ELF", &RP2040),
         Err(ImageError::NotElf(_))
     ));
-    assert!(matches!(Image::read(&[]), Err(ImageError::NotElf(_))));
+    assert!(matches!(Image::read(&[], &RP2040), Err(ImageError::NotElf(_))));
 }
 
 #[test]

@@ -16,6 +16,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use super::arbiter::{self, LinkReceiver, Port, SharedArbiter};
 use super::reset;
+use crate::chip::USB_PRODUCT;
 use crate::interrupts::{Interrupts, spawn};
 use errata::{PERIOD, Supervisor};
 
@@ -29,9 +30,6 @@ pub(super) const PACKET: usize = 64;
 
 /// Vendor id of Raspberry Pi.
 const VENDOR: u16 = 0x2e8a;
-/// Product id of a Pico's serial port, which Raspberry Pi lets anyone use.
-const PRODUCT: u16 = 0x000a;
-
 /// Release number of the device (bcdDevice): the version as decimal digits 0xMMmp, with two digits
 /// for the major version and one each for minor and patch.
 const DEVICE_RELEASE: u16 = {
@@ -51,7 +49,7 @@ pub(super) fn set_up(
     static STRINGS: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; 64]);
     static CONTROL: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; 64]);
     static STATE: StaticCell<State> = StaticCell::new();
-    let mut config = Config::new(VENDOR, PRODUCT);
+    let mut config = Config::new(VENDOR, USB_PRODUCT);
     config.manufacturer = Some("Plumb");
     config.product = Some("Plumb board");
     config.serial_number = id.and_then(serial_number);

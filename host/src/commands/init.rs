@@ -215,12 +215,15 @@ fn note(rig: &NewRig) -> Option<&'static str> {
             "the firmware does not set the SKR Pico's drivers yet: their microsteps differ, and a \
              rig cannot run with it (docs/use/skr-pico.md)",
         ),
-        (BoardName::Pico2, _) => Some("there is no firmware for a Pico 2 yet (docs/use/pico2.md)"),
-        (BoardName::Pico, DriverKind::Tb6600 | DriverKind::Dm542) => Some(
+        (BoardName::Pico | BoardName::Pico2, DriverKind::Tb6600 | DriverKind::Dm542) => Some(
             "a current switches these drivers off, so that a crash of the board leaves the motors \
              on; they need a 5 V buffer (docs/use/opto.md)",
         ),
         (BoardName::Pico, _) => None,
+        (BoardName::Pico2, _) => Some(
+            "inputs of a Pico 2 may stay at about 2 V with the chip's pull-downs: resistors to \
+             ground must be 8.2 kΩ or less (docs/use/pico2.md)",
+        ),
     }
 }
 

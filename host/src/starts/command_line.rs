@@ -127,7 +127,7 @@ impl Folder {
         fs::write(folder.path().join("lens.yaml"), lens).unwrap();
         fs::write(folder.path().join("blind.toml"), blind).unwrap();
         fs::copy(rigs.join("camera.toml"), folder.path().join("camera.toml")).unwrap();
-        let firmware = plumb_image::uf2::file(0x1000_0000, &[0; 256]);
+        let firmware = plumb_image::uf2::file(&plumb_image::chip::RP2040, &[0; 256]);
         fs::write(folder.path().join("plumb.uf2"), firmware).unwrap();
         Self(folder)
     }

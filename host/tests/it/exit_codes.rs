@@ -83,7 +83,7 @@ fn a_command_that_fails_without_a_result_prints_its_error_as_json() {
 #[test]
 fn an_emulated_board_has_no_bootloader() {
     let (folder, emulator) = (folder(), Emulator::start());
-    let firmware = plumb_image::uf2::file(0x1000_0000, &[0; 256]);
+    let firmware = plumb_image::uf2::file(&plumb_image::chip::RP2040, &[0; 256]);
     std::fs::write(folder.path().join("plumb.uf2"), firmware).unwrap();
     for command in [&["bootloader"] as &[&str], &["flash", "plumb.uf2"]] {
         let port = ["--port", &emulator.port, "--json"];

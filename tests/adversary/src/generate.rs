@@ -2,6 +2,7 @@
 
 use plumb_core::BuildLimits;
 use plumb_core::config_store::Stored;
+use plumb_core::law::LawTicks;
 use plumb_core::timing::DriverTiming;
 use plumb_protocol::Wiring;
 use plumb_protocol::boards::{self, Chip};
@@ -26,7 +27,12 @@ const MAX_HAT_RATE: u32 = 300;
 
 /// Returns the limits of the build: the pulse rate of the Pico's firmware.
 pub const fn build(storage: bool) -> BuildLimits {
-    BuildLimits { max_pulse_rate: 1_250_000, storage, chip: Some(Chip::Rp2040) }
+    BuildLimits {
+        max_pulse_rate: 1_250_000,
+        storage,
+        chip: Some(Chip::Rp2040),
+        law_ticks: LawTicks::RP2040,
+    }
 }
 
 /// Returns a Pico with TMC2209 drivers, and a configuration for a rig of typical size, with a

@@ -8,6 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use plumb_image::Image;
+use plumb_image::chip::RP2040;
 use plumb_protocol::message::{Command, Hello, Jog, StartCause, State};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
 use plumb_protocol::wiring::StepDir;
@@ -199,7 +200,7 @@ impl BinaryInfo {
 #[test]
 fn picotool_finds_program_version_and_pins_in_the_image() {
     let Some(path) = firmware_image() else { return };
-    let image = Image::read(&fs::read(path).expect("an image")).expect("a firmware");
+    let image = Image::read(&fs::read(path).expect("an image"), &RP2040).expect("a firmware");
     let info = BinaryInfo::read(&image.flash);
     // Numbers of the SDK's pico/binary_info/defs.h.
     assert_eq!(info.texts[&0x02031c86], "Plumb board");

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use object::{Object, ObjectSymbol};
+use plumb_image::chip::RP2040;
 use plumb_image::{Image, PanicPlace, panic_places};
 use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Jog, Refusal, StartCause, State};
@@ -19,7 +20,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-/// Size of the stack, bytes: `STACK_SIZE` in firmware/memory.x.
+/// Size of the stack, bytes: `STACK_SIZE` in firmware/memory-rp2040.x.
 const STACK: usize = 32 * 1024;
 /// Where the tests put code: near the end of memory, where nothing of the program is.
 const CODE: u32 = 0x2004_1f00;
@@ -209,7 +210,7 @@ fn a_third_of_the_stack_stays_free() {
 /// source as its argument.
 fn index_panic(path: &Path) -> (u64, PanicPlace) {
     let elf = fs::read(path).expect("the firmware");
-    let places = panic_places(&Image::read(&elf).expect("an image"));
+    let places = panic_places(&Image::read(&elf, &RP2040).expect("an image"));
     let place = places.into_iter().find(|place| place.file.contains("core/src")).expect("a place");
     let file = object::File::parse(&*elf).expect("an ELF file");
     let is_panic = |name: &str| name.contains("panic_bounds_check") && !name.contains("Thunk");

@@ -43,6 +43,12 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-firmware", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-image", uses: &["plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-emulator", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
+    // Its tests drive the paper's rig.
+    Rule {
+        name: "plumb-rp2350",
+        uses: &["plumb-image", "plumb-protocol"],
+        tests_use: &["plumb-emulator", "plumb-runtime"],
+    },
     Rule { name: "plumb-config", uses: &[], tests_use: &[] },
     Rule { name: "plumb-frame", uses: &[], tests_use: &[] },
     // The tests read recorded pictures.

@@ -75,24 +75,48 @@ impl DeferredLawKind {
         }
     }
 
-    /// Returns the ticks from the request to the one in which the response takes effect: the
-    /// longest time that the law takes on the chip with the ticks and links that interrupt it
-    /// (`make bench-chip`), and a third of that in reserve.
-    pub const fn ticks(self) -> u32 {
+    /// Returns the ticks of this law.
+    pub const fn ticks(self, ticks: &LawTicks) -> DeferredTicks {
         match self {
-            Self::Adaptive => 1_000 / TICK_US,
-            Self::Taut => 16_000 / TICK_US,
+            Self::Adaptive => ticks.adaptive,
+            Self::Taut => ticks.taut,
         }
     }
+}
 
-    /// Returns the same for a target that moves: the laws also compute what that asks of the
-    /// motors.
-    pub const fn following_ticks(self) -> u32 {
-        match self {
-            Self::Adaptive => 2_000 / TICK_US,
-            Self::Taut => 20_000 / TICK_US,
+/// Ticks from the request to a deferred law to the one in which its response takes effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DeferredTicks {
+    /// For a target that stands.
+    pub standing: u16,
+    /// For a target that moves: the laws also compute what that asks of the motors. At least
+    /// `standing`.
+    pub following: u16,
+}
+
+impl DeferredTicks {
+    const fn ms(standing: u32, following: u32) -> Self {
+        Self {
+            standing: (standing * 1000 / TICK_US) as u16,
+            following: (following * 1000 / TICK_US) as u16,
         }
     }
+}
+
+/// [`DeferredTicks`] of each deferred law, on one chip: the longest time that the law takes there
+/// with the ticks and links that interrupt it (`make bench-chip`), and a third of that in reserve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LawTicks {
+    /// Of [`Adaptive`].
+    pub adaptive: DeferredTicks,
+    /// Of [`Taut`].
+    pub taut: DeferredTicks,
+}
+
+impl LawTicks {
+    /// Those of an RP2040. Boards that have them respond alike, to the bit.
+    pub const RP2040: Self =
+        Self { adaptive: DeferredTicks::ms(1, 2), taut: DeferredTicks::ms(16, 20) };
 }
 
 /// A law that takes longer than a tick, with its state.

@@ -61,11 +61,11 @@ impl Quotient {
 
 /// Returns the time between pulses at `rate` (31 bits, at least 64 units), clocks, rounded down.
 pub(super) fn period(rate: u32) -> u32 {
-    // UNIT·TICK_CLOCKS = CLOCK_HZ·2^10 = (CLOCK_HZ·2^5)·2^5. The first factor fits 32 bits; the
-    // other 5 bits follow one by one.
+    // UNIT·TICK_CLOCKS = CLOCK_HZ·2^10. As many of the 10 bits as fit 32 bits with CLOCK_HZ are in
+    // the first factor; the other ones follow one by one.
     const HIGH: u32 = CLOCK_HZ << (RATE_BITS - LOW_BITS);
-    const LOW_BITS: u32 = 5;
-    const { assert!(HIGH as u64 * 32 == UNIT as u64 * TICK_CLOCKS as u64) };
+    const LOW_BITS: u32 = RATE_BITS - CLOCK_HZ.leading_zeros();
+    const { assert!((HIGH as u64) << LOW_BITS == UNIT as u64 * TICK_CLOCKS as u64) };
     let (mut whole, mut rest) = (HIGH / rate, HIGH % rate);
     if rate < 1 << (32 - LOW_BITS) {
         return (whole << LOW_BITS) + (rest << LOW_BITS) / rate;
@@ -94,9 +94,10 @@ pub(super) fn until(units: u32, rate: u32) -> Quotient {
 
 /// Returns the same for `units` up to `rate`.
 fn within(units: u32, rate: u32) -> Quotient {
-    // The first guess has both numbers to 17 bits: their product with 25 000 has 32, and the guess
-    // is right or one too small. (`min` repeats the bound for the compiler, which would check a
-    // product that may overflow in 64 bits.)
+    // The first guess has both numbers to 17 bits, the rate to 16 at least: it is too small by at
+    // most 2·TICK_CLOCKS/2^16, which is less than one, and the product has 32 bits. (`min` repeats
+    // the bound for the compiler, which would check a product that may overflow in 64 bits.)
+    const { assert!(TICK_CLOCKS < 1 << 15) };
     let shift = 15u32.saturating_sub(rate.leading_zeros());
     let about =
         (units >> shift).min(1 << 17) * TICK_CLOCKS / ((rate >> shift) + u32::from(shift > 0));

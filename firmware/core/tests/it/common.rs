@@ -6,14 +6,19 @@ pub(crate) mod covering;
 pub(crate) mod deferred_bench;
 
 use plumb_core::BuildLimits;
+use plumb_core::law::LawTicks;
 use plumb_core::params::Params;
 use plumb_protocol::boards::Chip;
 use plumb_protocol::config::{self, Law, Motor};
 use plumb_protocol::units::{Acceleration, Bound, Gain, Rate, Steps16};
 use plumb_protocol::{Config, Wiring};
 
-pub(crate) const BUILD: BuildLimits =
-    BuildLimits { max_pulse_rate: 1_000_000, storage: true, chip: Some(Chip::Rp2040) };
+pub(crate) const BUILD: BuildLimits = BuildLimits {
+    max_pulse_rate: 1_000_000,
+    storage: true,
+    chip: Some(Chip::Rp2040),
+    law_ticks: LawTicks::RP2040,
+};
 
 /// The paper's bounds, γ in 1/s at 0.471 mm a step.
 pub(crate) fn paper_interval(gamma: f64) -> config::Interval {

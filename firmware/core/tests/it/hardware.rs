@@ -92,6 +92,7 @@ fn a_board_reports_its_start_cause_and_begins_in_a_fault_after_its_own_error() {
     use StartCause::*;
     for (cause, stopped) in [
         (PowerOn, false),
+        (BrownOut, false),
         (ResetPin, false),
         (Requested, false),
         (Watchdog, true),

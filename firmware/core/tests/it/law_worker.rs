@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 use plumb_core::TICK_US;
-use plumb_core::law::{DeferredLawKind, variances};
+use plumb_core::law::{DeferredLawKind, LawTicks, variances};
 use plumb_core::law_worker::LawRequest;
 use plumb_emulator::LawDelay;
 use plumb_protocol::Config;
@@ -16,6 +16,15 @@ use crate::common::deferred_bench::DeferredBench;
 
 const DELAY: Estimated = Estimated { delay: Milliseconds(0) };
 
+/// Returns the ticks after which a law of the bench's board responds.
+fn ticks(law: DeferredLawKind) -> u32 {
+    let ticks = match law {
+        DeferredLawKind::Adaptive => LawTicks::RP2040.adaptive,
+        DeferredLawKind::Taut => LawTicks::RP2040.taut,
+    };
+    ticks.standing.into()
+}
+
 fn deferred(law: fn(Estimated) -> Law) -> Config {
     Config { law: law(DELAY), ..config() }
 }
@@ -26,14 +35,14 @@ fn a_response_takes_effect_in_its_tick_however_early_it_comes() {
         (Law::Adaptive as fn(_) -> _, DeferredLawKind::Adaptive),
         (Law::Taut, DeferredLawKind::Taut),
     ] {
-        let [early, late] = [1, kind.ticks()].map(|takes| {
+        let [early, late] = [1, ticks(kind)].map(|takes| {
             DeferredBench::seeking(deferred(law), LawDelay::Ticks(takes)).run_with_ball(60)
         });
         assert_eq!(early, late, "{kind:?}");
         assert!(early.last().unwrap().iter().any(|p| p.abs() > 1000), "{kind:?} moves");
         let mut bench = DeferredBench::seeking(deferred(law), LawDelay::Ticks(1));
         bench.send_ball(BALL);
-        bench.run(kind.ticks());
+        bench.run(ticks(kind));
         assert!(bench.still() && bench.requests.len() == 1, "{kind:?}: not before its tick");
         bench.run(1);
         assert!(!bench.still(), "{kind:?}: in its tick");
@@ -43,7 +52,7 @@ fn a_response_takes_effect_in_its_tick_however_early_it_comes() {
 #[test]
 fn a_response_at_once_gives_the_same_motion() {
     let mut bench =
-        DeferredBench::seeking(deferred(Law::Taut), LawDelay::Ticks(DeferredLawKind::Taut.ticks()));
+        DeferredBench::seeking(deferred(Law::Taut), LawDelay::Ticks(ticks(DeferredLawKind::Taut)));
     let chip = bench.run_with_ball(30);
     let mut bench = DeferredBench::seeking(deferred(Law::Taut), LawDelay::SameTick);
     let mut host = Vec::new();
@@ -93,13 +102,13 @@ fn the_delay_of_a_law_counts_beyond_the_age_of_a_position() {
 /// The board waits for the end of a setpoint: it does not find it with the next message.
 #[test]
 fn a_setpoint_ends_in_its_tick() {
-    let ticks = DeferredLawKind::Adaptive.ticks();
+    let due = ticks(DeferredLawKind::Adaptive);
     let ended = (10..60).filter(|pictures| {
         let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), LawDelay::Ticks(1));
         follow(&mut bench, *pictures);
         let &(made, _) = bench.requests.last().unwrap();
         let valid_us = bench.responses.last().unwrap().setpoint.valid_us;
-        let end = made + u64::from(ticks) + u64::from(valid_us.div_ceil(TICK_US));
+        let end = made + u64::from(due) + u64::from(valid_us.div_ceil(TICK_US));
         let rates = bench.harness.board.rates();
         // The motors turn at constant rates. The positions are missed later, after 200 ms.
         bench.run(2);
@@ -119,10 +128,10 @@ fn a_setpoint_ends_in_its_tick() {
 
 #[test]
 fn tensions_are_in_the_telemetry_from_the_first_response_of_taut_until_the_stop() {
-    let ticks = DeferredLawKind::Taut.ticks();
+    let due = ticks(DeferredLawKind::Taut);
     let mut bench = DeferredBench::seeking(deferred(Law::Taut), LawDelay::Ticks(1));
     bench.send_ball(BALL);
-    bench.run(ticks);
+    bench.run(due);
     assert_eq!(bench.telemetry().tensions, None, "the response has no effect yet");
     bench.run(1);
     let tensions = bench.telemetry().tensions.unwrap();
@@ -151,10 +160,10 @@ fn a_missing_response_stops_the_board() {
     let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), LawDelay::Ticks(1));
     bench.run_with_ball(20);
     assert!(!bench.still());
-    bench.harness.law_delay = LawDelay::Ticks(DeferredLawKind::Adaptive.ticks() + 1);
+    bench.harness.law_delay = LawDelay::Ticks(ticks(DeferredLawKind::Adaptive) + 1);
     bench.harness.outbox.clear();
     bench.send_ball(BALL);
-    bench.run(DeferredLawKind::Adaptive.ticks() + 1);
+    bench.run(ticks(DeferredLawKind::Adaptive) + 1);
     assert_eq!(bench.harness.board.state(), State::Fault(Fault::LawLate));
     assert!(bench.has_reported(Fault::LawLate));
     bench.run(2000);
@@ -183,10 +192,10 @@ fn the_newest_position_waits_while_a_request_is_open() {
         bench.send_ball([0.5, 0.3, z]);
         bench.run(10);
     }
-    bench.run(DeferredLawKind::Taut.ticks());
+    bench.run(ticks(DeferredLawKind::Taut));
     let seen: Vec<_> =
         bench.requests.iter().map(|(tick, q)| (*tick, q.number, q.measurement.ball[2])).collect();
-    assert_eq!(seen, [(0, 1, 400_000), (u64::from(DeferredLawKind::Taut.ticks()), 2, 380_000)]);
+    assert_eq!(seen, [(0, 1, 400_000), (u64::from(ticks(DeferredLawKind::Taut)), 2, 380_000)]);
 }
 
 #[test]
@@ -199,7 +208,7 @@ fn the_waiting_position_gets_the_present_target_and_a_stop_discards_it() {
         bench.send(command);
         bench.run(10);
         bench.send(Command::Target(point(BALL)));
-        bench.run(DeferredLawKind::Taut.ticks());
+        bench.run(ticks(DeferredLawKind::Taut));
         assert_eq!(bench.requests.len(), count, "{command:?}");
         let (_, request) = bench.requests.last().unwrap();
         let target = if count == 2 { BALL } else { TARGET };

@@ -23,6 +23,7 @@ use embassy_rp::pac::usb_dpram::regs::EpBufferControl;
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 
+use crate::chip::TIMER;
 use crate::diagnostics;
 
 /// Endpoint of the data to the host: embassy-usb gives the class its endpoints in turn, and the
@@ -133,7 +134,7 @@ fn since_known_frame() -> u32 {
 }
 
 fn timer() -> u32 {
-    pac::TIMER.timerawl().read()
+    TIMER.timerawl().read()
 }
 
 /// Whether a motor turns; at most 3.2 ms old.

@@ -1,5 +1,5 @@
 use plumb_core::BuildLimits;
-use plumb_core::law::{Interval as FixedPoint, V_FRACTION_BITS};
+use plumb_core::law::{Interval as FixedPoint, LawTicks, V_FRACTION_BITS};
 use plumb_core::params::Params;
 use plumb_protocol::Wiring;
 use plumb_protocol::config::{self, Config};
@@ -28,7 +28,12 @@ fn board_families() -> impl Strategy<Value = config::Interval> {
 /// Returns the board's law for the family.
 fn fixed_point(family: config::Interval) -> FixedPoint {
     let config = Config { law: config::Law::Interval(family), ..Config::example() };
-    let build = BuildLimits { max_pulse_rate: 1_000_000, storage: true, chip: None };
+    let build = BuildLimits {
+        max_pulse_rate: 1_000_000,
+        storage: true,
+        chip: None,
+        law_ticks: LawTicks::RP2040,
+    };
     Params::check(&config, &Wiring::example().drivers, &build).unwrap().interval().unwrap()
 }
 

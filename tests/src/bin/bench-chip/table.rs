@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plumb_core::TICK_US;
-use plumb_core::law::DeferredLawKind;
+use plumb_core::law::{DeferredTicks, LawTicks};
 
 use crate::following;
 use crate::measure::{self, BenchLaw};
@@ -76,13 +76,17 @@ fn motion(image: &Path) -> Vec<Row> {
     ]
 }
 
+/// Returns the reference of a law that responds after this number of ticks.
+fn takes_effect(ticks: u16) -> String {
+    format!("takes effect after {} ms", u32::from(ticks) * TICK_US / 1000)
+}
+
 fn laws(image: &Path) -> Vec<Row> {
     let [interval, adaptive, taut] = [BenchLaw::Interval, BenchLaw::Adaptive, BenchLaw::Taut]
         .map(|law| measure::costs(image, law));
     let row =
         |key, quantity, value, reference: &str| row(key, quantity, value, "cycles", reference);
-    let due =
-        |law: DeferredLawKind| format!("takes effect after {} ms", law.ticks() * TICK_US / 1000);
+    let due = |law: DeferredTicks| takes_effect(law.standing);
     let response = "the same with everything that interrupts it";
     let position_tick = "a tick with a position, law interval, maximum";
     let position_tick_taut = "a tick with a position, law taut, maximum";
@@ -90,9 +94,9 @@ fn laws(image: &Path) -> Vec<Row> {
         row("update_interval", "update of law interval, maximum", interval.update, "< 2000"),
         row("position_tick_interval", position_tick, interval.position_tick, ""),
         row("update_adaptive", "update of law adaptive, maximum", adaptive.update, "< 60 000"),
-        row("response_adaptive", response, adaptive.response, &due(DeferredLawKind::Adaptive)),
+        row("response_adaptive", response, adaptive.response, &due(LawTicks::RP2040.adaptive)),
         row("update_taut", "update of law taut, maximum", taut.update, ""),
-        row("response_taut", response, taut.response, &due(DeferredLawKind::Taut)),
+        row("response_taut", response, taut.response, &due(LawTicks::RP2040.taut)),
         row("position_tick_taut", position_tick_taut, taut.position_tick, "25 000"),
         row("late_taut", "lateness of ticks with law taut", taut.late, "0"),
         row("tick", "a tick without a position, moving, median", interval.tick, "of 25 000"),
@@ -106,18 +110,16 @@ fn paths(image: &Path) -> Vec<Row> {
     let late = interval.late.max(adaptive.late).max(taut.late);
     let row =
         |key, quantity, value, reference: &str| row(key, quantity, value, "cycles", reference);
-    let due = |law: DeferredLawKind| {
-        format!("takes effect after {} ms", law.following_ticks() * TICK_US / 1000)
-    };
+    let due = |law: DeferredTicks| takes_effect(law.following);
     let response = "the same with everything that interrupts it";
     let latency = following::latency(image);
     vec![
         row("path_tick", "along a path: a tick of any law, maximum", tick, "25 000"),
         row("path_late", "along a path: lateness of ticks with any law", late, "0"),
         row("path_update_adaptive", "along a path: update of adaptive", adaptive.update, ""),
-        row("path_response_adaptive", response, adaptive.response, &due(DeferredLawKind::Adaptive)),
+        row("path_response_adaptive", response, adaptive.response, &due(LawTicks::RP2040.adaptive)),
         row("path_update_taut", "along a path: update of taut", taut.update, ""),
-        row("path_response_taut", response, taut.response, &due(DeferredLawKind::Taut)),
+        row("path_response_taut", response, taut.response, &due(LawTicks::RP2040.taut)),
         Row {
             unit: "µs",
             ..row("path_latency", "along a path: position to new rate", latency, "< 325")

@@ -6,12 +6,18 @@ use plumb_protocol::units::{Milliseconds, Speed};
 use plumb_protocol::wiring::{Drivers, StepDir};
 
 use super::*;
+use crate::law::LawTicks;
 use crate::params::BuildLimits;
 
 /// Returns limits with a moving average of 400 ms.
 fn params() -> Params {
     let config = Config { mean: Milliseconds(400), ..Config::example() };
-    let build = BuildLimits { max_pulse_rate: 1_000_000, storage: false, chip: None };
+    let build = BuildLimits {
+        max_pulse_rate: 1_000_000,
+        storage: false,
+        chip: None,
+        law_ticks: LawTicks::RP2040,
+    };
     Params::check(&config, &Drivers::StepDir(StepDir::TMC2209), &build).unwrap()
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use plumb_image::chip::Chip;
 use plumb_runtime::link::{Link, LinkError, Serial, boards};
 use plumb_runtime::rig::BoardPort;
 
@@ -21,9 +22,10 @@ pub(super) struct ThisComputer {
 }
 
 impl ThisComputer {
-    /// Returns this computer; ports are opened with the baud rate of `options`.
-    pub(super) fn new(options: PortArgs) -> Self {
-        Self { drives: DriveSearch::linux(), options, begin: Instant::now() }
+    /// Returns this computer, for boards with this chip; ports are opened with the baud rate of
+    /// `options`.
+    pub(super) fn new(options: PortArgs, chip: &'static Chip) -> Self {
+        Self { drives: DriveSearch::linux(chip), options, begin: Instant::now() }
     }
 }
 

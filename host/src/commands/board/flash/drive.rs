@@ -4,12 +4,13 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use plumb_image::chip::Chip;
 use plumb_image::uf2::BLOCK;
 
 /// File that the boot ROM shows on its drive.
 const INFO: &str = "INFO_UF2.TXT";
-/// Line of that file which names the RP2040; an RP2350 has another one.
-const BOARD: &str = "Board-ID: RPI-RP2";
+/// Beginning of the line of that file which names the chip.
+const BOARD: &str = "Board-ID: ";
 /// Bytes between two reports of the progress, each of which is on the drive when it is reported.
 const STEP: usize = 32 * BLOCK;
 
@@ -19,6 +20,8 @@ pub(super) struct DriveSearch {
     pub(super) mounts: PathBuf,
     /// Device file of the drive, by its label.
     pub(super) device: PathBuf,
+    /// Chip of the board.
+    pub(super) chip: &'static Chip,
 }
 
 /// The drives of boards in their bootloader.
@@ -31,9 +34,10 @@ pub(super) struct Drives {
 }
 
 impl DriveSearch {
-    /// Returns the places of a Linux system.
-    pub(super) fn linux() -> Self {
-        Self { mounts: "/proc/mounts".into(), device: "/dev/disk/by-label/RPI-RP2".into() }
+    /// Returns the places of a Linux system, for boards with this chip.
+    pub(super) fn linux(chip: &'static Chip) -> Self {
+        let device = Path::new("/dev/disk/by-label").join(chip.drive);
+        Self { mounts: "/proc/mounts".into(), device, chip }
     }
 
     /// Returns the drives that are there now. A mounted drive counts if its file [`INFO`] names the
@@ -43,8 +47,8 @@ impl DriveSearch {
     /// Where the table of mounts cannot be read.
     pub(super) fn find(&self) -> io::Result<Drives> {
         let table = fs::read_to_string(&self.mounts)?;
-        let mounted =
-            table.lines().filter_map(mount_point).filter(|path| is_rp2040(path)).collect();
+        let mounted = table.lines().filter_map(mount_point);
+        let mounted = mounted.filter(|path| has_chip(path, self.chip)).collect();
         let device = self.device.exists().then(|| self.device.clone());
         Ok(Drives { mounted, device })
     }
@@ -59,9 +63,10 @@ fn mount_point(line: &str) -> Option<PathBuf> {
     matches!(kind, "vfat" | "msdos").then(|| folder.into())
 }
 
-/// Returns whether the drive at `folder` belongs to an RP2040 in its bootloader.
-fn is_rp2040(folder: &Path) -> bool {
-    fs::read_to_string(folder.join(INFO)).is_ok_and(|text| text.lines().any(|line| line == BOARD))
+/// Returns whether the drive at `folder` belongs to such a chip in its bootloader.
+fn has_chip(folder: &Path, chip: &Chip) -> bool {
+    let names = |line: &str| line.strip_prefix(BOARD) == Some(chip.drive);
+    fs::read_to_string(folder.join(INFO)).is_ok_and(|text| text.lines().any(names))
 }
 
 /// End of a write.

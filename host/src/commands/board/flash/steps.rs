@@ -52,7 +52,8 @@ pub(crate) enum FlashError {
     /// There is nothing to write to.
     #[error(
         "no Plumb board is on USB, and no Pico in its bootloader: hold BOOTSEL while plugging the \
-         Pico in, wait for its drive RPI-RP2, and run this command again; a board on a UART needs \
+         Pico in, wait for its drive (RPI-RP2, of a \
+         Pico 2 RP2350), and run this command again; a board on a UART needs \
          --port"
     )]
     NoBoard,
@@ -75,13 +76,13 @@ pub(crate) enum FlashError {
     },
     /// The mounted drives are not known.
     #[error(
-        "the mounted drives cannot be listed; copy the file to the drive RPI-RP2 of a Pico in its \
-         bootloader"
+        "the mounted drives cannot be listed; copy the file to the drive RPI-RP2 of a Pico, or \
+         RP2350 of a Pico 2, in its bootloader"
     )]
     Mounts(#[source] io::Error),
     /// The drive is there, and not mounted.
     #[error(
-        "the Pico is in its bootloader, but its drive is not mounted: open RPI-RP2 in the file \
+        "the Pico is in its bootloader, but its drive is not mounted: open it in the file \
          manager, or run `udisksctl mount -b {}`; then run this command again", .device.display()
     )]
     NotMounted {
@@ -90,8 +91,8 @@ pub(crate) enum FlashError {
     },
     /// The board has gone, and its drive does not come.
     #[error(
-        "{port}: the board has gone into its bootloader, but no drive RPI-RP2 has come within \
-         {:.0} s: unplug the board, plug it in by USB with BOOTSEL held, and run this command \
+        "{port}: the board has gone into its bootloader, but no drive for this firmware has come \
+         within {:.0} s: unplug the board, plug it in by USB with BOOTSEL held, and run this command \
          again; a cable for charging only shows no drive", .waited.as_secs_f64()
     )]
     NoDrive {
@@ -111,8 +112,8 @@ pub(crate) enum FlashError {
     /// The firmware is written, and no board answers.
     #[error(
         "the firmware is written, but no board has answered within {:.0} s: plug the Pico in again \
-         and run `plumb board status`; if its drive RPI-RP2 comes back, the flash holds no program \
-         that starts: flash it again", .waited.as_secs_f64()
+         and run `plumb board status`; if the bootloader's drive comes back, the flash holds no \
+         program that starts: flash it again", .waited.as_secs_f64()
     )]
     NotBack {
         /// Time that the host waited.

@@ -8,6 +8,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use plumb_image::chip::{self, Chip};
 use plumb_image::uf2;
 use plumb_protocol::Provenance;
 use plumb_protocol::message::StartCause;
@@ -29,6 +30,7 @@ const RP2350: &str = "UF2 Bootloader v1.0\nModel: Raspberry Pi RP2350\nBoard-ID:
 /// A computer whose boards and drives are set by a test.
 struct Fake {
     folder: TempDir,
+    chip: &'static Chip,
     boards: Vec<String>,
     /// Another name of [`PORT`], until the board is restarted.
     alias: Option<&'static str>,
@@ -52,6 +54,7 @@ impl Fake {
         fs::write(folder.path().join("mounts"), "tmpfs /tmp tmpfs rw 0 0\n").unwrap();
         Self {
             folder,
+            chip: &chip::RP2040,
             boards: boards.iter().map(|&port| port.to_owned()).collect(),
             alias: None,
             now: Duration::ZERO,
@@ -67,7 +70,7 @@ impl Fake {
 
     fn search(&self) -> DriveSearch {
         let path = self.folder.path();
-        DriveSearch { mounts: path.join("mounts"), device: path.join("device") }
+        DriveSearch { mounts: path.join("mounts"), device: path.join("device"), chip: self.chip }
     }
 
     /// Mounts a drive with this content of INFO_UF2.TXT.
@@ -90,7 +93,7 @@ impl Fake {
 
 /// Firmware of 40 kB.
 fn firmware() -> Vec<u8> {
-    uf2::file(0x1000_0000, &[0x5a; 20_000])
+    uf2::file(&chip::RP2040, &[0x5a; 20_000])
 }
 
 impl Computer for Fake {
@@ -205,7 +208,7 @@ fn a_pico_in_its_bootloader_needs_no_port() {
 }
 
 #[test]
-fn only_the_drive_of_an_rp2040_is_written() {
+fn only_the_drive_of_the_chip_is_written() {
     let mut computer = Fake::new(&[PORT]);
     computer.drive = None;
     let drives = [
@@ -214,8 +217,15 @@ fn only_the_drive_of_an_rp2040_is_written() {
         computer.mount("stick", "vfat", "Board-ID: other\n"),
     ];
     let message = computer.flash(None).unwrap_err().to_string();
-    assert!(message.contains("no drive RPI-RP2 has come within 15 s"), "{message}");
+    assert!(message.contains("no drive for this firmware has come within 15 s"), "{message}");
     assert!(drives.iter().all(|drive| !drive.join("plumb.uf2").exists()));
+    // The drive of a Pico 2 is that of its own firmware.
+    let mut computer = Fake::new(&[]);
+    computer.chip = &chip::RP2350;
+    let pico = computer.mount("pico", "vfat", RP2040);
+    let pico_2 = computer.mount("pico 2", "vfat", RP2350);
+    computer.flash(None).unwrap();
+    assert!(pico_2.join("plumb.uf2").exists() && !pico.join("plumb.uf2").exists());
 }
 
 #[test]
@@ -304,9 +314,11 @@ fn a_board_that_does_not_come_back_or_speaks_another_version_is_a_failure() {
 fn the_firmware_of_the_package_is_taken_first() {
     let prefix = tempfile::tempdir().unwrap();
     let program = prefix.path().join("bin/plumb");
-    let packaged = prefix.path().join("share/plumb/firmware/plumb.uf2");
-    assert_ne!(default_firmware(&program).ok(), Some(packaged.clone()));
-    fs::create_dir_all(packaged.parent().unwrap()).unwrap();
-    fs::write(&packaged, firmware()).unwrap();
-    assert_eq!(default_firmware(&program).ok(), Some(packaged));
+    for (chip, name) in [(&chip::RP2040, "plumb.uf2"), (&chip::RP2350, "plumb-pico2.uf2")] {
+        let packaged = prefix.path().join("share/plumb/firmware").join(name);
+        assert_ne!(default_firmware(chip, &program).ok(), Some(packaged.clone()));
+        fs::create_dir_all(packaged.parent().unwrap()).unwrap();
+        fs::write(&packaged, firmware()).unwrap();
+        assert_eq!(default_firmware(chip, &program).ok(), Some(packaged));
+    }
 }
