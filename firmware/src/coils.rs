@@ -8,6 +8,7 @@
 use embassy_rp::pac;
 use micromath::F32Ext;
 use plumb_core::coils::Commutation;
+use plumb_protocol::dimension::PerMotor;
 
 /// Period of the modulation, clocks; the number of full drive.
 const PERIOD: u16 = 4096;
@@ -31,7 +32,7 @@ pub(crate) struct Coils {
     /// Commutation and microsteps, while coils are configured.
     drive: Option<(Commutation, u8)>,
     /// Motor positions that the outputs show, Q4 steps.
-    shown: Option<[i32; 3]>,
+    shown: Option<PerMotor<i32>>,
 }
 
 impl Coils {
@@ -66,7 +67,7 @@ impl Coils {
     }
 
     /// Turns the fields to the motor positions, Q4 steps.
-    pub(crate) fn show(&mut self, positions: [i32; 3]) {
+    pub(crate) fn show(&mut self, positions: PerMotor<i32>) {
         let Some((commutation, microsteps)) = &self.drive else { return };
         if self.shown == Some(positions) {
             return;

@@ -11,6 +11,7 @@
 
 mod program;
 
+use core::array;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_rp::pac::dma::vals::TreqSel;
@@ -20,12 +21,13 @@ use embassy_rp::{Peri, pac};
 use plumb_core::segment::{Segments, given};
 use plumb_core::timing::DriverTiming;
 use plumb_core::{Pulses, StepPlan};
+use plumb_protocol::dimension::{MOTORS, PerMotor};
 use plumb_protocol::wiring::Pins;
 
 use crate::interrupts::Interrupts;
 
 /// The state machines of the motors.
-const MOTORS: u8 = 0b0111;
+const MACHINES: u8 = (1 << MOTORS) - 1;
 /// Time that the emergency input must be open to stop the pulses, µs. It is longer than a period of
 /// the coils' modulation (33 µs), so that noise from the motors' leads closes the input in between.
 const ESTOP_FILTER_US: u32 = 50;
@@ -33,7 +35,7 @@ const ESTOP_FILTER_US: u32 = 50;
 const ESTOP_FLAG: u8 = 1 << 4;
 
 /// Words of the coming tick, which the DMA channels read.
-static WORDS: [[AtomicU32; 2]; 3] = [const { [const { AtomicU32::new(0) }; 2] }; 3];
+static WORDS: PerMotor<[AtomicU32; 2]> = [const { [const { AtomicU32::new(0) }; 2] }; MOTORS];
 
 /// Channels of motors A, B and C.
 type Channels = (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>);
@@ -42,7 +44,7 @@ type Channels = (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, D
 pub(crate) struct Generator {
     _pio: Pio<'static, PIO0>,
     _channels: Channels,
-    motors: [Motor; 3],
+    motors: PerMotor<Motor>,
     /// The emergency input, as a bit; 0 without a configuration.
     estop: u32,
     /// The STEP pins, as bits.
@@ -76,12 +78,12 @@ impl Generator {
     pub(crate) fn new(pio: Peri<'static, PIO0>, channels: Channels) -> Self {
         let mut pio = Pio::new(pio, Interrupts);
         program::load(&mut pio.common);
-        (0..3).for_each(set_up_channel);
+        (0..MOTORS).for_each(set_up_channel);
         program::set_width(DriverTiming::SLOWEST.high);
         Self {
             _pio: pio,
             _channels: channels,
-            motors: [0; 3]
+            motors: [0; MOTORS]
                 .map(|_| Motor { segments: Segments::new(DriverTiming::SLOWEST), given: [0; 2] }),
             estop: 0,
             steps: 0,
@@ -124,7 +126,7 @@ impl Generator {
     /// Waits until the state machines have finished, a tick at most.
     pub(crate) fn finish(&mut self) {
         for _ in 0..plumb_core::timing::TICK_CLOCKS {
-            if (0..3).all(program::idle) || self.estop_tripped() {
+            if (0..MOTORS).all(program::idle) || self.estop_tripped() {
                 break;
             }
         }
@@ -134,8 +136,8 @@ impl Generator {
     /// [`run`](Self::run) starts them.
     pub(crate) fn halt(&mut self) {
         let pio = pac::PIO0;
-        pio.ctrl().modify(|w| w.set_sm_enable(w.sm_enable() & !MOTORS));
-        for motor in 0..3 {
+        pio.ctrl().modify(|w| w.set_sm_enable(w.sm_enable() & !MACHINES));
+        for motor in 0..MOTORS {
             program::rewind(motor);
         }
         self.motors.iter_mut().for_each(|motor| motor.segments.restart());
@@ -144,8 +146,8 @@ impl Generator {
     /// Starts all three in the same clock.
     pub(crate) fn run(&mut self) {
         pac::PIO0.ctrl().modify(|w| {
-            w.set_sm_enable(w.sm_enable() | MOTORS);
-            w.set_clkdiv_restart(MOTORS);
+            w.set_sm_enable(w.sm_enable() | MACHINES);
+            w.set_clkdiv_restart(MACHINES);
         });
     }
 
@@ -172,7 +174,7 @@ impl Generator {
 
     /// Stops the state machines after the emergency input has opened. Returns the pulses of each
     /// motor that were planned and not given, + where the direction line is high.
-    pub(crate) fn stop(&mut self) -> [i32; 3] {
+    pub(crate) fn stop(&mut self) -> PerMotor<i32> {
         let pio = pac::PIO0;
         // A pulse under way ends within 513 clocks; no other begins.
         for _ in 0..513 {
@@ -180,8 +182,8 @@ impl Generator {
                 break;
             }
         }
-        pio.ctrl().modify(|w| w.set_sm_enable(w.sm_enable() & !MOTORS));
-        let missing = [0, 1, 2].map(|motor| self.missing(motor));
+        pio.ctrl().modify(|w| w.set_sm_enable(w.sm_enable() & !MACHINES));
+        let missing = array::from_fn(|motor| self.missing(motor));
         self.motors.iter_mut().for_each(|motor| motor.given = [0; 2]);
         missing
     }

@@ -16,6 +16,7 @@ use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Timer, with_timeout};
 use plumb_core::coils::Commutation;
+use plumb_protocol::dimension::{MOTORS, PerMotor};
 use pwm_pca9685::{Channel, Pca9685};
 use static_cell::StaticCell;
 
@@ -46,7 +47,7 @@ const M3: Bridge = Bridge { enable: Channel::C2, forward: Channel::C4, backward:
 const M4: Bridge = Bridge { enable: Channel::C7, forward: Channel::C5, backward: Channel::C6 };
 
 /// Index of each motor's HAT, and the bridges of its two coils.
-const MOTORS: [(usize, [Bridge; 2]); 3] = [(0, [M1, M2]), (0, [M3, M4]), (1, [M1, M2])];
+const OUTPUTS: PerMotor<(usize, [Bridge; 2])> = [(0, [M1, M2]), (0, [M3, M4]), (1, [M1, M2])];
 
 /// Drive of the HATs' motors.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -56,7 +57,7 @@ pub(crate) struct HatCommand {
     /// Microsteps of a full step.
     pub(crate) microsteps: u8,
     /// Motor positions, Q4 steps; `None` switches the current off.
-    pub(crate) positions: Option<[i32; 3]>,
+    pub(crate) positions: Option<PerMotor<i32>>,
 }
 
 /// Longest time for a command, set-up of both chips included: ten times what it takes.
@@ -118,7 +119,7 @@ pub(crate) async fn drive_hats(resources: HatResources) {
         chips: None,
         percent: 0,
         commutation: coils::commutation(0, FULL),
-        shown: [[0; 2]; 3],
+        shown: [[0; 2]; MOTORS],
     };
     if !matches!(with_timeout(TIMEOUT, hats.set_up()).await, Ok(Some(()))) {
         hats.chips = None;
@@ -152,14 +153,14 @@ struct Hats {
     percent: u8,
     commutation: Commutation,
     /// Present drive of each coil.
-    shown: [[i32; 2]; 3],
+    shown: PerMotor<[i32; 2]>,
 }
 
 impl Hats {
     /// Executes a command; `None` where a chip did not answer.
     async fn execute(&mut self, command: &HatCommand) -> Option<()> {
         let Some(positions) = command.positions else {
-            return self.show([[0; 2]; 3]).await;
+            return self.show([[0; 2]; MOTORS]).await;
         };
         if self.percent != command.duty_percent {
             self.percent = command.duty_percent;
@@ -173,17 +174,17 @@ impl Hats {
     async fn set_up(&mut self) -> Option<()> {
         let chips = (set_up(self.bus, 0x60).await, set_up(self.bus, 0x61).await);
         self.chips = chips.0.zip(chips.1).map(<[Chip; 2]>::from);
-        self.shown = [[0; 2]; 3];
+        self.shown = [[0; 2]; MOTORS];
         self.chips.is_some().then_some(())
     }
 
     /// Sets the drive of each coil that changes.
-    async fn show(&mut self, wanted: [[i32; 2]; 3]) -> Option<()> {
+    async fn show(&mut self, wanted: PerMotor<[i32; 2]>) -> Option<()> {
         if self.chips.is_none() {
             self.set_up().await?;
         }
         let chips = self.chips.as_mut()?;
-        for (((hat, bridges), shown), wanted) in MOTORS.iter().zip(&mut self.shown).zip(wanted) {
+        for (((hat, bridges), shown), wanted) in OUTPUTS.iter().zip(&mut self.shown).zip(wanted) {
             for ((bridge, shown), wanted) in bridges.iter().zip(shown).zip(wanted) {
                 drive(&mut chips[*hat], bridge, *shown, wanted).await?;
                 *shown = wanted;

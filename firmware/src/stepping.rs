@@ -11,6 +11,7 @@ use critical_section::Mutex;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use plumb_core::config_store::Stored;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
+use plumb_protocol::dimension::MOTORS;
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
 use plumb_protocol::wiring::Drivers;
@@ -213,7 +214,7 @@ impl Stepping {
             self.outbox.clear();
         }
         if self.watchdog.has_checked() {
-            link::set_moving(self.board.rates() != [0; 3]);
+            link::set_moving(self.board.rates() != [0; MOTORS]);
         }
         self.now.0 += u64::from(TICK_US);
         self.beginning = self.beginning.wrapping_add(TICK_US);
@@ -380,7 +381,7 @@ impl Stepping {
     /// the board; ends the stop once the input is closed.
     #[inline(never)]
     fn handle_estop(&mut self) {
-        let mut missing = [0; 3];
+        let mut missing = [0; MOTORS];
         if self.running {
             self.running = false;
             self.enable.set(false);
@@ -416,7 +417,7 @@ impl Stepping {
         }
         let late = self.is_late();
         if late {
-            diagnostics::count_late_tick(self.running && self.board.rates() != [0; 3]);
+            diagnostics::count_late_tick(self.running && self.board.rates() != [0; MOTORS]);
         }
         if self.running {
             self.generator.finish();

@@ -1,6 +1,8 @@
 //! Counts of the pulses at the STEP and DIR pins, for a self-test. PIO1 looks at the pins that PIO0
 //! drives: it is a witness that shares nothing with the generator but the chip's clock.
 
+use core::array;
+
 use embassy_rp::pac;
 use embassy_rp::pio::program::{
     InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, pio_asm,
@@ -8,12 +10,13 @@ use embassy_rp::pio::program::{
 use plumb_core::TICK_US;
 use plumb_protocol::boards::PICO;
 use plumb_protocol::diagnostics::{ChipMeasurement, PulseCount};
+use plumb_protocol::dimension::MOTORS;
 use plumb_protocol::wiring::Wiring;
 
 use crate::chip::TIMER;
 
 /// State machines of motors A, B and C.
-const MOTORS: u8 = 0b0111;
+const MACHINES: u8 = (1 << MOTORS) - 1;
 /// Most rounds of a wait for the answer of a state machine. One takes a few clocks.
 const MAX_ROUNDS: u32 = TICK_US;
 
@@ -25,7 +28,7 @@ pub(crate) fn measure(wiring: Option<&Wiring>) -> ChipMeasurement {
         start(wiring);
     }
     ChipMeasurement {
-        pulses: [0, 1, 2].map(count),
+        pulses: array::from_fn(count),
         time_us: TIMER.timerawl().read(),
         usb_frame: usb_frame(),
     }
@@ -77,7 +80,7 @@ fn start(wiring: Option<&Wiring>) {
             execute(machine, counter, MovOperation::Invert, MovSource::NULL);
         }
     }
-    pac::PIO1.ctrl().modify(|w| w.set_sm_enable(MOTORS));
+    pac::PIO1.ctrl().modify(|w| w.set_sm_enable(MACHINES));
 }
 
 /// Returns the counts of a motor.

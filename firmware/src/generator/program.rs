@@ -8,6 +8,7 @@ use embassy_rp::pio::program::{
     SetDestination, pio_asm,
 };
 use plumb_core::timing::{CLOCKS_PER_US, PulseWidth};
+use plumb_protocol::dimension::MOTORS;
 use plumb_protocol::wiring::MotorPins;
 
 use super::ESTOP_FILTER_US;
@@ -20,7 +21,7 @@ const LOOP_WIDTH: usize = 13;
 const COUNTED: u8 = 2;
 
 /// State machine of the monitor of the emergency input.
-const MONITOR: usize = 3;
+const MONITOR: usize = MOTORS;
 /// Address of the monitor's program.
 const MONITOR_ORIGIN: u8 = 17;
 
@@ -30,7 +31,7 @@ const CLOCKS_PER_SAMPLE: u32 = 2;
 /// Loads the programs, and prepares the state machines to run them. None of them has pins.
 pub(super) fn load(common: &mut Common<'static, PIO0>) {
     let wrap = load_stepper(common);
-    (0..3).for_each(|machine| set_up(machine, wrap));
+    (0..MOTORS).for_each(|machine| set_up(machine, wrap));
     set_up(MONITOR, load_monitor(common));
 }
 
