@@ -132,8 +132,8 @@ fn replace(code: &mut [u8]) -> usize {
 /// (Armv8-M Architecture Reference Manual, C2.4):
 /// - load-acquire and store-release (LDA, LDAEX, STL, STLEX and their narrow forms) become LDR,
 ///   LDREX, STR, STREX. On one processor without a cache of data they are the same;
-/// - VSEL, VMAXNM and VMINNM: the emulator looks for the lowest bit of the destination in bit 4, and
-///   for the condition in bits 5 and 6, where the processor has them in bit 6, and 4 and 5;
+/// - VSEL, VMAXNM and VMINNM: the emulator looks for the lowest bit of the destination in bit 4,
+///   and for the condition in bits 5 and 6, where the processor has them in bit 6, and 4 and 5;
 /// - VPUSH and VPOP of double registers become those of the single registers in the same places.
 fn plain(first: u16, second: u16) -> Option<[u16; 2]> {
     let (base, value, status) = (first & 15, second & 0xf000, second & 15);
