@@ -28,6 +28,9 @@
 //! - The watchdog and its registers are reset by power, brown-out and the RUN pin alone (RP2040
 //!   datasheet, sections 4.7.1 and 4.7.4). CHIP_RESET does not tell a brown-out from power on
 //!   (section 2.12.7).
+//! - An RP2350 has CHIP_RESET in POWMAN, with the source of the last reset: a brown-out is told
+//!   apart ([`chip::reset_cause`]). A debugger's reset of a processor clears REASON there (RP2350
+//!   datasheet, section 12.9.7).
 //! - A debugger's reset of the processor keeps all registers (section 2.4.2.9). It is known by
 //!   PIO0, which every other reset holds in reset until this program releases it.
 //!
@@ -120,7 +123,8 @@ fn panic(info: &PanicInfo) -> ! {
 }
 
 // The handler of a fault, named as in the table of the vectors. It needs no stack: it reads PC and
-// LR from the frame that the processor has pushed, if all of it lies within the stack, and lets
+// LR from the frame that the processor has pushed, if all of it lies within the stack above its
+// lowest word, where an RP2350 leaves the pointer after an overflow without a frame, and lets
 // `on_hard_fault` begin with an empty one.
 global_asm!(
     ".section .HardFaultTrampoline, \"ax\"",
@@ -133,7 +137,7 @@ global_asm!(
     "mov r2, sp",
     "ldr r3, =_stack_end",
     "cmp r2, r3",
-    "blo 1f",
+    "bls 1f",
     "ldr r3, =_stack_start",
     "subs r3, #32",
     "cmp r2, r3",

@@ -71,7 +71,7 @@ fn uart(address: u32) -> Option<u32> {
 impl RepairedBus<'_> {
     /// Writes a register that is not UART0's.
     fn write_other(&mut self, address: u32, value: u32, core: u8) {
-        let channel = DMA.contains(&address).then(|| address & !0x3f);
+        let channel = DMA.contains(&address).then_some(address & !0x3f);
         match (channel, address & 0x3f) {
             (Some(channel), AL2_TRANS_COUNT) => {
                 self.counts.insert(channel, value);

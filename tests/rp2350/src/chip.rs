@@ -184,9 +184,14 @@ impl Chip {
     }
 
     /// Sends bytes over the serial line, and runs the chip until it has received the last one.
+    ///
+    /// # Panics
+    /// If the firmware does not take them within a second: it has stopped.
     pub fn send(&mut self, bytes: &[u8]) {
         self.uart.send(bytes);
+        let end = self.cycle() + 1_000_000 * CYCLES_PER_US;
         while !self.uart.is_idle() {
+            assert!(self.cycle() < end, "it takes no bytes; it has left {:x?}", self.scratch());
             self.step();
         }
     }

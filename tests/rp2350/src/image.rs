@@ -132,6 +132,8 @@ fn replace(code: &mut [u8]) -> usize {
 /// (Armv8-M Architecture Reference Manual, C2.4):
 /// - load-acquire and store-release (LDA, LDAEX, STL, STLEX and their narrow forms) become LDR,
 ///   LDREX, STR, STREX. On one processor without a cache of data they are the same;
+/// - VSEL, VMAXNM and VMINNM: the emulator looks for the lowest bit of the destination in bit 4,
+///   and for the condition in bits 5 and 6, where the processor has them in bit 6, and 4 and 5;
 /// - VPUSH and VPOP of double registers become those of the single registers in the same places.
 fn plain(first: u16, second: u16) -> Option<[u16; 2]> {
     let (base, value, status) = (first & 15, second & 0xf000, second & 15);
@@ -147,6 +149,11 @@ fn plain(first: u16, second: u16) -> Option<[u16; 2]> {
         (0xe8d0 | 0xe8c0, 0xfc0 | 0xfd0) => Some([first, second & !0x80]),
         _ if matches!(first, 0xed2d | 0xecbd) && second & 0xf00 == 0xb00 => {
             Some([first, second & !0x100])
+        }
+        _ if first & 0xff00 == 0xfe00 && second & 0xf10 == 0xa00 => {
+            let (destination, condition) = (first >> 6 & 1, first >> 4 & 3);
+            let is_known = first & 0x80 == 0 || condition == 0;
+            is_known.then_some([first & !0x70 | condition << 5 | destination << 4, second])
         }
         _ => None,
     }
@@ -167,5 +174,14 @@ mod tests {
         assert_eq!(replace(&mut code), 2);
         let plain = [0x4293, 0xf89c, 0x3000, 0xe840, 0x1200, 0xe8df, 0xf003];
         assert_eq!(code, words(&plain));
+    }
+
+    /// `vmaxnm.f32 s15, s15, s26` and `vselgt.f32 s0, s1, s2`; `vpush {d8}` is that of s16 and s17.
+    #[test]
+    fn instructions_of_the_fpu_are_those_that_the_emulator_reads() {
+        assert_eq!(plain(0xfec7, 0x7a8d), Some([0xfe97, 0x7a8d]));
+        assert_eq!(plain(0xfe30, 0x0a81), Some([0xfe60, 0x0a81]));
+        assert_eq!(plain(0xed2d, 0x8b02), Some([0xed2d, 0x8a02]));
+        assert_eq!(plain(0xee70, 0x7a20), None);
     }
 }

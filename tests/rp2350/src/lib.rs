@@ -4,7 +4,8 @@
 //! What the emulator lacks is repaired from outside, without a change of its code:
 //!
 //! - A boot ROM, which no registry has: a [stub](chip) tells its version, and finds no function.
-//! - Load-acquire, store-release, VPUSH of double registers: the image gets [others](image) that do
+//! - Load-acquire, store-release, VPUSH of double registers, the places of two fields in VSEL,
+//!   VMAXNM and VMINNM: the image gets [others](image) that do
 //!   the same.
 //! - STIR, and priorities of interrupts that are written by bytes: the bus sees the writes.
 //! - Reading MSP while it is the stack pointer: the copy that is read is set before each

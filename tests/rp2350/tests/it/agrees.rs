@@ -141,11 +141,12 @@ impl Pair {
     }
 
     fn telemetry(&self) -> &Telemetry {
-        let telemetry = |message| match message {
-            &FromBoard::Telemetry(ref telemetry) => Some(telemetry),
+        let messages = self.chip.received.iter().rev();
+        let mut telemetry = messages.filter_map(|message| match message {
+            FromBoard::Telemetry(telemetry) => Some(telemetry),
             _ => None,
-        };
-        self.chip.received.iter().rev().find_map(telemetry).expect("telemetry")
+        });
+        telemetry.next().expect("telemetry")
     }
 
     /// Checks that both have sent the same messages, up to the shorter output, and that the

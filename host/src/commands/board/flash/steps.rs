@@ -91,9 +91,9 @@ pub(crate) enum FlashError {
     },
     /// The board has gone, and its drive does not come.
     #[error(
-        "{port}: the board has gone into its bootloader, but no drive for this firmware has come \
-         within {:.0} s: unplug the board, plug it in by USB with BOOTSEL held, and run this command \
-         again; a cable for charging only shows no drive", .waited.as_secs_f64()
+        "{port}: the board has gone into its bootloader, but no drive for this firmware has \
+         come within {:.0} s: unplug the board, plug it in by USB with BOOTSEL held, and run this \
+         command again; a cable for charging only shows no drive", .waited.as_secs_f64()
     )]
     NoDrive {
         /// Port that the board had.
