@@ -139,12 +139,10 @@ fn commas_in(text: &str, value: &Spanned<DeValue<'_>>) -> Option<String> {
 
 /// Returns the message about numbers that are the parts before and behind decimal commas.
 fn pairs_message(numbers: &[&str]) -> String {
-    let points = match numbers.len() % 2 {
-        0 => numbers.chunks(2).map(|pair| pair.join(".")).collect::<Vec<_>>().join(", "),
-        _ => "0.4, 0.5, 0.2".to_owned(),
-    };
-    let like = if numbers.len() % 2 == 0 { "" } else { "as in " };
-    format!(
-        "has commas as the decimal sign and between its numbers: write points, {like}[{points}]"
-    )
+    let what = "has commas as the decimal sign and between its numbers: write points";
+    if !numbers.len().is_multiple_of(2) {
+        return format!("{what}, as in [0.4, 0.5, 0.2]");
+    }
+    let points = numbers.chunks(2).map(|pair| pair.join(".")).collect::<Vec<_>>();
+    format!("{what}, [{}]", points.join(", "))
 }
