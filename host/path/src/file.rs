@@ -50,8 +50,8 @@ impl PathFile {
     }
 }
 
-/// Mistakes in the text of a file. Their text begins with the number of the line; that with the name
-/// of the file is [`in_file`](Self::in_file).
+/// Mistakes in the text of a file. Their text begins with the number of the line; that with the
+/// name of the file is [`in_file`](Self::in_file).
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PathFileError {
     /// The first line does not name the columns.

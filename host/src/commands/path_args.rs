@@ -206,7 +206,8 @@ impl FilePlaces {
     }
 }
 
-/// Returns the line of the first place that `rules` do not allow, and the place and its broken rule.
+/// Returns the line of the first place that `rules` do not allow, and the place and its broken
+/// rule.
 fn first_wrong_place(places: &[Place], rules: &MotionRules) -> Option<(u64, String)> {
     places.iter().find_map(|(line, place)| {
         let error = rules.check(*place, Vector3::zeros()).err()?;
