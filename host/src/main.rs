@@ -10,7 +10,6 @@ mod starts;
 
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
@@ -63,13 +62,10 @@ enum Command {
 }
 
 /// Parses the command line. The usage of an error is that of the help: the parser's own names each
-/// given option as if it were needed, which is of use where something is missing only.
+/// given option as if it were needed.
 fn parse_command_line() -> Result<Cli, clap::Error> {
     let words = commands::joined(std::env::args_os());
     Cli::try_parse_from(&words).map_err(|error| {
-        if error.kind() == ErrorKind::MissingRequiredArgument {
-            return error;
-        }
         let mut command = Cli::command();
         command.build();
         let parsed = command.mut_subcommands(with_usage_of_help).try_get_matches_from(&words);
@@ -79,8 +75,7 @@ fn parse_command_line() -> Result<Cli, clap::Error> {
 
 /// Returns the command, whose errors have the usage of its help.
 fn with_usage_of_help(mut command: clap::Command) -> clap::Command {
-    let usage = command.render_usage().to_string();
-    let usage = usage.trim_start_matches("Usage: ").to_owned();
+    let usage = commands::manual::usage(&mut command);
     command.override_usage(usage).mut_subcommands(with_usage_of_help)
 }
 

@@ -4,11 +4,12 @@ use std::fmt;
 use std::path::Path;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::{
     BallDiameter, Coordinate, DepthUnits, DistortionCoefficient, FocalLength, Hue, PixelCoordinate,
     some_pixels,
 };
-use plumb_config::toml_file::{Mistake, TomlFileError, diagnose, parse_toml, read_toml};
+use plumb_config::toml_file::{MAX_BYTES, Mistake, TomlFileError, diagnose, parse_toml, place};
 use plumb_frame::camera::{
     CalibratedFor, Camera, Distortion, DistortionCoefficients, DistortionError, Intrinsics,
 };
@@ -64,7 +65,7 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 /// normalised), and the distortion has an inverse over the whole picture. Without `width` and
 /// `height` the principal point is taken for its middle.
 pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
-    read_toml::<CameraFile>(path).map(Camera::from)
+    parse(path, &read_text(path, MAX_BYTES)?)
 }
 
 /// Parses the text of the camera file at `path`, as [`read`]. The file is not read; errors name it.
@@ -72,7 +73,38 @@ pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
 /// # Errors
 /// Where the contents are invalid.
 pub fn parse(path: &Path, text: &str) -> Result<Camera, TomlFileError> {
-    parse_toml::<CameraFile>(path, text).map(Camera::from)
+    parse_toml::<CameraFile>(path, text).map(Camera::from).map_err(|error| {
+        match is_rig_file(text) {
+            true => TomlFileError::OtherKind {
+                path: path.to_owned(),
+                found: "a rig file",
+                wanted: "the camera file",
+            },
+            false => error,
+        }
+    })
+}
+
+/// Returns whether a text is that of a camera file: whether it has tables that only such a file
+/// has.
+pub fn is_camera_file(text: &str) -> bool {
+    has_key(text, &CAMERA_TABLES) && !has_key(text, &RIG_TABLES)
+}
+
+/// Returns whether a text is that of a rig file: whether it has tables that only such a file has.
+pub fn is_rig_file(text: &str) -> bool {
+    has_key(text, &RIG_TABLES) && !has_key(text, &CAMERA_TABLES)
+}
+
+/// Tables that only a camera file has.
+const CAMERA_TABLES: [&str; 2] = ["intrinsics", "pose"];
+
+/// Tables that only a rig file has.
+const RIG_TABLES: [&str; 3] = ["board", "motors", "workspace"];
+
+fn has_key(text: &str, keys: &[&str]) -> bool {
+    // A text without the word is not parsed: a list of places may be long.
+    keys.iter().any(|key| text.contains(key) && place(text, key).is_some())
 }
 
 /// Returns the paper's camera, `rigs/camera.toml`: at (1.737, 0.286, 0.225) m, looking along -x.

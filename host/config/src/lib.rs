@@ -6,7 +6,8 @@
 //!   file, from its reference page in the book.
 //! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
 //!   records are whole, also where the disk is full.
-//! - [`error_chain`]: the message of an error with its causes.
+//! - [`error_chain`]: the message of an error with its causes; [`type_words`]: types in messages of
+//!   `serde`, in words.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -17,4 +18,5 @@ pub mod quantity;
 pub mod reference;
 pub mod toml_file;
 pub mod toml_text;
+pub mod type_words;
 pub mod whole_writes;

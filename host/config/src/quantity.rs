@@ -94,6 +94,9 @@ pub struct NumberError {
 /// Millimetres in a metre.
 const MILLIMETRES: f64 = 1000.0;
 
+/// Centimetres in a metre.
+const CENTIMETRES: f64 = 100.0;
+
 /// Returns a number as a person writes it: a whole one without a decimal point.
 fn shown(value: f64) -> String {
     let text = format!("{value:?}");
@@ -104,6 +107,7 @@ fn shown(value: f64) -> String {
 fn hint(value: f64, range: &Range) -> &'static str {
     match range.unit {
         "m" if range.contains(value / MILLIMETRES) => "; is it in millimetres?",
+        "m" if range.contains(value / CENTIMETRES) => "; is it in centimetres?",
         "1/m" if range.contains(value.recip()) => "; is it the size of a unit? Write its inverse",
         _ => "",
     }
@@ -222,6 +226,9 @@ mod tests {
         assert_eq!(millimetres, "1737 must be -100 to 100 m; is it in millimetres?");
         assert_eq!(message(&Coordinate::RANGE, 1e9), "1000000000 must be -100 to 100 m");
         assert!(message(&BallDiameter::RANGE, 80.0).ends_with("; is it in millimetres?"));
+        let side = Range::new(0.2, 3.5, "m");
+        assert_eq!(message(&side, 61.0), "61 must be 0.2 to 3.5 m; is it in centimetres?");
+        assert!(message(&side, 610.0).ends_with("; is it in millimetres?"));
         let scale = message(&DepthUnits::RANGE, 0.001);
         assert!(scale.ends_with("1/m; is it the size of a unit? Write its inverse"), "{scale}");
         assert_eq!(message(&Hue::RANGE, 400.0), "400 must be 0 to 360 degrees");

@@ -7,13 +7,18 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde_path_to_error::Segment;
 use thiserror::Error;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::bounded_read::{ReadError, excerpt, read_text};
+use crate::type_words::in_words;
+
+use syntax::{SyntaxMistake, lists_with_commas};
 
 pub use diagnosis::{Diagnosis, Mistake, diagnose};
 
 mod diagnosis;
+mod syntax;
 
 /// Most bytes of a file. Parsing takes about 60 times as much memory.
 pub const MAX_BYTES: u64 = 1 << 20;
@@ -38,6 +43,16 @@ pub enum TomlFileError {
         key: String,
         /// The mistake. For an unknown key with the nearest known one.
         message: String,
+    },
+    /// The file is one of another kind.
+    #[error("{}: this is {found}; give {wanted}", .path.display())]
+    OtherKind {
+        /// The file.
+        path: PathBuf,
+        /// What it is: "a camera file".
+        found: &'static str,
+        /// What is needed: "the rig file".
+        wanted: &'static str,
     },
 }
 
@@ -67,18 +82,44 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, TomlFileError> {
 /// # Errors
 /// Where the contents are invalid.
 pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, TomlFileError> {
-    deserialize(text).map_err(|(key, error)| {
+    let content = |line, key, message| TomlFileError::Content {
+        path: path.to_path_buf(),
+        line,
+        key,
+        message,
+    };
+    let quoted = |line: usize, message: String| {
+        let quoted = excerpt(text.lines().nth(line - 1).unwrap_or_default().trim());
+        format!("{message}: {quoted}")
+    };
+    let table = DeTable::parse(text).map_err(|error| {
+        let SyntaxMistake { line, key, value, message } = SyntaxMistake::of(text, &error);
+        let message = match (key.as_str(), value.as_str()) {
+            ("", _) => quoted(line, message),
+            (_, "") => message,
+            _ => format!("{value} {message}"),
+        };
+        content(line, key, message)
+    })?;
+    if let Some(list) = lists_with_commas(text, table.get_ref()).into_iter().next() {
+        return Err(content(list.line, list.key, list.message));
+    }
+    deserialize(&table).map_err(|(key, error)| {
         let line = line_of(text, &error, &key);
-        let mut message = error.message().replace('\n', " ");
+        let mut message = in_words(&one_line(error.message()));
         if key.is_empty() && !message.starts_with("missing field") {
-            let quoted = excerpt(text.lines().nth(line - 1).unwrap_or_default().trim());
-            message = format!("{message}: {quoted}");
+            message = quoted(line, message);
         }
         if let Some(name) = nearest(error.message()) {
             message.push_str(&format!("; did you mean `{name}`?"));
         }
-        TomlFileError::Content { path: path.to_path_buf(), line, key, message }
+        content(line, key, message)
     })
+}
+
+/// Returns a message in one line.
+fn one_line(message: &str) -> String {
+    message.replace('\n', " ")
 }
 
 /// Returns the line (from 1) of a mistake. A table that is missing is reported at the file's end;
@@ -93,10 +134,12 @@ fn line_of(text: &str, error: &toml::de::Error, key: &str) -> usize {
     1 + text.as_bytes()[..start].iter().filter(|&&b| b == b'\n').count()
 }
 
-/// Deserializes the text of a TOML file. An error comes with the dotted key of its value; of an
+/// Deserializes the contents of a TOML file. An error comes with the dotted key of its value; of an
 /// unknown key, with that of its table.
-fn deserialize<T: DeserializeOwned>(text: &str) -> Result<T, (String, toml::de::Error)> {
-    let deserializer = toml::Deserializer::parse(text).map_err(|error| (String::new(), error))?;
+fn deserialize<T: DeserializeOwned>(
+    table: &Spanned<DeTable<'_>>,
+) -> Result<T, (String, toml::de::Error)> {
+    let deserializer = toml::Deserializer::from(table.clone());
     serde_path_to_error::deserialize(deserializer).map_err(|error| {
         let mut names: Vec<&str> = error.path().iter().filter_map(name_of).collect();
         if error.inner().message().starts_with("unknown field") {
@@ -183,7 +226,8 @@ fn nearest(message: &str) -> Option<&str> {
     // The text between each pair of backquotes.
     let mut names = message.split('`').skip(1).step_by(2);
     let unknown = names.next()?;
-    let (distance, name) = names.map(|name| (edit_distance(unknown, name), name)).min()?;
+    let (distance, name) =
+        names.map(|name| (edit_distance(&unknown.to_lowercase(), name), name)).min()?;
     (3 * distance <= unknown.chars().count().max(3)).then_some(name)
 }
 
@@ -280,6 +324,42 @@ mod tests {
     }
 
     #[test]
+    fn decimal_commas_are_named_with_what_to_write() {
+        let message = |text: &str| {
+            let (line, key, message) = error_of(text);
+            format!("{line} {key}: {message}")
+        };
+        let point = "must have a decimal point: write";
+        let number = message("[rig]\n# a\ngain = 110,0   # b\n[camera]\nat = [0, 0, 0]\n");
+        assert_eq!(number, format!("3 rig.gain: 110,0 {point} 110.0"));
+        let inline = message("a = { b = 1, c = -0,5 }\n");
+        assert_eq!(inline, format!("1 c: -0,5 {point} -0.5"));
+        let commas = "has commas as the decimal sign and between its numbers: write points, ";
+        let list = |list: &str| message(&format!("[rig]\ngain = 1\n[camera]\nat = {list}\n"));
+        let expected = format!("4 camera.at: {commas}[0.626, 0.27, 0.325]");
+        assert_eq!(list("[0,626, 0,27, 0,325]"), expected);
+        assert_eq!(list("[0,6, 0,2, 0,3]"), format!("4 camera.at: {commas}[0.6, 0.2, 0.3]"));
+        assert_eq!(list("[0,6, 1, 0,3]"), format!("4 camera.at: {commas}as in [0.4, 0.5, 0.2]"));
+        // TOML has no whole numbers that begin with a zero.
+        let zero = list("[0,62, 0,05, 0,3]");
+        assert!(zero.starts_with(&format!("4 : {commas}[0.62, 0.05, 0.3]: at = [")), "{zero}");
+        for other in ["[626, 27, 325]", "[0.6, 0.2]"] {
+            assert!(!list(other).contains("commas"), "{}", list(other));
+        }
+    }
+
+    #[test]
+    fn a_key_that_is_there_twice_and_a_type_are_named_in_words() {
+        let (line, key, message) = error_of("[rig]\ngain = 1\ngain = 2\n");
+        assert_eq!((line, key.as_str()), (3, "rig.gain"), "{message}");
+        assert_eq!(message, "is there twice: remove one of the two");
+        let (_, key, _) = error_of("[rig]\n[camera]\n[rig]\n");
+        assert_eq!(key, "rig");
+        let (_, _, message) = error_of("[rig]\ngain = 'x'\n[camera]\nat = [0, 0, 0]\n");
+        assert!(message.ends_with("expected a number"), "{message}");
+    }
+
+    #[test]
     fn an_empty_file_is_an_error_on_its_first_line() {
         let (line, _, message) = error_of("");
         assert_eq!(line, 1);
@@ -345,6 +425,7 @@ gain = 1
         let cases = [
             ("unknown field `gian`, expected `gain` or `name`", Some("gain")),
             ("unknown field `diameter`, expected `diameter_m` or `hue`", Some("diameter_m")),
+            ("unknown variant `TMC2209`, expected `a4988` or `tmc2209`", Some("tmc2209")),
             ("unknown variant `opnni`, expected one of `simulated`, `openni`", Some("openni")),
             ("unknown field `k1`, expected one of `fx`, `fy`, `cx`, `cy`", None),
             ("unknown field `motor`, expected `rig` or `camera`", None),

@@ -10,10 +10,10 @@ use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::gcode;
-use crate::table::{self, DECIMAL_COMMAS, Table, and_more};
+use crate::table::{self, DECIMAL_COMMAS, Table, and_more, wrong_names};
 use crate::trajectory::{MAX_COORDINATE_M, Sample};
 
-pub use crate::gcode::{CodeMistake, CodeProblem};
+pub use crate::gcode::{CodeMistake, CodeProblem, is_gcode};
 
 /// Contents of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,13 +57,15 @@ pub enum PathFileError {
     /// The first line does not name the columns.
     #[error(
         "{line}: the columns are '{found}', but must be 'x,y,z' (waypoints, metres) or \
-         't,x,y,z' (with times, seconds)"
+         't,x,y,z' (with times, seconds){wrong}"
     )]
     Header {
         /// Line, from 1.
         line: u64,
-        /// Columns found.
+        /// The line.
         found: String,
+        /// End of the message: the columns that are wrong; empty where the line has no names.
+        wrong: String,
     },
     /// The file has no line below the header.
     #[error("no places; the first line names the columns, x,y,z or t,x,y,z, each other is a place")]
@@ -261,8 +263,22 @@ fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
     };
     let known = [Columns::Places, Columns::Timed];
     let found = known.into_iter().find(|columns| columns.names() == first.fields);
-    let (line, found_names) = (first.line, first.fields.join(","));
-    found.ok_or(PathFileError::Header { line, found: found_names })
+    found.ok_or_else(|| PathFileError::Header {
+        line: first.line,
+        found: first.text.clone(),
+        wrong: names.as_ref().map(|names| wrong_columns(&names.fields)).unwrap_or_default(),
+    })
+}
+
+/// Returns the end of a message about names of columns that are none of [`Columns`].
+fn wrong_columns(names: &[String]) -> String {
+    let has_times = names.iter().any(|name| name == "t");
+    let columns = if has_times { Columns::Timed } else { Columns::Places };
+    let known = columns.names();
+    match wrong_names(names, known, known.len()) {
+        wrong if wrong.is_empty() => ", in this order".to_owned(),
+        wrong => format!(": {wrong}"),
+    }
 }
 
 /// Returns the place of a line. Adds its mistakes to `mistakes`; `None` if it has one.
@@ -350,6 +366,11 @@ mod tests {
             ("x,y,z\n0.4,300,0.2\n", "2: column y: 300 m is out of range, ±100"),
             ("x,y,z\n420,240,300\n", "are these millimetres?"),
             ("z,y,x\n0.4,0.3,0.2\n", "1: the columns are 'z,y,x', but must be 'x,y,z'"),
+            ("z;y;x\n0,4;0,3;0,2\n", "1: the columns are 'z;y;x', but"),
+            ("z;y;x\n0,4;0,3;0,2\n", "seconds), in this order"),
+            ("x,y,w\n0.4,0.3,0.2\n", "seconds): 'w' is unknown, z is missing"),
+            ("t,x,y\n0,0.4,0.3\n", "seconds): z is missing"),
+            ("x,y,z,y\n1,1,1,1\n", "seconds): y is there 2 times"),
             ("0,0.4,0.3,0.2\n", "1: the columns are '0,0.4,0.3,0.2', but must be 'x,y,z'"),
             ("t,x,y,z\n1,1,1,1\n1,2,1,1\n", "3: the time 1 s is not above"),
         ] {

@@ -112,7 +112,7 @@ fn name(code: &str) -> String {
 }
 
 /// Checks whether a text is G-code: its first line that is no comment begins with a word.
-pub(crate) fn is_gcode(text: &str) -> bool {
+pub fn is_gcode(text: &str) -> bool {
     let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
     let first = lines.find(|line| !(line.is_empty() || line.starts_with([';', '(', '%'])));
     first.is_some_and(|line| {

@@ -2,8 +2,8 @@
 //!
 //! Fields are separated by `;`, tabs or `,`: by the first of them that the first line has. Between
 //! `;` and tabs a number may have a decimal comma. A byte-order mark, empty lines and lines that
-//! begin with `#` are left out. The crate `csv` would count the lines without them, so that a
-//! message would name a wrong one.
+//! begin with `#` are left out. A first line `sep=;` of a spreadsheet names the separator. The
+//! crate `csv` would count the lines without them, so that a message would name a wrong one.
 
 /// What to do about a table with decimal commas between commas, for messages.
 pub const DECIMAL_COMMAS: &str = "commas are the decimal sign and separate the columns too: write \
@@ -30,6 +30,8 @@ pub struct Row {
     pub line: u64,
     /// Fields, without spaces and quotes around them.
     pub fields: Vec<String>,
+    /// The line as it is written, without spaces around it.
+    pub text: String,
 }
 
 impl Table {
@@ -38,13 +40,21 @@ impl Table {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let lines = (1..).zip(text.lines().map(str::trim));
         let lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-        let lines: Vec<(u64, &str)> = lines.collect();
+        let mut lines: Vec<(u64, &str)> = lines.collect();
+        let named = lines.first().and_then(|(_, line)| named_separator(line));
+        if named.is_some() {
+            lines.remove(0);
+        }
         let first = lines.first().map_or("", |(_, line)| line);
-        let separator = SEPARATORS.into_iter().find(|&separator| first.contains(separator));
-        let separator = separator.unwrap_or(',');
+        let found = || SEPARATORS.into_iter().find(|&separator| first.contains(separator));
+        let separator = named.or_else(found).unwrap_or(',');
         let fields =
             |line: &str| line.split(separator).map(|field| bare(field).to_owned()).collect();
-        let rows = lines.into_iter().map(|(line, text)| Row { line, fields: fields(text) });
+        let rows = lines.into_iter().map(|(line, text)| Row {
+            line,
+            fields: fields(text),
+            text: text.to_owned(),
+        });
         Self { separator, rows: rows.collect() }
     }
 
@@ -55,8 +65,9 @@ impl Table {
         if !first.fields.first()?.starts_with(char::is_alphabetic) || is_number(&first.fields[0]) {
             return None;
         }
-        let Row { line, fields } = self.rows.remove(0);
-        Some(Row { line, fields: fields.iter().map(|name| column_name(name)).collect() })
+        let Row { line, fields, text } = self.rows.remove(0);
+        let fields = fields.iter().map(|name| column_name(name)).collect();
+        Some(Row { line, fields, text })
     }
 
     /// Returns whether the commas of a line are the decimal sign too: between commas it has whole
@@ -82,6 +93,31 @@ impl Table {
         }
         field.replacen(',', ".", 1).parse().ok()
     }
+}
+
+/// Returns the separator that a line `sep=;` names, which spreadsheets write first; `None` for any
+/// other line.
+fn named_separator(line: &str) -> Option<char> {
+    let line = bare(line);
+    let named = line.get(..4).filter(|start| start.eq_ignore_ascii_case("sep="))?;
+    let mut rest = line[named.len()..].chars();
+    // A tab at the end of the line is trimmed.
+    let separator = rest.next().unwrap_or('\t');
+    rest.all(|more| more == separator).then_some(separator)
+}
+
+/// Returns what is wrong with names of columns, where `known` are the right ones, of which a table
+/// needs the first `needed` ones: "'w' is unknown, z is missing". Empty where only the order can be
+/// wrong.
+pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
+    let times = |name: &str| found.iter().filter(|it| *it == name).count();
+    let unknown = found.iter().filter(|name| !known.contains(&name.as_str()));
+    let unknown = unknown.map(|name| format!("'{name}' is unknown"));
+    let missing = known.iter().take(needed).filter(|name| times(name) == 0);
+    let missing = missing.map(|name| format!("{name} is missing"));
+    let twice = known.iter().filter(|name| times(name) > 1);
+    let twice = twice.map(|name| format!("{name} is there {} times", times(name)));
+    unknown.chain(missing).chain(twice).collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the name of a column in lower case, without its unit where that is one of [`UNITS`].
@@ -136,6 +172,10 @@ mod tests {
             "x;y;z\n0.5;-0.25;3\n",
             "X [m], y (m), z[ m ]\n0.5, -0.25, 3\n",
             "x\ty\tz\n0,5\t-0.25\t3\n",
+            "sep=;\nx;y;z\n0,5;-0,25;3\n",
+            "SEP=,\r\nx,y,z\n0.5,-0.25,3\n",
+            "\u{feff}\"sep=;\"\nx;y;z\n0.5;-0.25;3\n",
+            "sep=\t\nx\ty\tz\n0,5\t-0,25\t3\n",
             "\"x\",\"y\",\"z\"\n\"0.5\",\"-0.25\",\"3\"\n",
         ] {
             assert_eq!(numbers(text), (names.clone(), row.clone()), "{text}");
@@ -175,6 +215,17 @@ mod tests {
             let table = Table::of(line);
             assert_eq!(table.has_decimal_commas(&table.rows()[0], 3), is_it, "{line}");
         }
+    }
+
+    #[test]
+    fn wrong_names_of_columns_are_listed() {
+        let wrong = |names: &str| {
+            let names: Vec<String> = names.split(' ').map(str::to_owned).collect();
+            wrong_names(&names, &["x", "y", "z", "dwell"], 3)
+        };
+        assert_eq!(wrong("x y w"), "'w' is unknown, z is missing");
+        assert_eq!(wrong("x y z y"), "y is there 2 times");
+        assert_eq!(wrong("z y x"), "");
     }
 
     #[test]

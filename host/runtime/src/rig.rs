@@ -14,6 +14,7 @@ mod tests;
 
 use std::path::Path;
 
+use plumb_cameras::camera_file::is_camera_file;
 use plumb_cameras::settings::CameraSettings;
 use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::{Coordinate, NumberError};
@@ -117,7 +118,14 @@ impl Rig {
     /// # Errors
     /// Where it is not the text of a rig file.
     pub fn parse(path: &Path, text: &str) -> Result<Self, TomlFileError> {
-        let mut rig: Self = parse_toml(path, text)?;
+        let mut rig: Self = parse_toml(path, text).map_err(|error| match is_camera_file(text) {
+            true => TomlFileError::OtherKind {
+                path: path.to_owned(),
+                found: "a camera file",
+                wanted: "the rig file",
+            },
+            false => error,
+        })?;
         if let Some(folder) = path.parent() {
             rig.camera.relative_to(folder);
         }

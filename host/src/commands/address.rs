@@ -7,7 +7,7 @@ use std::net::{IpAddr, SocketAddr};
 const OPTIONS: [&str; 2] = ["--page", "--foxglove"];
 
 /// Least number that is a port, and no coordinate or other value that follows an option.
-const LEAST_PORT: u16 = 1024;
+const LEAST_PORT: u64 = 1024;
 
 /// Joins an address to its option where they are two words, `--page 7811`: since the address may
 /// be left out, the parser takes the second word for another argument.
@@ -35,7 +35,8 @@ pub(crate) fn joined(words: impl IntoIterator<Item = OsString>) -> Vec<OsString>
 fn is_address(word: &str) -> bool {
     word.parse::<SocketAddr>().is_ok()
         || word.parse::<IpAddr>().is_ok()
-        || word.parse().is_ok_and(|port: u16| port >= LEAST_PORT)
+        // A greater number is no port: the message about it must name the option.
+        || word.parse().is_ok_and(|port: u64| port >= LEAST_PORT)
 }
 
 /// Reads an address with a port, or a part of it, which gets the other part of `default`.
@@ -72,6 +73,7 @@ mod tests {
         for (line, expected) in [
             ("run rig.toml --page 7811 --json", "run rig.toml --page=7811 --json"),
             ("run --page 0.0.0.0:7586 rig.toml", "run --page=0.0.0.0:7586 rig.toml"),
+            ("demo --page 99999", "demo --page=99999"),
             ("run rig.toml --foxglove ::1", "run rig.toml --foxglove=::1"),
             ("run --page rig.toml", "run --page rig.toml"),
             ("run --page --foxglove rig.toml", "run --page --foxglove rig.toml"),

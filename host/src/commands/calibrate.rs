@@ -29,7 +29,7 @@ use plumb_runtime::rig::Rig;
 use plumb_vision::frame::RgbdFrame;
 
 use super::interrupt::interrupt_flag;
-use super::print::{self, tell};
+use super::print::tell;
 use super::rig_args::RIG_VARIABLE;
 use super::{DetectorName, FAILED, Failure, bad_input, failed, numbers};
 use clicks::Clicks;
@@ -128,6 +128,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let (rig, answers) = ((file.as_path(), &rig, camera), (args.yes, args.json));
         return lens::calibrate(&args.lens_options, rig, &camera_file, answers);
     }
+    args.place_options.check()?;
     let clicks = Clicks::start(&args.motor_options, &camera_file)?;
     let mut view = View::open(file, &rig, camera.clone(), usize::from(args.frames))?;
     let Some(clicks) = clicks else {
@@ -166,12 +167,14 @@ fn conclude(
     let mut report = Report::new(found.way, &found.calibration, old);
     report.picture = Some(camera_file.keep_picture(&found.draw()?)?);
     report.tell();
-    report.written =
-        found.calibration.grade() != Grade::Poor && camera_file.offer(found, is_agreed)?;
-    if is_json {
-        print::result(serde_json::to_string(&report)?)?;
-    }
-    Ok(if report.written { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    let written = match found.calibration.grade() {
+        Grade::Poor => Ok(false),
+        _ => camera_file.offer(found, is_agreed),
+    };
+    output::conclude(written, is_json, |is_written| {
+        report.written = is_written;
+        Ok(serde_json::to_string(&report)?)
+    })
 }
 
 /// Result of one of the ways, with the last picture.

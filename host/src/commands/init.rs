@@ -43,7 +43,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum)]
     board: Option<BoardOption>,
     /// Motor drivers
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, ignore_case = true)]
     driver: Option<DriverName>,
     /// Microsteps in a full step, 1 to 255 microsteps: 1, 2, 4, 8 or 16, as the driver has them
     #[arg(long, value_name = "N", allow_negative_numbers = true)]

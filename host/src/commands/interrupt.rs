@@ -13,9 +13,9 @@ use signal_hook::flag;
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
-use super::Failure;
 use super::print::{is_quiet, renew, tell};
 use super::progress::is_shown;
+use super::{Failure, failed};
 
 /// Whether a signal ends the program at once.
 static ENDS_AT_ONCE: AtomicBool = AtomicBool::new(false);
@@ -51,6 +51,11 @@ pub(crate) fn interrupt_flag(moves: bool) -> Result<Arc<AtomicBool>, Failure> {
         .name("signals".to_owned())
         .spawn(move || handle(signals, &shared, moves))?;
     Ok(flag)
+}
+
+/// Returns the failure of a `run` or `check` that a signal ended before its first motion.
+pub(super) fn interrupted_before(work: &str) -> Failure {
+    failed(format!("interrupted before the {work} began: nothing was moved"))
 }
 
 /// Sets `flag` at the first signal. Ends the program at the second, or while a

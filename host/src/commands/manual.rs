@@ -56,7 +56,7 @@ fn with_synopses(mut command: Command) -> Command {
 /// Returns the usage of a command with all its options and the names of their values, where that of
 /// `--help` has the word OPTIONS.
 fn synopsis(command: &mut Command) -> String {
-    let usage = command.render_usage().to_string();
+    let usage = usage(command);
     let groups = command.get_groups().filter(|group| group.is_required_set());
     let alternatives: Vec<_> = groups.flat_map(|group| group.get_args()).collect();
     let options = command.get_arguments().filter(|option| {
@@ -66,7 +66,17 @@ fn synopsis(command: &mut Command) -> String {
             && !alternatives.contains(&option.get_id())
     });
     let options: Vec<String> = options.map(|option| format!("[{option}]")).collect();
-    usage.trim_start_matches("Usage: ").replace("[OPTIONS]", &options.join(" "))
+    usage.replace("[OPTIONS]", &options.join(" "))
+}
+
+/// Returns the usage of a command. An argument that a variable of the environment can give is in
+/// square brackets, like all that can be left out.
+pub(crate) fn usage(command: &mut Command) -> String {
+    let usage = command.render_usage().to_string();
+    let usage = usage.trim_start_matches("Usage: ").to_owned();
+    let given = command.get_positionals().filter(|argument| argument.get_env().is_some());
+    let names = given.filter_map(|argument| argument.get_value_names()?.first());
+    names.fold(usage, |usage, name| usage.replace(&format!("<{name}>"), &format!("[{name}]")))
 }
 
 #[cfg(test)]
@@ -86,7 +96,7 @@ mod tests {
     fn a_synopsis_has_every_option_with_its_value() {
         let run = synopsis_of("run");
         assert!(run.starts_with("plumb run [--path <FILE|SHAPE>] "), "{run}");
-        assert!(run.ends_with(" <RIG>") && !run.contains("OPTIONS"), "{run}");
+        assert!(run.ends_with(" [RIG]") && !run.contains("OPTIONS"), "{run}");
         for option in ["[--timeout <TIMEOUT>]", "[--json]", "[--out <FOLDER>]", "[--quiet]"] {
             assert!(run.contains(option), "{run}");
         }

@@ -8,6 +8,7 @@ mod terminal;
 use std::process::ExitCode;
 
 use clap::Parser;
+use plumb_protocol::message::State;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
 
@@ -67,11 +68,18 @@ pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
         )),
         error => error.into(),
     })?;
-    serve(serial, args.board.json, "the motors stand", Link::stop)
+    serve(serial, args.board.json, |link| link.stop().map(|()| "the motors stand"))
 }
 
 pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
-    serve(args.board.open()?, args.board.json, "faults are cleared", Link::clear_fault)
+    serve(args.board.open()?, args.board.json, |link| {
+        let before = link.status()?.state;
+        link.clear_fault()?;
+        Ok(match before {
+            State::Fault(_) => "faults are cleared",
+            _ => "there was no fault",
+        })
+    })
 }
 
 pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
@@ -84,15 +92,14 @@ pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Connects to the board, makes a request of it, and prints what is `done` then, and its state.
+/// Connects to the board, makes a request of it, and prints what `request` has done, and the state.
 fn serve(
     serial: Serial,
     is_json: bool,
-    done: &str,
-    request: impl FnOnce(&mut Link<Serial>) -> Result<(), LinkError>,
+    request: impl FnOnce(&mut Link<Serial>) -> Result<&'static str, LinkError>,
 ) -> Result<ExitCode, Failure> {
     let mut link = Link::connect(serial)?;
-    request(&mut link)?;
+    let done = request(&mut link)?;
     tell!("{}: {done}", link.port());
     let telemetry = link.status()?;
     report(&link, &telemetry, is_json)?;

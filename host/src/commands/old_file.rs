@@ -8,7 +8,7 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_config::whole_writes::write_whole;
 
 use super::print::{message, tell};
-use super::{Failure, failed};
+use super::{Failure, bad_input, failed};
 
 /// File before its change.
 pub(super) struct OldFile<'a> {
@@ -21,9 +21,16 @@ pub(super) struct OldFile<'a> {
 impl OldFile<'_> {
     /// Replaces the file by `text`, if the user agrees: writes `what` into it. Returns whether it
     /// is written.
+    ///
+    /// # Errors
+    /// Where nobody can be asked, or a file cannot be written.
     pub(super) fn offer(&self, text: &str, what: &str, is_agreed: bool) -> Result<bool, Failure> {
         let path = self.path.display();
-        if !(is_agreed || ask(&format!("Write {what} into {path}?"))?) {
+        let is_agreed = is_agreed
+            || ask(&format!("Write {what} into {path}?")).inspect_err(|_| {
+                tell!("{path} is not changed");
+            })?;
+        if !is_agreed {
             tell!("{path} is not changed");
             return Ok(false);
         }
@@ -42,11 +49,13 @@ impl OldFile<'_> {
     }
 }
 
-/// Asks a question on the terminal. Returns whether the answer is yes; without a terminal it is no.
+/// Asks a question on the terminal. Returns whether the answer is yes.
+///
+/// # Errors
+/// Where the input is no terminal, or cannot be read.
 pub(super) fn ask(question: &str) -> Result<bool, Failure> {
     if !stdin().is_terminal() {
-        tell!("plumb: nobody can be asked on this input: say yes with --yes");
-        return Ok(false);
+        return Err(bad_input("nobody can be asked on this input: say yes with --yes"));
     }
     message(format_args!("{question} [y/N] "));
     let mut line = String::new();

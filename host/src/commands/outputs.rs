@@ -12,6 +12,7 @@ use plumb_cameras::record::{Overflow, Recorder, Recording};
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
+use plumb_runtime::link::LinkError;
 use plumb_runtime::observer::{
     EventKind, EventRecord, FrameRecord, FrameRecorder, Observer, RunEvent, Tone,
 };
@@ -180,6 +181,10 @@ impl Observer for Outputs {
     }
 }
 
+/// What to do after the link to the board broke in mid-run.
+const BOARD_LOST: &str = ". The board stops by itself: check plug and cable, then `plumb board \
+                          status` says in which state it is";
+
 /// Outputs whose files are closed.
 struct Closed {
     folder: PathBuf,
@@ -216,8 +221,13 @@ impl Closed {
                 if let Some(fault) = untold {
                     tell!("{}. {}", summary.ending, fault.advice());
                 }
+                let advice = match error {
+                    ControlLoopError::Link(LinkError::Lost { .. }) => BOARD_LOST,
+                    _ => "",
+                };
                 let error = ErrorChain(error);
-                Err(failed(format!("{error} (recorded so far: {folder}, {frames} frames)")))
+                let so_far = format!("(recorded so far: {folder}, {frames} frames)");
+                Err(failed(format!("{error} {so_far}{advice}")))
             }
             None if is_quiet() && summary.reached => Ok(()),
             None => {

@@ -4,8 +4,10 @@ use std::path::Path;
 
 use clap::Args;
 use nalgebra::{Point3, Vector3};
+use plumb_cameras::camera_file::is_rig_file;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
+use plumb_path::check::Rule;
 use plumb_path::file::{PathFile, parse};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{
@@ -138,7 +140,12 @@ impl PathArgs {
         run: Run,
     ) -> Result<(Trajectory, FilePlaces), Failure> {
         let text = read_text(file, MAX_BYTES)?;
-        let contents = parse(&text).map_err(|error| bad_input(error.in_file(file.display())))?;
+        let contents = parse(&text).map_err(|error| {
+            bad_input(match is_rig_file(&text) {
+                true => format!("{}: this is a rig file, and no path", file.display()),
+                false => error.in_file(file.display()),
+            })
+        })?;
         let (places, mut times) = (contents.places(), Vec::new());
         let trajectory = match contents {
             PathFile::Waypoints { places, speeds, .. } => {
@@ -172,11 +179,14 @@ impl FilePlaces {
     /// Returns why `trajectory` through the places is not possible, for a person. Where it is too
     /// fast by the times of the file, the text says where, and by how much.
     fn explain(&self, error: &PathPlanError, trajectory: &Trajectory, rig: &Rig) -> String {
-        let text = format!("{error}: {}", error.rule);
         let slower = PathPlan::slowdown(trajectory, rig);
         if self.times.is_empty() || slower <= 1.0 {
-            return text;
+            return format!("{error}: {}", error.rule);
         }
+        let text = match &error.rule {
+            Rule::Other(rule) => format!("{error}: {}", rule.without_advice()),
+            rule => format!("{error}: {rule}"),
+        };
         let lines = self.lines_at(error.time_s).filter(|_| !trajectory.is_loop());
         let lines = lines.map(|[from, to]| format!("from line {from} to line {to}, "));
         // Rounded up.

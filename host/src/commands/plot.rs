@@ -23,17 +23,24 @@ pub(crate) struct Args {
     /// The folders of the runs
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
-    /// File for the errors of several runs over time, new
-    #[arg(long, value_name = "FILE", default_value = "runs.svg")]
-    out: PathBuf,
+    /// File for the errors of several runs over time, new [default: runs.svg]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    if args.runs.len() > 1 && args.out.symlink_metadata().is_ok() {
+    if args.runs.len() == 1 && args.out.is_some() {
+        return Err(bad_input(
+            "--out is for the errors of several runs: the figures of one run are written into its \
+             folder",
+        ));
+    }
+    let out = args.out.unwrap_or_else(|| "runs.svg".into());
+    if args.runs.len() > 1 && out.symlink_metadata().is_ok() {
         return Err(bad_input(format!(
             "{}: exists already, and is not overwritten: give another file with --out, or remove \
              it",
-            args.out.display()
+            out.display()
         )));
     }
     // Every folder is read before a figure is replaced.
@@ -44,8 +51,8 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         }
     }
     if runs.len() > 1 {
-        compare(&runs, &args.out)?;
-        note!("{}", args.out.display());
+        compare(&runs, &out)?;
+        note!("{}", out.display());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -46,6 +46,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    check_recording(&args.recording)?;
     let file = args.camera.clone().map_or_else(|| beside(&args.recording), Ok)?;
     let mut camera = camera_file::read(&file)?;
     let topics = Ros2CameraSettings::default();
@@ -97,14 +98,26 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     Ok(if outcome.broken == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 
+/// Checks that a recording exists, and is not the folder of a run.
+fn check_recording(recording: &Path) -> Result<(), Failure> {
+    let name = recording.display();
+    let has = |file: &str| recording.join(file).exists();
+    if !recording.exists() {
+        return Err(bad_input(format!("{name}: there is no such recording")));
+    }
+    if has("run.csv") && !has("rgb.txt") {
+        return Err(bad_input(format!(
+            "{name}: this is a run's folder, and no recording: `plumb run --record FOLDER` records"
+        )));
+    }
+    Ok(())
+}
+
 /// Returns the path of the camera file in the folder of a recording.
 ///
 /// # Errors
-/// Where the recording or the camera file does not exist.
+/// Where the camera file does not exist.
 fn beside(recording: &Path) -> Result<PathBuf, Failure> {
-    if !recording.exists() {
-        return Err(bad_input(format!("{}: there is no such recording", recording.display())));
-    }
     let folder = if recording.is_file() { recording.parent() } else { Some(recording) };
     let file = folder.unwrap_or(recording).join(CAMERA_FILE);
     if file.exists() {

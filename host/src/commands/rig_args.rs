@@ -168,7 +168,12 @@ pub(crate) fn split_rig(
 ) -> Result<(PathBuf, Vec<String>), Failure> {
     let mut words: Vec<String> = words.into_iter().flatten().collect();
     if words.len() == names.len() + 1 {
-        let rig = words.remove(0).into();
+        let is_number = |word: &String| word.parse::<f64>().is_ok();
+        if !names.is_empty() && words.iter().all(is_number) && !Path::new(&words[0]).exists() {
+            let names = names.join(" ");
+            return Err(bad_input(format!("too many numbers: {names} are needed; usage: {usage}")));
+        }
+        let rig = rig_path(&words.remove(0)).map_err(bad_input)?;
         return Ok((rig, words));
     }
     let has_rig = words.first().is_some_and(|word| is_file_name(word));
@@ -179,19 +184,21 @@ pub(crate) fn split_rig(
     }
     match std::env::var_os(RIG_VARIABLE).filter(|path: &OsString| !path.is_empty()) {
         Some(rig) => Ok((rig.into(), words)),
-        None => Err(no_rig(usage)),
+        None => Err(no_rig("", usage)),
     }
 }
 
-/// Returns the failure of a command line without a rig file.
-pub(super) fn no_rig(usage: &str) -> Failure {
-    bad_input(format!("no rig file is named: put it first, or set {RIG_VARIABLE}; usage: {usage}"))
+/// Returns the failure of a command line without a rig file, and without `others`.
+pub(super) fn no_rig(others: &str, usage: &str) -> Failure {
+    bad_input(format!(
+        "no rig file is named: put it first, or set {RIG_VARIABLE}{others}; usage: {usage}"
+    ))
 }
 
 /// Returns the path of a rig file from the command line.
 ///
 /// # Errors
-/// Where its name is that of a list of places.
+/// Where its name is that of a list of places, or it is a folder.
 fn rig_path(text: &str) -> Result<PathBuf, String> {
     let ending = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
     if LISTS.iter().any(|list| ending == *list) {
@@ -200,6 +207,13 @@ fn rig_path(text: &str) -> Result<PathBuf, String> {
                     FILE` drives through it"
                 .to_owned(),
         );
+    }
+    let inside = Path::new(text).join("rig.toml");
+    if inside.is_file() {
+        return Err(format!(
+            "{text} is a folder, but must be a regular file: its rig file is {}",
+            inside.display()
+        ));
     }
     Ok(text.into())
 }

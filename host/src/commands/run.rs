@@ -26,7 +26,7 @@ use plumb_vision::detect::BallDetector;
 
 use super::connection::explained;
 use super::find_ball::find_ball;
-use super::interrupt::interrupt_flag;
+use super::interrupt::{interrupt_flag, interrupted_before};
 use super::operators::Operators;
 use super::options::RunOptions;
 use super::outputs::Outputs;
@@ -35,7 +35,7 @@ use super::print::{self, note, tell};
 use super::real_time::RealTime;
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
-use super::{Failure, Physics, bad_input, failed, law, numbers};
+use super::{Failure, Physics, bad_input, law, numbers};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -194,6 +194,8 @@ pub(super) fn drive(
     }
     tell_targets_at_border(goal, &rig);
     let chosen = source_name(file, &rig, options)?;
+    let output_dir = options.run.output_dir("run");
+    output_dir.check()?;
     let (sender, mut receiver) = operator();
     let stream = goal.stream(&rig, sender.targets().clone())?;
     let transport = options.port.open(&rig)?;
@@ -228,7 +230,7 @@ pub(super) fn drive(
     };
     let intrinsics = &camera.camera.intrinsics;
     if interrupted.load(Ordering::Relaxed) {
-        return Err(failed("interrupted before the run began: nothing was moved"));
+        return Err(interrupted_before("run"));
     }
     let recorder = folder.map(|folder| folder.begin(&text, intrinsics, Overflow::Drop));
     let recorder = recorder.transpose()?;
@@ -238,7 +240,7 @@ pub(super) fn drive(
         let waypoint = Waypoint { dwell_s: f64::INFINITY, ..Waypoint::new(target) };
         run.set_waypoints(&[waypoint], false)?;
     }
-    let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig))?;
+    let log = RunLog::create(&output_dir, FigureSettings::of(&rig))?;
     let (targets, is_operated) = (run.target_count(), steering.is_operated());
     let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop, targets, is_operated)?;
     let is_endless = goal.is_endless();

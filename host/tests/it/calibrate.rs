@@ -88,13 +88,16 @@ fn typed_places_of_the_ball_give_the_pose() {
     let arguments = ["calibrate", &rig, "--ball", "--frames", "3", "--json"];
     let output = typed(&arguments, &lines, folder.path());
     // Nobody can be asked on a pipe, so that nothing is written.
-    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     let result = json(&output);
     assert_eq!((&result["samples"], &result["written"]), (&6.into(), &false.into()));
     assert!(error(&result) < 0.010, "{result}");
     let text = stderr(&output);
     assert!(text.contains("a place is three numbers"), "{text}");
-    assert!(text.contains("--yes"), "{text}");
+    assert!(
+        text.ends_with("plumb: nobody can be asked on this input: say yes with --yes\n"),
+        "{text}"
+    );
     assert!(!folder.path().join("camera.toml.bak").exists());
 }
 
@@ -142,11 +145,11 @@ fn places_that_do_not_determine_a_pose_are_refused_and_nothing_is_written() {
         assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
         stderr(&output)
     };
-    assert!(refusal(&PLACES[..3]).contains("too few"));
     let plane = ["0.2,0.2,0.1", "0.7,0.1,0.1", "0.7,0.5,0.1", "0.4,0.4,0.1"];
     assert!(refusal(&plane).contains("lie in a plane"));
     // Outside the picture.
-    assert!(refusal(&["0.4,0.3,0.2", "0.4,3.0,0.2"]).contains("not seen at place 2"));
+    let outside = ["0.4,0.3,0.2", "0.4,3.0,0.2", PLACES[2], PLACES[3]];
+    assert!(refusal(&outside).contains("not seen at place 2"));
     assert!(!folder.path().join("camera.toml.bak").exists());
 }
 
@@ -180,6 +183,16 @@ fn options_of_another_way_are_refused() {
         let output = plumb(arguments, folder.path());
         assert_eq!(output.status.code(), Some(2), "{arguments:?} {}", stderr(&output));
     }
+}
+
+#[test]
+fn too_few_places_are_refused_before_the_pictures() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let output = plumb(&["calibrate", &rig, "--ball", "--place", "0.5,0.2,0.1"], folder.path());
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert_eq!(text, "plumb: --place is given 1 times, but 4 to 40 places are needed\n");
 }
 
 #[test]

@@ -270,7 +270,7 @@ fn a_command_line_without_a_rig_file_or_with_another_file_is_told_what_to_do() {
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
         let says = "no rig file is named: put it first, or set PLUMB_RIG; usage: plumb ";
-        assert!(text.contains(says) && text.contains("<RIG>"), "{command:?}: {text}");
+        assert!(text.contains(says) && text.contains("[RIG]"), "{command:?}: {text}");
     }
     for list in ["mine.csv", "PATH.GCODE"] {
         let output = plumb(&["run", list], folder.path());
@@ -322,12 +322,13 @@ fn a_target_at_the_border_of_the_workspace_is_named() {
 fn the_usage_after_a_mistake_is_that_of_the_help() {
     let folder = folder();
     for (arguments, usage) in [
-        (["run", "rig.toml", "--port", "x", "--unknown"], "plumb run [OPTIONS] <RIG>"),
+        (["run", "rig.toml", "--port", "x", "--unknown"], "plumb run [OPTIONS] [RIG]"),
         (["board", "status", "--port", "x", "--unknown"], "plumb board status [OPTIONS] [RIG]"),
     ] {
         let output = plumb(&arguments, folder.path());
         let text = stderr(&output);
-        assert!(text.contains(&format!("\nUsage: {usage}\n")), "{text}");
+        let expected = format!("Usage: {usage}\nplumb: unexpected argument '--unknown' found\n");
+        assert_eq!(text, expected);
     }
 }
 
@@ -335,7 +336,9 @@ fn the_usage_after_a_mistake_is_that_of_the_help() {
 fn a_port_that_is_no_port_is_named_as_what_it_is() {
     let folder = folder();
     fs::write(folder.path().join("port"), "").unwrap();
-    for (port, kind) in [("port", "a regular file"), (".", "a folder")] {
+    for (port, kind) in
+        [("port", "a regular file"), (".", "a folder"), ("/dev/null", "another device")]
+    {
         let output = plumb(&["board", "status", "--port", port], folder.path());
         assert_eq!(output.status.code(), Some(2));
         let named = format!("plumb: {port}: this is {kind}, not a serial port; name the port");

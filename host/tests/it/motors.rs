@@ -87,7 +87,7 @@ fn a_jog_beyond_its_limits_moves_nothing() {
         (&["jog", "A"], 2, "a motor and a distance in one word"),
         (&["jog", real, "A", "20mm"], 2, "cable_per_step"),
         (&["jog"], 2, "need a terminal"),
-        (&["jog", "B", "20", "mm"], 2, "such as `plumb jog B 200` or `plumb jog B 20mm`"),
+        (&["jog", "B", "20", "mm"], 2, "in one word: `plumb jog B 20mm`"),
     ];
     for (arguments, code, named) in cases {
         let output = rig.command(arguments).stdin(Stdio::null()).output().unwrap();
@@ -151,7 +151,9 @@ fn a_fault_stays_until_it_is_cleared() {
         assert!(error.contains(part), "{error}");
     }
     assert!(state().contains("fault"), "{}", state());
-    assert_eq!(json(&on(&["clear"]))["state"], "ready");
+    let clear = on(&["clear"]);
+    assert_eq!(json(&clear)["state"], "ready");
+    assert!(stderr(&clear).contains(": faults are cleared\n"), "{}", stderr(&clear));
     assert_eq!(on(&["jog", &file, "A", "1"]).status.code(), Some(0));
     let home = on(&["home", &file]);
     assert_eq!(home.status.code(), Some(0), "{}", stderr(&home));

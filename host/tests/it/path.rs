@@ -65,6 +65,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         stderr(&plumb(&run, folder.path()))
     };
     let text = run("fast.csv");
+    assert!(!text.contains("lower speed"), "it has no --speed: {text}");
     let factor = text.split("with all its times ").nth(1).unwrap().split(' ').next().unwrap();
     let end = 0.3 * factor.parse::<f64>().unwrap();
     let slow = format!("t,x,y,z\n0,0.5,0.3,0.3\n{end},0.5,0.3,0.4\n");

@@ -252,7 +252,10 @@ fn pulling_the_plug_ends_a_run_with_its_folder_whole() {
     drop(emulator);
     let output = run.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    assert!(stderr(&output).contains("unplugged"), "{}", stderr(&output));
+    let text = stderr(&output);
+    assert!(text.contains("unplugged"), "{text}");
+    let last = text.lines().last().unwrap();
+    assert!(last.contains(". The board stops by itself: check plug and cable, then"), "{text}");
     let line = json(&output);
     assert_eq!(line["reached"], false);
     assert_eq!(line["frames"].as_u64().unwrap() as usize, rows() - 1);

@@ -8,9 +8,11 @@ mod tests;
 
 use serde::de::DeserializeOwned;
 use toml::Spanned;
-use toml::de::{self, DeTable, DeValue, Deserializer, Error};
+use toml::de::{DeTable, DeValue, Deserializer, Error};
 
-use super::{KeyPath, key_at, line_at, nearest};
+use super::syntax::{SyntaxMistake, lists_with_commas};
+use super::{KeyPath, key_at, line_at, nearest, one_line};
+use crate::type_words::in_words;
 
 /// Most repairs of a file.
 const MAX_REPAIRS: usize = 100;
@@ -46,6 +48,7 @@ pub fn diagnose<T: DeserializeOwned>(text: &str, placeholders: &str) -> Diagnosi
     if !errors.is_empty() {
         return Diagnosis { contents: None, mistakes: syntax_mistakes(text, &errors) };
     }
+    let lists = lists_with_commas(text, table.get_ref());
     // Behind the text, so that a span says from which of the two a value is.
     let placeholders = format!("{}{placeholders}", "\n".repeat(text.len() + 1));
     let (placeholders, _) = DeTable::parse_recoverable(&placeholders);
@@ -66,21 +69,27 @@ pub fn diagnose<T: DeserializeOwned>(text: &str, placeholders: &str) -> Diagnosi
             Err(error) => repair.repair(&error),
         }
     }
+    for list in lists {
+        repair.mistakes.retain(|mistake| mistake.key != list.key);
+        repair.mistakes.push(list.into());
+    }
     repair.mistakes.sort_by_key(|mistake| mistake.line);
     Diagnosis { contents, mistakes: repair.mistakes }
 }
 
 fn syntax_mistakes(text: &str, errors: &[Error]) -> Vec<Mistake> {
-    let mistake = |error: &de::Error| Mistake {
-        line: error.span().map(|span| line_at(text, span.start)),
-        key: String::new(),
-        value: String::new(),
-        message: error.message().replace('\n', " "),
-    };
-    let mut mistakes: Vec<Mistake> = errors.iter().map(mistake).collect();
+    let mistakes = errors.iter().map(|error| SyntaxMistake::of(text, error).into());
+    let mut mistakes: Vec<Mistake> = mistakes.collect();
     // Further errors in a line follow from its first.
     mistakes.dedup_by_key(|mistake| mistake.line);
     mistakes
+}
+
+impl From<SyntaxMistake> for Mistake {
+    fn from(mistake: SyntaxMistake) -> Self {
+        let SyntaxMistake { line, key, value, message } = mistake;
+        Self { line: Some(line), key, value, message }
+    }
 }
 
 /// Kind of a mistake.
@@ -164,7 +173,7 @@ fn unknown(message: &str) -> String {
 
 /// Returns the message about a wrong value, where `message` is that of the crate `toml`.
 fn wrong(message: &str) -> String {
-    let line = message.replace('\n', " ");
+    let line = in_words(&one_line(message));
     match nearest(message) {
         Some(name) => format!("{line}; did you mean `{name}`?"),
         None => line,

@@ -105,9 +105,16 @@ fn open_error(name: &str, source: serialport::Error) -> LinkError {
         serialport::ErrorKind::NoDevice => LinkError::Busy { users: PortUsers::of(name), port },
         _ => match other_kind(Path::new(name)) {
             Some(kind) => LinkError::NotAPort { port, kind },
+            None if is_no_terminal(&source) => LinkError::NotAPort { port, kind: "another device" },
             None => LinkError::Open { port, source },
         },
     }
+}
+
+/// Returns whether an error is that of a device without the functions of a serial port (ENOTTY),
+/// which the crate `serialport` keeps as its text only.
+fn is_no_terminal(error: &serialport::Error) -> bool {
+    error.description == "Not a typewriter"
 }
 
 /// Returns what is at `path`, with its article, where that is no device.

@@ -40,11 +40,14 @@ const PLACEHOLDERS: &str = include_str!("check/placeholders.toml");
 pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>) -> Vec<Finding> {
     let text = match read_text(path, MAX_BYTES) {
         Ok(text) => text,
-        Err(error) => return vec![unreadable(path, error.to_string())],
+        Err(error) => return vec![of_file(path, ErrorChain(&error).to_string())],
     };
+    if camera_file::is_camera_file(&text) {
+        return vec![of_file(path, "this is a camera file; give the rig file".to_owned())];
+    }
     let (mut findings, camera) = check_text(path, &text, board);
     if let Some(file) = camera {
-        findings.extend(camera_file(&file));
+        findings.extend(camera_file(&file, &Document::new(path, &text, REFERENCE)));
     }
     if findings.iter().all(|finding| finding.severity == Severity::Warning) {
         findings.extend(together(path, &text, simulation));
@@ -201,18 +204,22 @@ fn camera(document: &Document<'_>, settings: &CameraSettings, simulation: bool) 
     (!recording.exists()).then(missing)
 }
 
-/// Returns the errors of the camera file at `path`.
-fn camera_file(path: &Path) -> Vec<Finding> {
+/// Returns the errors of the camera file at `path`, which the rig file `rig` names.
+fn camera_file(path: &Path, rig: &Document<'_>) -> Vec<Finding> {
+    let wrong = |problem| vec![rig.finding(Severity::Error, &["camera.file"], problem)];
     let text = match read_text(path, MAX_BYTES) {
         Ok(text) => text,
-        Err(error) => return vec![unreadable(path, error.to_string())],
+        Err(error) => return wrong(format!("is wrong: {}", ErrorChain(&error))),
     };
+    if camera_file::is_rig_file(&text) {
+        return wrong(format!("is wrong: {} is a rig file; give the camera file", path.display()));
+    }
     let document = Document::new(path, &text, camera_file::REFERENCE);
     camera_file::mistakes(&text).iter().map(|mistake| document.mistake(mistake)).collect()
 }
 
-/// Returns the error of a file that cannot be read. The message names the file.
-fn unreadable(path: &Path, message: String) -> Finding {
+/// Returns the error of a whole file. The message may begin with its name.
+fn of_file(path: &Path, message: String) -> Finding {
     let prefix = format!("{}: ", path.display());
     Finding {
         severity: Severity::Error,

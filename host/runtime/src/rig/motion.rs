@@ -52,11 +52,7 @@ pub enum MotionError {
     #[error("that is outside the triangle of the motors, where a cable is slack")]
     Triangle,
     /// A motor is too slow.
-    #[error(
-        "motor {motor} would have to turn at {rate:.1} full steps/s, above `motors.max_rate = \
-         {limit}`: choose a lower speed, at most {:.0} % of this one",
-        (limit / rate * 100.0).floor()
-    )]
+    #[error("{}: {}", too_fast(*.motor, *.rate, *.limit), lower_speed(limit / rate))]
     MotorRate {
         /// Name of the motor.
         motor: char,
@@ -67,7 +63,33 @@ pub enum MotionError {
     },
 }
 
+/// Returns what a motor cannot do, without advice.
+fn too_fast(motor: char, rate: f64, limit: f64) -> String {
+    format!(
+        "motor {motor} would have to turn at {rate:.1} full steps/s, above `motors.max_rate = \
+         {limit}`"
+    )
+}
+
+/// Returns the advice to choose a speed of which `share` is the highest that is possible.
+fn lower_speed(share: f64) -> String {
+    match (share * 100.0).floor() {
+        percent if percent >= 1.0 => {
+            format!("choose a lower speed, at most {percent:.0} % of this one")
+        }
+        _ => "choose a far lower speed, or check the units".to_owned(),
+    }
+}
+
 impl MotionError {
+    /// Returns the error without advice about the speed, for a motion whose times are given.
+    pub fn without_advice(&self) -> String {
+        match *self {
+            Self::MotorRate { motor, rate, limit } => too_fast(motor, rate, limit),
+            _ => self.to_string(),
+        }
+    }
+
     /// Returns the unit in which the place probably is, in place of metres.
     pub fn other_unit(&self) -> Option<OtherUnit> {
         match self {
@@ -381,6 +403,15 @@ mod tests {
         for (place, room) in [([0.54, 0.22, 0.59], 0.01), ([0.54, 0.22, 0.63], -0.03)] {
             assert!((rules.room(place) - room).abs() < 1e-9, "{place:?}: {}", rules.room(place));
         }
+    }
+
+    #[test]
+    fn a_lower_speed_is_never_one_of_0_percent() {
+        let error = |rate| MotionError::MotorRate { motor: 'A', rate, limit: 400.0 };
+        assert!(error(1000.0).to_string().ends_with("lower speed, at most 40 % of this one"));
+        let text = error(1e6).to_string();
+        assert!(text.ends_with("400`: choose a far lower speed, or check the units"), "{text}");
+        assert!(error(1e6).without_advice().ends_with("`motors.max_rate = 400`"));
     }
 
     #[test]

@@ -4,10 +4,12 @@ mod mistake;
 
 use std::path::Path;
 
+use plumb_cameras::camera_file::is_rig_file;
 use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::{Coordinate, Range};
 use plumb_config::toml_file::MAX_BYTES;
-use plumb_path::table::{Row, Table};
+use plumb_path::file::is_gcode;
+use plumb_path::table::{Row, Table, wrong_names};
 
 use super::Waypoint;
 use crate::rig::MotionRules;
@@ -44,12 +46,18 @@ fn parse_waypoints(
     text: &str,
     rules: &MotionRules,
 ) -> Result<Vec<Waypoint>, WaypointError> {
+    if let Some(is) = other_kind(text) {
+        return Err(WaypointError::OtherKind { path: path.to_owned(), is });
+    }
     let mut table = Table::of(text);
-    let columns = table.take_names().map(|names| Columns::named(&names)).transpose();
+    let columns = table.take_names().map(Columns::named).transpose();
     let path = path.to_owned();
     let columns = match columns {
         Ok(columns) => columns,
-        Err((line, found)) => return Err(WaypointError::Names { path, line, found }),
+        Err(names) => {
+            let (line, found, wrong) = (names.line, names.text.clone(), wrong_columns(&names));
+            return Err(WaypointError::Names { path, line, found, wrong });
+        }
     };
     let (mut waypoints, mut mistakes) = (Vec::new(), Vec::new());
     for row in table.rows() {
@@ -73,13 +81,33 @@ fn parse_waypoints(
     }
 }
 
+/// Returns what a file is that lists no waypoints; `None` for any other file.
+fn other_kind(text: &str) -> Option<&'static str> {
+    if is_gcode(text) {
+        Some("this is G-code, a path: give it with --path")
+    } else if is_rig_file(text) {
+        Some("this is a rig file, and no list of waypoints: `plumb run RIG` drives to its targets")
+    } else {
+        None
+    }
+}
+
+/// Returns the end of a message about the names of columns: those that are wrong.
+fn wrong_columns(names: &Row) -> String {
+    let wrong = wrong_names(&names.fields, &COLUMNS, COORDINATES);
+    match names.fields.iter().any(|name| ["t", "time"].contains(&name.as_str())) {
+        true => format!("{wrong}; a file with times is a path: --path"),
+        false => wrong,
+    }
+}
+
 /// Columns of a file, each by its place in [`COLUMNS`].
 struct Columns(Vec<usize>);
 
 impl Columns {
-    /// Returns the columns of a line of names, or its number and text where they are others: each
-    /// once, and all coordinates.
-    fn named(names: &Row) -> Result<Self, (u64, String)> {
+    /// Returns the columns of a line of names, or the line where they are others: each once, and
+    /// all coordinates.
+    fn named(names: Row) -> Result<Self, Row> {
         let place = |name: &String| COLUMNS.iter().position(|column| column == name);
         let places: Vec<usize> = names.fields.iter().filter_map(place).collect();
         let times = |column: usize| places.iter().filter(|place| **place == column).count();
@@ -89,7 +117,7 @@ impl Columns {
         });
         match is_complete && places.len() == names.fields.len() {
             true => Ok(Self(places)),
-            false => Err((names.line, names.fields.join(","))),
+            false => Err(names),
         }
     }
 
@@ -206,6 +234,11 @@ mod tests {
             ("x,y,z\n0.4,0.3,0.2,1\n", "way.csv:2: 4 columns, but the first line names 3"),
             ("dwell,z,y,x\n1,0.4,0.3\n", "way.csv:2: 3 columns, but the first line names 4"),
             ("t,x,y,z\n0,0.4,0.3,0.2\n", "way.csv:1: the columns are 't,x,y,z'"),
+            ("t,x,y,z\n0,0.4,0.3,0.2\n", "'t' is unknown; a file with times is a path: --path"),
+            ("x;y;w\n0,4;0,3;0,2\n", "way.csv:1: the columns are 'x;y;w', but"),
+            ("x;y;w\n0,4;0,3;0,2\n", "tolerance in metres: 'w' is unknown, z is missing"),
+            ("G0 X1 Y2\n", "way.csv: this is G-code, a path: give it with --path"),
+            ("[board]\nport = \"x\"\n", "way.csv: this is a rig file, and no list of waypoints"),
             ("x,y,y\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,y'"),
             ("x,y,dwell\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,dwell'"),
             ("420,240,300\n", "is it in millimetres?"),

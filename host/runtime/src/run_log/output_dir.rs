@@ -24,6 +24,19 @@ pub enum OutputDir {
 }
 
 impl OutputDir {
+    /// Checks that the folder is new or empty, and creates nothing.
+    ///
+    /// # Errors
+    /// [`RunLogError::Exists`] where something is there that is not an empty folder.
+    pub fn check(&self) -> Result<(), RunLogError> {
+        let Self::Path(path) = self else { return Ok(()) };
+        let is_free = match fs::read_dir(path) {
+            Ok(mut entries) => entries.next().is_none(),
+            Err(error) => error.kind() == ErrorKind::NotFound,
+        };
+        if is_free { Ok(()) } else { Err(RunLogError::Exists(path.clone())) }
+    }
+
     /// Creates the folder, and those above it. Returns its path.
     ///
     /// # Errors

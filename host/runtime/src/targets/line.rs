@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use nalgebra::{Point3, Vector3};
 use plumb_cameras::stream::{AddressError, StreamAddress};
+use plumb_config::type_words::in_words;
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -46,8 +47,8 @@ pub struct TargetLine {
 #[non_exhaustive]
 pub enum LineMistake {
     /// The line is not the JSON of a target.
-    #[error("no target")]
-    Json(#[source] serde_json::Error),
+    #[error("no target: {0}")]
+    Json(String),
     /// The time stamp is out of its range.
     #[error("`t` is {0}: seconds, within ±1e10 (not milliseconds or nanoseconds)")]
     Time(f64),
@@ -69,7 +70,8 @@ impl TargetLine {
     /// # Errors
     /// The first mistake.
     pub fn parse(text: &str) -> Result<Self, LineMistake> {
-        let line: Self = serde_json::from_str(text).map_err(LineMistake::Json)?;
+        let line: Self = serde_json::from_str(text)
+            .map_err(|error: serde_json::Error| LineMistake::Json(in_words(&error.to_string())))?;
         line.check()?;
         Ok(line)
     }

@@ -14,7 +14,7 @@ use crate::commands::exit::FAILED;
 use crate::commands::old_file::{ask, write};
 use crate::commands::print::tell;
 use crate::commands::rig_args::{BoardArgs, BoardOption};
-use crate::commands::{Failure, bad_input, print};
+use crate::commands::{Failure, failed, print};
 
 #[derive(Parser)]
 pub(super) struct Args {
@@ -33,7 +33,7 @@ pub(super) struct Args {
 
 pub(super) fn main(args: &Args) -> Result<ExitCode, Failure> {
     if !(args.yes || ask("The pins will give pulses. Is the motors' supply off?")?) {
-        return Err(bad_input("nothing was tested: switch the motors' supply off first (--yes)"));
+        return Err(failed("nothing was tested: switch the motors' supply off first"));
     }
     let mut link = Link::connect(args.board.open()?)?;
     let (port, provenance) = (link.port(), link.provenance()?);

@@ -17,11 +17,11 @@ use plumb_runtime::rig::Rig;
 use plumb_vision::camera::{CalibratedFor, Camera, DistortionCoefficients};
 use serde::Serialize;
 
-use super::output::CameraFile;
+use super::output::{self, CameraFile};
 use super::view::View;
 use crate::commands::old_file::OldFile;
-use crate::commands::print::{self, tell};
-use crate::commands::{FAILED, Failure, failed, numbers};
+use crate::commands::print::tell;
+use crate::commands::{Failure, failed, numbers};
 use pictures::{Shown, from_camera, from_folder};
 
 /// Ways that exclude the options.
@@ -89,17 +89,18 @@ pub(super) fn calibrate(
     let pictures = keep_pictures(&shown, &found, camera_file.path)?;
     let mut report = Report::new(&found, pictures);
     report.tell();
+    let mut written = Ok(false);
     if found.grade() != Grade::Poor {
         let lens = (&found.intrinsics, size);
         let text = with_lens(camera_file.text, lens, "plumb calibrate --lens")?;
         camera_file::parse(camera_file.path, &text)?;
         let old = OldFile { path: camera_file.path, text: camera_file.text };
-        report.written = old.offer(&text, "the intrinsics", is_agreed)?;
+        written = old.offer(&text, "the intrinsics", is_agreed);
     }
-    if is_json {
-        print::result(serde_json::to_string(&report)?)?;
-    }
-    Ok(if report.written { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    output::conclude(written, is_json, |is_written| {
+        report.written = is_written;
+        Ok(serde_json::to_string(&report)?)
+    })
 }
 
 /// Returns the folder beside the camera file that holds pictures of the board.

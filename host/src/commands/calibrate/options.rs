@@ -6,7 +6,7 @@ use clap::Args;
 use nalgebra::{Point2, Point3};
 use plumb_calibrate::board::{CharucoSheet, Placement};
 use plumb_calibrate::motors::MotorMeasures;
-use plumb_calibrate::places::PLACE_SD_M;
+use plumb_calibrate::places::{MAX_PLACES, MIN_PLACES, PLACE_SD_M};
 use plumb_config::quantity::Range;
 use plumb_page::DEFAULT_ADDRESS;
 
@@ -21,9 +21,62 @@ const NOT_BALL: [&str; 5] = ["board", "motors", "lens", "import", "print_board"]
 
 /// Parses numbers of a range with commas between them.
 fn list<const N: usize>(text: &str, range: &Range) -> Result<[f64; N], String> {
+    let words: Vec<&str> = text.split(',').map(str::trim).collect();
+    if let Some(points) = with_points::<N>(&words) {
+        return Err(format!("write decimal points: {}", points.join(",")));
+    }
     let numbers: Vec<f64> =
-        text.split(',').map(|it| numbers::parse(it.trim(), range)).collect::<Result<_, _>>()?;
-    numbers.try_into().map_err(|_| format!("{N} numbers with commas between them, each {range}"))
+        words.iter().map(|it| numbers::parse(it, range)).collect::<Result<_, _>>()?;
+    let count = numbers.len();
+    let example = if N == 3 { ", as in 0.4,0.2,0.15: decimal points, no spaces" } else { "" };
+    numbers.try_into().map_err(|_| {
+        format!(
+            "needs {N} numbers with commas between them, each {range}; {count} are given{example}"
+        )
+    })
+}
+
+/// Returns N numbers with decimal points where `words` are the parts before and behind their
+/// decimal commas: whole numbers, twice as many as are needed. `None` for other words.
+fn with_points<const N: usize>(words: &[&str]) -> Option<Vec<String>> {
+    let is_whole = |word: &&str| {
+        let digits = word.trim_start_matches('-');
+        !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
+    };
+    let are_pairs = words.len() == 2 * N && words.iter().all(is_whole);
+    are_pairs.then(|| words.chunks(2).map(|pair| pair.join(".")).collect())
+}
+
+/// Parses a place that is typed, "X Y Z" or "X,Y,Z" in metres.
+///
+/// # Errors
+/// An explanation, such as of a decimal comma or a missing number.
+pub(super) fn typed_point(text: &str) -> Result<Point3<f64>, String> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let has_comma = |word: &&str| word.contains(',') && with_decimal_point(word).is_some();
+    if words.len() > 1 && words.iter().any(has_comma) {
+        let points = words.iter().map(|word| with_decimal_point(word).unwrap_or_default());
+        let points = points.collect::<Vec<_>>().join(" ");
+        return Err(format!("write decimal points: {points}"));
+    }
+    let numbers = text.split([',', ' ', '\t']).filter(|it| !it.is_empty()).collect::<Vec<_>>();
+    match numbers.len() {
+        count @ ..3 => Err(match &["x", "y", "z"][count..] {
+            [one] => format!("{one} is missing"),
+            several => format!("{} are missing", several.join(" and ")),
+        }),
+        3 => point(&numbers.join(",")),
+        count => Err(match with_points::<3>(&numbers) {
+            Some(points) => format!("write decimal points: {}", points.join(" ")),
+            None => format!("these are {count}"),
+        }),
+    }
+}
+
+/// Returns a number of which a decimal comma has become a point; `None` where it is none then.
+fn with_decimal_point(word: &str) -> Option<String> {
+    let point = word.trim_end_matches(',').replacen(',', ".", 1);
+    point.parse::<f64>().is_ok().then_some(point)
 }
 
 /// Parses a point, "X,Y,Z" in metres.
@@ -150,8 +203,54 @@ pub(super) struct PlaceOptions {
 }
 
 impl PlaceOptions {
+    /// Checks that there are enough places for a pose, and not too many; or none, to be typed.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        match self.places.len() {
+            0 | MIN_PLACES..=MAX_PLACES => Ok(()),
+            count => Err(bad_input(format!(
+                "--place is given {count} times, but {MIN_PLACES} to {MAX_PLACES} places are needed"
+            ))),
+        }
+    }
+
     /// Returns the standard deviation of a place, metres.
     pub(super) fn place_sd(&self) -> f64 {
         self.place_error.map_or(PLACE_SD_M, |mm| mm * 1e-3)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_typed_place_is_read_or_its_mistake_is_named() {
+        let place = Ok(Point3::new(0.5, 0.2, 0.15));
+        for text in ["0.5 0.2 0.15", "0.5,0.2,0.15", "0.5, 0.2, 0.15", "0.5,0.2 0.15"] {
+            assert_eq!(typed_point(text), place, "{text}");
+        }
+        for (text, why) in [
+            ("0,5 0,2 0,15", "write decimal points: 0.5 0.2 0.15"),
+            ("0,5, 0,2, 0,15", "write decimal points: 0.5 0.2 0.15"),
+            ("0,5,0,2,0,15", "write decimal points: 0.5 0.2 0.15"),
+            ("0.5 0.2", "z is missing"),
+            ("0.5", "y and z are missing"),
+            ("0.5 0.2 0.1 0.3", "these are 4"),
+            ("0.5 o.2 0.1", "must be a number, -100 to 100 m"),
+        ] {
+            assert_eq!(typed_point(text), Err(why.to_owned()), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_place_of_an_option_with_decimal_commas_is_told_what_to_write() {
+        assert_eq!(point("0.5,0.2,0.15"), Ok(Point3::new(0.5, 0.2, 0.15)));
+        let error = point("0,5,0,2,0,15").unwrap_err();
+        assert_eq!(error, "write decimal points: 0.5,0.2,0.15");
+        // The other numbers of "0,5 0,2 0,15" are words of their own.
+        let error = point("0,5").unwrap_err();
+        let end = "; 2 are given, as in 0.4,0.2,0.15: decimal points, no spaces";
+        assert!(error.starts_with("needs 3 numbers") && error.ends_with(end), "{error}");
+        assert!(!pixel("1,2,3").unwrap_err().contains("decimal"));
     }
 }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use plumb_calibrate::camera_text::with_pose;
 use plumb_cameras::camera_file;
@@ -11,7 +12,8 @@ use plumb_vision::image::ColourImage;
 
 use super::Found;
 use crate::commands::old_file::OldFile;
-use crate::commands::{Failure, bad_input, failed};
+use crate::commands::print;
+use crate::commands::{FAILED, Failure, bad_input, failed};
 
 /// The rig's camera file.
 pub(super) struct CameraFile<'a> {
@@ -34,6 +36,28 @@ impl CameraFile<'_> {
         let text = with_pose(self.text, &found.calibration.pose, &comment)?;
         camera_file::parse(self.path, &text)?;
         OldFile { path: self.path, text: self.text }.offer(&text, "the pose", is_agreed)
+    }
+}
+
+/// Ends a calibration whose file was offered to the user: prints the line of JSON of `report`,
+/// which gets whether the file is `written`, where it is asked for.
+///
+/// # Errors
+/// Where the file could not be written, or nobody could be asked.
+pub(super) fn conclude(
+    written: Result<bool, Failure>,
+    is_json: bool,
+    report: impl FnOnce(bool) -> Result<String, Failure>,
+) -> Result<ExitCode, Failure> {
+    let is_written = matches!(written, Ok(true));
+    if is_json {
+        print::result(report(is_written)?)?;
+    }
+    match written {
+        Ok(true) => Ok(ExitCode::SUCCESS),
+        Ok(false) => Ok(ExitCode::from(FAILED)),
+        Err(failure) if is_json => Err(failure.with_result()),
+        Err(failure) => Err(failure),
     }
 }
 

@@ -8,10 +8,10 @@ use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::Gaussian3;
 
-use super::options::{PlaceOptions, point};
+use super::options::{PlaceOptions, typed_point};
 use super::view::{Stage, View, last};
 use crate::commands::print::{message, tell};
-use crate::commands::{DetectorName, Failure, bad_input, failed};
+use crate::commands::{DetectorName, Failure, failed};
 
 /// Places of the ball, and a picture.
 pub(super) struct Places {
@@ -33,9 +33,6 @@ pub(super) fn collect(
     is_quiet: bool,
     view: &mut View,
 ) -> Result<Places, Failure> {
-    if options.places.len() > MAX_PLACES {
-        return Err(bad_input(format!("--place is given more than {MAX_PLACES} times")));
-    }
     let sd = options.place_sd();
     let (mut places, mut frame) = (Vec::new(), None);
     let is_typed = options.places.is_empty();
@@ -82,12 +79,11 @@ fn ask(number: usize) -> Result<Option<Point3<f64>>, Failure> {
     loop {
         message(format_args!("place {number} (x y z): "));
         let Some(line) = read_line()? else { return Ok(None) };
-        let line = line.replace(',', " ");
-        let words: Vec<&str> = line.split_whitespace().collect();
-        if words.is_empty() {
+        let line = line.trim();
+        if line.is_empty() {
             return Ok(None);
         }
-        match point(&words.join(",")) {
+        match typed_point(line) {
             Ok(place) => return Ok(Some(place)),
             Err(error) => tell!("a place is three numbers like 0.4 0.2 0.15: {error}"),
         }

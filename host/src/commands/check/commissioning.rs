@@ -1,5 +1,7 @@
 //! `plumb check RIG`: jogs each motor, watches the ball, and offers the corrected rig file.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use plumb_cameras::camera_file;
 use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
@@ -16,11 +18,11 @@ use plumb_vision::camera::Camera;
 use serde::Serialize;
 
 use super::super::connection::{check_state, connect};
-use super::super::interrupt::interrupt_flag;
+use super::super::interrupt::{interrupt_flag, interrupted_before};
 use super::super::old_file::{OldFile, ask};
 use super::super::print::tell;
 use super::super::run_camera::RunCamera;
-use super::super::{Failure, Physics, bad_input};
+use super::super::{Failure, Physics, bad_input, failed};
 use super::{Args, words};
 
 /// Result of the jogs.
@@ -58,14 +60,15 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
         // A board that cannot be configured makes the question needless.
         check_state(file, args.port.open(&rig)?)?;
         if !ask(words::QUESTION)? {
-            return Err(bad_input("nothing has moved: the check needs a yes"));
+            return Err(failed("nothing has moved: the check goes on after a yes only"));
         }
     }
+    let interrupted = interrupt_flag(true)?;
     let port = args.port.open(&rig)?;
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
     let link = connect(file, &rig, port)?;
-    let report = jog_and_look(args, &rig, camera, link)?;
+    let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;
     words::tell_report(&report);
     let written = offer_correction(args, &rig, &report)?;
     Ok(RigLine::new(&report, written, wakeups))
@@ -83,7 +86,7 @@ fn jog_and_look(
     args: &Args,
     rig: &Rig,
     camera: Camera,
-    mut link: Link<Serial>,
+    (mut link, interrupted): (Link<Serial>, &AtomicBool),
 ) -> Result<Report, Failure> {
     let chosen = rig.camera.source(rig.simulation.is_some());
     let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", args.file())))?;
@@ -94,7 +97,9 @@ fn jog_and_look(
         }
         _ => RunCamera::open(rig, camera, None)?,
     };
-    let interrupted = interrupt_flag(true)?;
+    if interrupted.load(Ordering::Relaxed) {
+        return Err(interrupted_before("check"));
+    }
     let mut observers: Vec<&mut dyn Observer> = Vec::new();
     observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
     let mut parts = ExaminationParts {
@@ -102,7 +107,7 @@ fn jog_and_look(
         detector: &mut *args.detector.detector(&camera),
         observers: &mut observers,
         progress: &mut |text| tell!("{text}"),
-        interrupted: &interrupted,
+        interrupted,
     };
     Ok(Examination::run(rig, link, &mut parts)?)
 }

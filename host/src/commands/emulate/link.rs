@@ -25,6 +25,11 @@ impl TerminalLink {
         }
         match made {
             Ok(()) => Ok(Self { path: path.to_owned(), terminal: terminal.to_owned() }),
+            taken if is_taken(&taken) && is_in_use(path) => Err(format!(
+                "{path}: exists already, and leads to a terminal in use: an emulated board runs \
+                 there, and `--port {path}` uses it; or give another path",
+                path = path.display()
+            )),
             taken if is_taken(&taken) => Err(format!(
                 "{}: exists already; only a link to a pseudo-terminal that is gone is \
                  replaced: remove it, or give another path",
@@ -59,6 +64,11 @@ fn is_left_behind(link: &Path, terminal: &Path) -> bool {
     target == terminal || (is_pseudo_terminal(&target) && gone())
 }
 
+/// Returns whether `link` is a symbolic link to a pseudo-terminal that exists.
+fn is_in_use(link: &Path) -> bool {
+    fs::read_link(link).is_ok_and(|target| is_pseudo_terminal(&target) && target.exists())
+}
+
 /// Returns whether `path` is that of a pseudo-terminal, `/dev/pts/NUMBER`.
 fn is_pseudo_terminal(path: &Path) -> bool {
     let number = path.to_str().and_then(|path| path.strip_prefix("/dev/pts/"));
@@ -69,6 +79,8 @@ fn is_pseudo_terminal(path: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::os::fd::AsRawFd;
+
     use super::*;
 
     #[test]
@@ -108,6 +120,14 @@ mod tests {
             assert_eq!(fs::read_link(&path).unwrap(), Path::new(target));
             fs::remove_file(&path).unwrap();
         }
+        // This terminal is in use.
+        let open = nix::pty::openpty(None, None).unwrap();
+        let used = fs::read_link(format!("/proc/self/fd/{}", open.slave.as_raw_fd())).unwrap();
+        symlink(&used, &path).unwrap();
+        let error = TerminalLink::create(&path, terminal).err().unwrap();
+        assert!(error.contains("an emulated board runs there"), "{error}");
+        assert_eq!(fs::read_link(&path).unwrap(), used);
+        fs::remove_file(&path).unwrap();
         fs::write(&path, "kept").unwrap();
         assert!(TerminalLink::create(&path, terminal).is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "kept");

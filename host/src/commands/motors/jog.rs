@@ -36,7 +36,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// falls when the motors lose their current: at the emergency button, and without power.
 #[derive(Parser)]
 #[command(
-    override_usage = "plumb jog [OPTIONS] [RIG] [MOTOR DISTANCE]",
+    override_usage = USAGE,
     after_help = examples![
         "plumb jog rig.toml A 200",
         "plumb jog rig.toml C -20mm",
@@ -54,6 +54,9 @@ pub(crate) struct JogArgs {
     /// 100000000)
     #[arg(allow_hyphen_values = true)]
     distance: Option<String>,
+    /// Unit that is a word of its own, for the message about it
+    #[arg(hide = true)]
+    unit: Option<String>,
     /// Highest rate, above 0, to 1250000 full steps/s [default: the rig file's jog.max_rate]
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(numbers::RATE))]
     rate: Option<f64>,
@@ -74,6 +77,7 @@ struct Move {
 
 pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
     let words = [args.rig, args.motor, args.distance];
+    check_unit(&words, args.unit.as_deref())?;
     let (file, words) = split(words)?;
     let rig = Rig::read(&file)?;
     let wanted = words.map(|[motor, distance]| parse(&motor, &distance, &rig)).transpose()?;
@@ -97,9 +101,33 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
     Ok(if interrupted.load(Ordering::Relaxed) { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
 }
 
+/// Checks that the last word is no unit: `jog rig.toml A 10 mm`. `unit` is a word behind the
+/// distance.
+fn check_unit(words: &[Option<String>; 3], unit: Option<&str>) -> Result<(), Failure> {
+    let is_number = |word: &&str| word.parse::<f64>().is_ok();
+    let mut words: Vec<&str> = words.iter().flatten().map(String::as_str).chain(unit).collect();
+    let Some(last) = words.pop() else { return Ok(()) };
+    let number = words.last().copied().unwrap_or_default();
+    if is_number(&number) && last.chars().all(char::is_alphabetic) {
+        let line = words.join(" ");
+        return Err(bad_input(match last {
+            "mm" => {
+                format!("{number} mm: write number and unit in one word: `plumb jog {line}mm`")
+            }
+            unit => wrong_unit(number, unit),
+        }));
+    }
+    match unit {
+        Some(unit) => Err(bad_input(format!("{unit}: a word too many; usage: {USAGE}"))),
+        None => Ok(()),
+    }
+}
+
+/// Usage of `plumb jog`.
+const USAGE: &str = "plumb jog [OPTIONS] [RIG] [MOTOR DISTANCE]";
+
 /// Splits `[RIG] [MOTOR DISTANCE]`.
 fn split(words: [Option<String>; 3]) -> Result<(PathBuf, Option<[String; 2]>), Failure> {
-    const USAGE: &str = "plumb jog [RIG] [MOTOR DISTANCE]";
     let names: &[&str] =
         if words.iter().flatten().count() < 2 { &[] } else { &["MOTOR", "DISTANCE"] };
     let (rig, rest) = split_rig(words, names, USAGE)?;
@@ -137,6 +165,9 @@ fn parse(motor: &str, distance: &str, rig: &Rig) -> Result<Move, Failure> {
         None => (distance, false),
     };
     let named = |why: String| bad_input(format!("distance {distance}: {why}"));
+    if let Some((number, unit)) = other_unit(number) {
+        return Err(named(wrong_unit(number, unit)));
+    }
     let number = numbers::parse(number, &numbers::DISTANCE)
         .map_err(|why| named(format!("{why}; full steps as in 200, or millimetres as in 20mm")))?;
     let steps = if is_mm { number * 1e-3 / cable_per_step(rig, index)? } else { number };
@@ -147,6 +178,22 @@ fn parse(motor: &str, distance: &str, rig: &Rig) -> Result<Move, Failure> {
         )));
     }
     Ok(Move { motor: index as u8, steps })
+}
+
+/// Returns the message about a distance in another unit.
+fn wrong_unit(number: &str, unit: &str) -> String {
+    format!(
+        "{number} without a unit are full steps, with mm millimetres as in 20mm; {unit} is none \
+         of them"
+    )
+}
+
+/// Returns number and unit of a distance with a unit behind the number; `None` for any other text.
+fn other_unit(distance: &str) -> Option<(&str, &str)> {
+    let number = distance.trim_end_matches(char::is_alphabetic);
+    let unit = &distance[number.len()..];
+    let number = number.trim_end();
+    (!unit.is_empty() && number.parse::<f64>().is_ok()).then_some((number, unit))
 }
 
 /// Returns the cable length of a full step of `motor`, metres.
@@ -188,7 +235,11 @@ fn turn(
     let Move { motor, steps } = *wanted;
     let distance = Steps16::from_si(steps)
         .ok_or_else(|| bad_input(format!("{steps} steps are out of the board's range")))?;
-    let what = if steps < 0.0 { "winds cable in" } else { "pays cable out" };
+    let what = match steps {
+        steps if steps < 0.0 => "winds cable in",
+        steps if steps > 0.0 => "pays cable out",
+        _ => "stays where it is",
+    };
     let name = NAMES[usize::from(motor)];
     match link.jog(Jog { motor, distance, rate }) {
         Err(error @ LinkError::Refused { refusal: Refusal::JogTravel, .. }) => {

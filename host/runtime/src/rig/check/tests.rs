@@ -108,6 +108,60 @@ fn a_message_names_a_number_and_its_range_once() {
 }
 
 #[test]
+fn decimal_commas_are_named_with_what_to_write() {
+    for (old, new, says) in [
+        (
+            "max_rate = 400.0",
+            "max_rate = 110,0",
+            ": error: `motors.max_rate = 110,0` must have a \
+          decimal point: write 110.0; allowed: ",
+        ),
+        (
+            "[[0.400, 0.400, 0.150]]",
+            "[[0,626, 0,27, 0,325]]",
+            "has commas as the decimal sign and \
+          between its numbers: write points, [0.626, 0.27, 0.325]",
+        ),
+    ] {
+        let found = findings(&[(old, new)]);
+        assert!(found.len() == 1 && found[0].to_string().contains(says), "{found:#?}");
+    }
+}
+
+#[test]
+fn a_camera_file_and_a_rig_file_in_the_place_of_each_other_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (rig, camera) = (folder.path().join("rig.toml"), folder.path().join("camera.toml"));
+    fs::write(&camera, camera_file::PAPER).unwrap();
+    let found = check(&camera, &board, &|_, _, _| Ok(()));
+    let [finding] = &found[..] else { panic!("{found:#?}") };
+    let text = finding.to_string();
+    assert!(text.ends_with("error: this is a camera file; give the rig file"), "{text}");
+    let error = Rig::read(&camera).unwrap_err().to_string();
+    assert!(error.ends_with("camera.toml: this is a camera file; give the rig file"), "{error}");
+    fs::write(&rig, PAPER.replace("\"camera.toml\"", "\"rig.toml\"")).unwrap();
+    let found = check(&rig, &board, &|_, _, _| Ok(()));
+    let of_camera = found.iter().find(|it| it.values[0].0 == "camera.file").unwrap();
+    assert!(of_camera.problem.ends_with("is a rig file; give the camera file"), "{of_camera}");
+    let error = camera_file::read(&rig).unwrap_err().to_string();
+    assert!(error.ends_with("rig.toml: this is a rig file; give the camera file"), "{error}");
+}
+
+#[test]
+fn a_file_that_does_not_exist_is_named_with_the_cause_and_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = folder.path().join("rig.toml");
+    let found = check(&rig, &board, &|_, _, _| Ok(()));
+    assert!(found[0].to_string().contains("cannot be read: No such file"), "{}", found[0]);
+    fs::write(&rig, PAPER).unwrap();
+    let found = check(&rig, &board, &|_, _, _| Ok(()));
+    let text = found.iter().find(|it| it.severity == Severity::Error).unwrap().to_string();
+    let line = place(PAPER, "camera.file").unwrap().line;
+    assert!(text.contains(&format!("rig.toml:{line}: error: `camera.file = ")), "{text}");
+    assert!(text.contains("camera.toml: cannot be read: No such file"), "{text}");
+}
+
+#[test]
 fn a_file_without_targets_is_wrong() {
     let found = findings(&[("targets = [[0.400, 0.400, 0.150]]", "targets = []")]);
     assert_eq!(keys(&found)[0], ["targets"]);

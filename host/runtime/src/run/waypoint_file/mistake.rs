@@ -20,7 +20,7 @@ pub enum WaypointError {
     /// The first line names other columns.
     #[error(
         "{}:{line}: the columns are '{found}', but must be x, y, z in metres, and may be dwell in \
-         seconds and tolerance in metres; a file with times is a path: --path",
+         seconds and tolerance in metres: {wrong}",
         .path.display()
     )]
     Names {
@@ -28,8 +28,18 @@ pub enum WaypointError {
         path: PathBuf,
         /// Line, from 1.
         line: u64,
-        /// Columns found.
+        /// The line.
         found: String,
+        /// The columns that are wrong.
+        wrong: String,
+    },
+    /// The file is one of another kind.
+    #[error("{}: {is}", .path.display())]
+    OtherKind {
+        /// The file.
+        path: PathBuf,
+        /// What it is, and where it belongs.
+        is: &'static str,
     },
     /// Lines of the file have mistakes.
     #[error("{}", listed(.path, .mistakes))]

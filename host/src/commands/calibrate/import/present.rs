@@ -14,11 +14,11 @@ use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::image::ImageSize;
 use serde::Serialize;
 
-use super::super::output::CameraFile;
+use super::super::output::{self, CameraFile};
 use super::ImportOptions;
 use crate::commands::old_file::OldFile;
-use crate::commands::print::{result, tell};
-use crate::commands::{FAILED, Failure, bad_input};
+use crate::commands::print::tell;
+use crate::commands::{Failure, bad_input};
 
 /// Result as a line of JSON.
 #[derive(Serialize)]
@@ -66,11 +66,11 @@ pub(in super::super) fn import(
     let mut report = Report::new(&imported, content, findings);
     report.tell(&imported.content, options.import_size);
     let old_file = OldFile { path: camera_file.path, text: old };
-    report.written = old_file.offer(&text, &format!("the {content}"), is_agreed)?;
-    if is_json {
-        result(serde_json::to_string(&report)?)?;
-    }
-    Ok(if report.written { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    let written = old_file.offer(&text, &format!("the {content}"), is_agreed);
+    output::conclude(written, is_json, |is_written| {
+        report.written = is_written;
+        Ok(serde_json::to_string(&report)?)
+    })
 }
 
 /// Returns the failure of a lens for pictures of an unknown size.

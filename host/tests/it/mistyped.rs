@@ -1,0 +1,215 @@
+//! Command lines that a person mistypes, and files in the place of others: what the answer says.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use nix::pty::openpty;
+use nix::sys::signal::Signal;
+
+use crate::common::{Emulator, folder, json, patient, plumb, program, rig_file, send, stderr};
+
+/// Runs the program with bad input. Returns what it prints for people.
+fn refusal(arguments: &[&str], folder: &Path) -> String {
+    let output = plumb(arguments, folder);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+    stderr(&output)
+}
+
+#[test]
+fn a_camera_file_and_a_rig_file_are_told_apart() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    fs::create_dir(folder.path().join("recording")).unwrap();
+    let camera = "camera.toml: this is a camera file; give the rig file\n";
+    for arguments in [
+        &["goto", "camera.toml", "0.4", "0.3", "0.2"][..],
+        &["emulate", "camera.toml"],
+        &["run", "camera.toml"],
+    ] {
+        assert_eq!(refusal(arguments, folder.path()), format!("plumb: {camera}"));
+    }
+    let checked = refusal(&["check", "camera.toml", "--file-only"], folder.path());
+    assert!(checked.starts_with("camera.toml: error: this is a camera file; give"), "{checked}");
+    assert!(!checked.contains("remove it"), "{checked}");
+    for (arguments, says) in [
+        (&["replay", "recording", "--camera", "rig.toml"][..], "give the camera file"),
+        (&["run", &rig, "--path", "rig.toml"], "this is a rig file, and no path"),
+        (&["run", &rig, "--waypoints", "rig.toml"], "a rig file, and no list of waypoints"),
+    ] {
+        let text = refusal(arguments, folder.path());
+        assert!(text.contains("rig.toml: this is a rig file") && text.contains(says), "{text}");
+    }
+}
+
+#[test]
+fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
+    let folder = folder();
+    let last = |arguments: &[&str]| {
+        let text = refusal(arguments, folder.path());
+        assert!(!text.contains("as a value") && !text.contains("--help"), "{text}");
+        text.lines().last().unwrap().to_owned()
+    };
+    let similar = "plumb: unexpected argument '--ye' found; a similar argument exists: '--yes'";
+    assert_eq!(last(&["check", "rig.toml", "--ye"]), similar);
+    let law = last(&["run", "rig.toml", "--detector", "bal"]);
+    assert!(law.starts_with("plumb: invalid value 'bal' for '--detector"), "{law}");
+    assert!(law.ends_with("[possible values: ball, red]; a similar value exists: 'ball'"), "{law}");
+    let missing = last(&["run", "--speed", "0.1"]);
+    let expected = "plumb: no rig file is named: put it first, or set PLUMB_RIG; --path \
+                    <FILE|SHAPE> is missing too; usage: plumb run [OPTIONS] [RIG]";
+    assert_eq!(missing, expected);
+    let numbers = last(&["goto", "0.62", "0.26", "0.36", "0.4"]);
+    assert!(numbers.starts_with("plumb: too many numbers: <X> <Y> <Z> are needed"), "{numbers}");
+    let port = last(&["demo", "--page", "99999"]);
+    assert_eq!(port, last(&["demo", "--page=99999"]));
+    assert!(port.contains("give an IP address, a port or both"), "{port}");
+}
+
+#[test]
+fn the_usage_says_that_a_variable_can_name_the_rig_file() {
+    let folder = folder();
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+        command.args(arguments).env("PLUMB_RIG", "rig.toml").current_dir(folder.path());
+        command.output().unwrap()
+    };
+    let help = String::from_utf8(run(&["run", "--help"]).stdout).unwrap();
+    assert!(help.contains("Usage: plumb run [OPTIONS] [RIG]\n"), "{help}");
+    let output = run(&["run", "--speed", "0.1", "--port", "x"]);
+    let expected = "Usage: plumb run [OPTIONS] [RIG]\nplumb: the following required arguments were \
+                    not provided: --path <FILE|SHAPE>\n";
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(2), expected));
+}
+
+#[test]
+fn folders_and_devices_in_the_place_of_files_are_named() {
+    let folder = folder();
+    let path = folder.path();
+    let recorded = path.join("runs/run-0001");
+    fs::create_dir_all(&recorded).unwrap();
+    fs::write(recorded.join("run.csv"), "").unwrap();
+    fs::create_dir(path.join("r2")).unwrap();
+    fs::write(path.join("r2/rig.toml"), "").unwrap();
+    for (arguments, says) in [
+        (&["replay", "nix", "--camera", "c.toml"][..], "nix: there is no such recording"),
+        (
+            &["replay", "runs/run-0001"],
+            "this is a run's folder, and no recording: `plumb run --rec",
+        ),
+        (&["run", "r2"], "r2 is a folder, but must be a regular file: its rig file is r2/rig.toml"),
+        (
+            &["goto", "r2", "0.4", "0.3", "0.2"],
+            "r2 is a folder, but must be a regular file: its rig file is r2/rig.toml",
+        ),
+        (&["plot", "runs/run-0001", "--out", "x.png"], "--out is for the errors of several runs"),
+        (&["init", "--yes", "--sides", "61", "88", "93"], "is it in centimetres?"),
+        (&["init", "--yes", "--height", "66"], "is it in centimetres?"),
+        (&["check", "absent.toml", "--file-only"], "absent.toml: error: cannot be read: No such"),
+    ] {
+        let text = refusal(arguments, path);
+        assert!(text.contains(says), "{says}: {text}");
+    }
+    let output = plumb(&["init", "new", "--yes", "--driver", "TMC2209"], path);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(fs::read_to_string(path.join("new/rig.toml")).unwrap().contains("\"tmc2209\""));
+}
+
+#[test]
+fn a_folder_of_an_earlier_run_is_refused_before_the_camera_is_prepared() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    fs::create_dir(folder.path().join("out")).unwrap();
+    fs::write(folder.path().join("out/run.csv"), "").unwrap();
+    let emulator = Emulator::start();
+    let run = ["run", &rig, "--port", &emulator.port, "--out", "out"];
+    let text = refusal(&run, folder.path());
+    assert!(text.contains("out") && !text.contains("preparing"), "{text}");
+}
+
+#[test]
+fn a_second_board_at_one_link_is_told_that_the_first_one_can_be_used() {
+    let folder = folder();
+    let link = folder.path().join("board");
+    let link = link.to_str().unwrap();
+    let _first = Emulator::start_with(&["--link", link]);
+    let text = refusal(&["emulate", "--link", link], folder.path());
+    let says = format!("an emulated board runs there, and `--port {link}` uses it");
+    assert!(text.contains(&says), "{text}");
+}
+
+/// Without a terminal nobody can be asked; a person may say no.
+#[test]
+fn a_check_without_a_yes_moves_nothing_and_says_why() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let check = ["check", &rig, "--port", &emulator.port];
+    let output = program(&check, folder.path()).output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    let nobody = "plumb: nobody can be asked on this input: say yes with --yes\n";
+    assert!(text.ends_with(nobody), "{text}");
+    let terminal = openpty(None, None).unwrap();
+    fs::File::from(terminal.master.try_clone().unwrap()).write_all(b"n\n").unwrap();
+    let output = program(&check, folder.path()).stdin(terminal.slave).output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(
+        text.ends_with("plumb: nothing has moved: the check goes on after a yes only\n"),
+        "{text}"
+    );
+}
+
+/// The board's process is stopped, so that the check waits for its greeting when the signal comes.
+#[test]
+fn a_signal_before_a_check_moves_nothing_and_says_so() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    send(&emulator.child, Signal::SIGSTOP);
+    let check = ["check", &rig, "--port", &emulator.port, "--yes", "-vv"];
+    let mut check = program(&check, folder.path()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(check.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let waits = lines.find(|line| line.contains("no answer from the board: sending"));
+    assert!(waits.is_some(), "the check has ended");
+    send(&check, Signal::SIGINT);
+    assert!(lines.any(|line| line.contains("Ctrl-C again")));
+    send(&emulator.child, Signal::SIGCONT);
+    let last = lines.last().unwrap();
+    assert_eq!(last, "plumb: interrupted before the check began: nothing was moved");
+    assert_eq!(check.wait().unwrap().code(), Some(1));
+}
+
+#[test]
+fn a_jog_with_another_unit_or_of_no_distance_is_told_in_words() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let jog = |words: &[&str], variable: bool| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+        command.arg("jog").args(words).args(["--port", &emulator.port, "--json"]);
+        if variable {
+            command.env("PLUMB_RIG", &rig);
+        }
+        command.output().unwrap()
+    };
+    for (words, variable) in [(&[&rig, "A", "10", "mm"][..], false), (&["A", "10", "mm"], true)] {
+        let output = jog(words, variable);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        let error = json(&output)["error"].as_str().unwrap().to_owned();
+        let line = words[..words.len() - 1].join(" ");
+        let says = format!("10 mm: write number and unit in one word: `plumb jog {line}mm`");
+        assert_eq!(error, says);
+    }
+    let text = stderr(&jog(&["A", "10cm"], true));
+    assert!(text.contains("cm is none of them") && !text.contains("write 10 alone"), "{text}");
+    let output = jog(&["A", "0"], true);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("motor A: stays where it is"), "{}", stderr(&output));
+    let clear = plumb(&["clear", "--port", &emulator.port], folder.path());
+    assert!(stderr(&clear).contains(": there was no fault\n"), "{}", stderr(&clear));
+}
