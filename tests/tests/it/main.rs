@@ -13,6 +13,7 @@ mod chip_selftest;
 mod chip_steps;
 mod chip_terminal;
 mod chip_timing;
+mod chip_tmc2209;
 mod chip_usb;
 mod closed_loop;
 mod commissioning;

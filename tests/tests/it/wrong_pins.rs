@@ -108,6 +108,8 @@ fn key(error: WiringError) -> &'static str {
         WiringError::Pin(Line::Enable(_), _) => "board.pins.enable",
         WiringError::Pin(Line::Emergency, _) => "board.pins.emergency",
         WiringError::Pin(Line::Led, _) => "board.pins.led",
+        WiringError::Pin(Line::UartTx | Line::UartRx, _) => "board.pins.uart",
+        WiringError::Addresses => "motors.driver.tmc2209-uart.addresses",
     }
 }
 
