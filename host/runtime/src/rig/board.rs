@@ -103,6 +103,8 @@ pub struct PinSettings {
     pub emergency: Option<u8>,
     /// Light.
     pub led: Option<u8>,
+    /// TX and RX of the drivers' UART.
+    pub uart: Option<[u8; 2]>,
 }
 
 /// Pins of ENABLE.
