@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Priorities, from the highest: the stepping interrupt; the peripherals' interrupts; the tasks of
-//! links, flash, HATs and LED; thread mode, which runs the deferred laws.
+//! links, flash, HATs, drivers on a UART and LED; thread mode, which runs the deferred laws.
 #![no_std]
 #![no_main]
 #![deny(missing_docs)]
@@ -31,6 +31,7 @@ mod restart;
 mod run_time_abi;
 mod stack;
 mod stepping;
+mod tmc2209;
 mod watchdog;
 mod witness;
 
@@ -60,6 +61,7 @@ async fn start_tasks(resources: TaskResources) {
     spawn(spawner, watchdog::heartbeat());
     spawn(spawner, flash::write_requested(resources.flash));
     spawn(spawner, hats::drive_hats(resources.hats));
+    spawn(spawner, tmc2209::watch_drivers());
 }
 
 #[cortex_m_rt::entry]

@@ -9,7 +9,7 @@ use embassy_rp::pac;
 use embassy_rp::pac::io::regs::GpioCtrl as Ctrl;
 use embassy_rp::pac::io::vals::{Inover, Oeover, Outover};
 use plumb_protocol::boards::{Board, PICO, PIN_COUNT, UART};
-use plumb_protocol::wiring::{Drivers, Pin, Wiring};
+use plumb_protocol::wiring::{Drivers, Pin, Pins, Wiring};
 
 use crate::chip::{self, HAS_LATCHING_INPUTS};
 
@@ -20,6 +20,8 @@ pub(crate) const LED: Option<Pin> = PICO.pins.led;
 
 /// Pin functions (RP2040 datasheet, section 2.19.2).
 pub(crate) mod function {
+    /// UART.
+    pub(crate) const UART: u8 = 2;
     /// I2C.
     pub(crate) const I2C: u8 = 3;
     /// Pulse-width modulation.
@@ -98,15 +100,13 @@ pub(crate) fn connect(wiring: &Wiring) {
     let open = if pins.emergency.inverted { Pull::Down } else { Pull::Up };
     set_pad(pins.emergency.number, open, true);
     match wiring.drivers {
-        Drivers::StepDir(_) => {
-            for motor in &pins.motors {
-                if HAS_LATCHING_INPUTS {
-                    // The witness reads them.
-                    set_pad(motor.step.number, Pull::Down, true);
-                    set_pad(motor.direction.number, Pull::Down, true);
-                }
-                set(motor.step.number, generated(motor.step));
-                set(motor.direction.number, generated(motor.direction));
+        Drivers::StepDir(_) => connect_steps(pins),
+        Drivers::Tmc2209(driver) => {
+            connect_steps(pins);
+            for pin in driver.uart {
+                set(pin, control(function::UART));
+                // The line is idle while nothing drives it.
+                set_pad(pin, Pull::Up, true);
             }
         }
         Drivers::Coils(_) => each(wiring.driver_pins(), |pin| set(pin, control(function::PWM))),
@@ -117,9 +117,23 @@ pub(crate) fn connect(wiring: &Wiring) {
     }
 }
 
+/// Connects STEP and DIR of the motors.
+#[cold]
+fn connect_steps(pins: &Pins) {
+    for motor in &pins.motors {
+        if HAS_LATCHING_INPUTS {
+            // The witness reads them.
+            set_pad(motor.step.number, Pull::Down, true);
+            set_pad(motor.direction.number, Pull::Down, true);
+        }
+        set(motor.step.number, generated(motor.step));
+        set(motor.direction.number, generated(motor.direction));
+    }
+}
+
 /// Returns the register of a pin of the step generator. The witness (PIO1) sees what the generator
 /// gives, also at an inverted pin.
-fn generated(pin: Pin) -> Ctrl {
+pub(crate) fn generated(pin: Pin) -> Ctrl {
     let mut control = control(function::PIO0);
     // The monitor of the emergency input changes the direction of every pin of PIO0.
     control.set_oeover(Oeover::ENABLE);

@@ -5,14 +5,16 @@
 //! the board's behaviour depends only on which bytes came before which tick. Where a tick is late
 //! (while the flash is written), all later ticks are late by as much.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 
 use critical_section::Mutex;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use plumb_core::config_store::Stored;
+use plumb_core::tmc2209::Event;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
+use plumb_protocol::boards::Chip;
 use plumb_protocol::dimension::MOTORS;
-use plumb_protocol::message::StartCause;
+use plumb_protocol::message::{DriverFault, StartCause};
 use plumb_protocol::units::Micros;
 use plumb_protocol::wiring::Drivers;
 use static_cell::StaticCell;
@@ -25,7 +27,7 @@ use crate::generator::Generator;
 use crate::hats::{self, HatCommand};
 use crate::link::{self, Inbox, Message};
 use crate::watchdog::TickWatchdog;
-use crate::{chip, diagnostics, info, law_worker, pins, restart, watchdog, witness};
+use crate::{chip, diagnostics, info, law_worker, pins, restart, tmc2209, watchdog, witness};
 
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
@@ -47,17 +49,34 @@ const BUILD: BuildLimits = BuildLimits {
     law_ticks: chip::LAW_TICKS,
 };
 
-/// Commutation by the firmware, once a tick.
+/// What the firmware does for the drivers once a tick, besides the pulses: commutation, or what
+/// their UART tells.
 #[derive(Clone, Copy)]
 enum Commutated {
-    /// None: the drivers have STEP inputs.
+    /// Nothing: the drivers have STEP inputs.
     None,
+    /// Drivers with STEP inputs on a UART, whose events go to the board.
+    Watched,
     /// Coils on the chip's own pulse-width modulation.
     Coils,
     /// Coils on the Motor HATs, and their last command.
     Hats(HatCommand),
     /// Coils on the Motor HATs, whose current goes off before the bootloader starts.
     Leaving,
+}
+
+/// The last event of drivers on a UART.
+static DRIVER_EVENT: Mutex<Cell<Option<Event>>> = Mutex::new(Cell::new(None));
+
+/// Reports an event of drivers of a wiring with this number to the coming tick, unless another
+/// wiring is in force. The interrupt waits meanwhile: this code is in RAM.
+#[inline(never)]
+pub(crate) fn report_drivers(number: u32, event: Event) {
+    critical_section::with(|cs| {
+        if tmc2209::wiring_in_force() == number {
+            DRIVER_EVENT.borrow(cs).set(Some(event));
+        }
+    });
 }
 
 /// The state, until the interrupt takes it over.
@@ -239,6 +258,9 @@ impl Stepping {
                 &mut self.outbox,
             );
         }
+        if tick.set_up_drivers {
+            tmc2209::request_set_up(true);
+        }
         if tick.diagnose {
             self.board.on_diagnosed(diagnostics::counts(), &mut self.outbox);
         }
@@ -255,7 +277,7 @@ impl Stepping {
                 hats::leave(last);
             }
             Commutated::Leaving => {}
-            Commutated::None | Commutated::Coils => link::reset::restart(),
+            Commutated::None | Commutated::Watched | Commutated::Coils => link::reset::restart(),
         }
     }
 
@@ -297,8 +319,11 @@ impl Stepping {
         self.generator.connect(&wiring.pins);
         self.enable.connect(&wiring.pins);
         restart::keep_hats(matches!(wiring.drivers, Drivers::MotorHats(_)));
+        critical_section::with(|cs| DRIVER_EVENT.borrow(cs).set(None));
+        tmc2209::begin(wiring, microsteps);
         match wiring.drivers {
             Drivers::StepDir(_) => {}
+            Drivers::Tmc2209(_) => self.commutated = Commutated::Watched,
             Drivers::Coils(coils) => {
                 self.coils.begin(coils.duty_percent, microsteps);
                 self.commutated = Commutated::Coils;
@@ -324,11 +349,13 @@ impl Stepping {
         let enabled = self.enable.is_on();
         match self.commutated {
             Commutated::None | Commutated::Leaving => {}
+            Commutated::Watched => self.take_driver_event(),
             Commutated::Coils if enabled => self.coils.show(self.board.positions()),
             Commutated::Coils => self.coils.release(),
             Commutated::Hats(last) => {
                 if hats::failed() {
-                    self.board.on_driver_failure(self.now, &mut self.outbox);
+                    let fault = DriverFault::Hat;
+                    self.board.on_driver_failure(self.now, fault, &mut self.outbox);
                 }
                 let positions = enabled.then(|| self.board.positions());
                 if last.positions != positions {
@@ -336,6 +363,23 @@ impl Stepping {
                     self.commutated = Commutated::Hats(command);
                     hats::command(command);
                 }
+            }
+        }
+    }
+
+    /// Passes an event of drivers on a UART on to the board.
+    #[inline(never)]
+    fn take_driver_event(&mut self) {
+        let event = critical_section::with(|cs| DRIVER_EVENT.borrow(cs).take());
+        match event {
+            None => {}
+            Some(Event::Ready) => self.board.on_drivers_ready(),
+            Some(Event::Failed(fault)) => {
+                tmc2209::request_set_up(false);
+                self.board.on_driver_failure(self.now, fault, &mut self.outbox);
+            }
+            Some(Event::Readings(readings)) => {
+                self.board.on_driver_readings(self.now, readings, &mut self.outbox);
             }
         }
     }

@@ -14,7 +14,7 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 2
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("1938e6895dbb014f")
+SCHEMA = bytes.fromhex("aaffa403802a0213")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS, WIRE = 0, 1, 3, 6, 8, 9, 16
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
 STATES += ["jogging", "stopping", "storing", "following"]
@@ -82,8 +82,9 @@ class Reader:
 def telemetry(fields):
     """Reads the fields of telemetry that follow the number of its variant."""
     told = {"time_us": fields.unsigned(), "state": STATES[fields.unsigned()]}
-    if told["state"] == "fault" and fields.unsigned() == 4:
-        fields.byte()  # the motor that would have passed its travel
+    fault = fields.unsigned() if told["state"] == "fault" else None
+    if fault == 4 or fault == 11 and fields.unsigned() > 0:
+        fields.byte()  # the motor that would have passed its travel, or whose driver failed
     told |= {name: fields.option() for name in ("configuration", "target", "sequence")}
     told["motors_steps"] = [fields.signed() / 16 for _ in range(3)]
     told["rates_steps_s"] = [fields.signed() / 256 for _ in range(3)]

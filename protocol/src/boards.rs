@@ -1,8 +1,9 @@
 //! The table of boards: their pins, and which of them a wiring cannot have. Host, board core and
 //! firmware read the same table.
 
+use crate::dimension::MOTORS;
 use crate::provenance::BoardKind;
-use crate::wiring::{EnablePins, EnablePolarity, MotorPins, Pin, PinError, Pins};
+use crate::wiring::{EnablePins, EnablePolarity, Line, MotorPins, Pin, PinError, Pins};
 
 /// Number of the chips' pins: GP0 to GP29.
 pub const PIN_COUNT: u8 = 30;
@@ -15,6 +16,11 @@ pub const COILS: u32 = 0x3ffc;
 
 /// Pins of the Motor HATs' bus, a bit each: GP16 (SDA) and GP17 (SCL).
 pub const HATS: u32 = 1 << 16 | 1 << 17;
+
+/// Pins that can be TX and RX of the drivers' UART, which is UART1, a bit each (RP2040 data sheet,
+/// section 2.19.2).
+pub const DRIVER_UART: [u32; 2] =
+    [1 << 4 | 1 << 8 | 1 << 20 | 1 << 24, 1 << 5 | 1 << 9 | 1 << 21 | 1 << 25];
 
 /// Chip of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,7 +68,23 @@ pub struct Board {
     pub taken: &'static [TakenPin],
     /// Whether the drivers are not part of the board, so that it may have coils or Motor HATs.
     pub has_free_drivers: bool,
+    /// The UART of TMC2209 drivers.
+    pub driver_uart: DriverUart,
 }
+
+/// UART of TMC2209 drivers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DriverUart {
+    /// TX and RX of a wiring that names no others.
+    pub pins: [u8; 2],
+    /// Addresses of the drivers of motors A, B and C of a wiring that names no others.
+    pub addresses: [u8; MOTORS],
+    /// Whether the drivers are part of the board, so that no other pins will do.
+    pub is_fixed: bool,
+}
+
+/// UART of the drivers that a wiring of a Pico names no other for.
+const PICO_UART: DriverUart = DriverUart { pins: [8, 9], addresses: [0, 1, 2], is_fixed: false };
 
 /// Pins of a Raspberry Pi Pico that a wiring names no others for.
 const PICO_PINS: Pins = Pins {
@@ -93,6 +115,7 @@ pub const PICO: Board = Board {
     pins: PICO_PINS,
     taken: PICO_TAKEN,
     has_free_drivers: true,
+    driver_uart: PICO_UART,
 };
 
 /// Raspberry Pi Pico 2.
@@ -103,6 +126,7 @@ pub const PICO_2: Board = Board {
     pins: PICO_PINS,
     taken: PICO_TAKEN,
     has_free_drivers: true,
+    driver_uart: PICO_UART,
 };
 
 /// BIGTREETECH SKR Pico V1.0: motors A, B, C on its X, Y, Z. The pins are those of the maker's
@@ -137,6 +161,7 @@ pub const SKR_PICO: Board = Board {
         TakenPin::new(27, "a thermistor"),
     ],
     has_free_drivers: false,
+    driver_uart: DriverUart { pins: [8, 9], addresses: [0, 2, 1], is_fixed: true },
 };
 
 /// All boards.
@@ -154,6 +179,22 @@ impl Board {
             return Some("the serial line to the computer");
         }
         self.taken.iter().find(|taken| taken.number == pin).map(|taken| taken.to)
+    }
+
+    /// Returns why this line cannot be at this pin; `None` if it can.
+    pub fn line_error(&self, line: Line, pin: u8) -> Option<PinError> {
+        let end = match line {
+            Line::UartTx => 0,
+            Line::UartRx => 1,
+            _ => return self.pin_error(pin),
+        };
+        let DriverUart { pins, is_fixed, .. } = self.driver_uart;
+        match self.pin_error(pin) {
+            Some(PinError::Missing) => Some(PinError::Missing),
+            _ if is_fixed => (pins[end] != pin).then_some(PinError::NoUart),
+            None => (DRIVER_UART[end] >> pin & 1 == 0).then_some(PinError::NoUart),
+            error => error,
+        }
     }
 
     /// Returns why no line can be at this pin; `None` for a free pin.

@@ -48,6 +48,8 @@
 //!   describes, by the ids of the commands that set them. A host ignores telemetry about another
 //!   target, in whatever order it arrives. Telemetry is not repeated: the board sends the next one
 //!   after each accepted position, and at least every 100 ms.
+//! - [`Drivers`](message::FromBoard::Drivers): not repeated. The next one, about 0.1 s later,
+//!   replaces it.
 //! - [`Fault`](message::FromBoard::Fault): sent once. A host that misses it finds the fault in the
 //!   telemetry, whose state stays [`Fault`](message::State::Fault) until ClearFault.
 //! - A board that restarts forgets Hello, configuration and target. It refuses positions with

@@ -229,6 +229,9 @@ pub enum FromBoard {
     Diagnostics(Diagnostics),
     /// Answers a [`Command::Measure`].
     Measurement(Measurement),
+    /// Reports what TMC2209 drivers on a UART say of themselves: about ten times a second while
+    /// they are watched, and when a warning comes or goes.
+    Drivers(DriverReport),
 }
 
 /// Identification and limits of the board, and whether the host's Hello matched. Its bytes never
@@ -340,8 +343,8 @@ pub enum ConfigField {
     Deadlines,
     /// A margin of 0 or above 1 m, a time of 0 or above 5 s.
     Growth,
-    /// A driver's pulse time above 4.1 µs, a time after ENABLE above 200 ms, or a duty of 0 or
-    /// above 100 %.
+    /// A driver's pulse time above 4.1 µs, a time after ENABLE above 200 ms, a duty of 0 or above
+    /// 100 %, or currents that the sense resistor does not allow.
     Drivers,
     /// A running mean over more than 400 ms.
     Mean,
@@ -413,8 +416,33 @@ pub enum Fault {
     NotFollowing,
     /// |e| did not get smaller for long: the target is out of reach.
     NoProgress,
-    /// A motor driver did not carry out its command. The motor positions are unknown.
-    Driver,
+    /// A motor driver failed. The motor positions are unknown.
+    Driver(DriverFault),
+}
+
+/// How a motor driver failed, with the motor (0 = A, 1 = B, 2 = C). Grows at its end. Data sheet of
+/// the TMC2209: rev. 1.09, sections 5.1 and 5.5.3.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DriverFault {
+    /// A Motor HAT did not carry out a command in time.
+    Hat,
+    /// A TMC2209 did not answer.
+    Silent(u8),
+    /// The answers of a TMC2209 were damaged, or it did not take what was written.
+    BadReplies(u8),
+    /// The chip at a driver's address is no TMC2209.
+    Version(u8),
+    /// A driver's DIR does not follow its motor's pin, or follows another's: two drivers have one
+    /// address, or the addresses are exchanged.
+    Address(u8),
+    /// A TMC2209 was reset, and has lost its settings.
+    Reset(u8),
+    /// The charge pump's voltage of a TMC2209 is too low.
+    Undervoltage(u8),
+    /// A TMC2209 has switched its motor off for its temperature.
+    Overtemperature(u8),
+    /// A TMC2209 has switched its motor off for a short circuit.
+    Short(u8),
 }
 
 /// State of the board at one moment.
@@ -452,6 +480,28 @@ pub struct Telemetry {
     pub tensions: Option<PerMotor<RelativeTension>>,
     /// State of the reference while the board follows one.
     pub reference: Option<ReferenceState>,
+}
+
+/// Report of the motor drivers.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DriverReport {
+    /// Time on the board's clock.
+    pub time: Micros,
+    /// Readings of the drivers of motors A, B and C.
+    pub motors: PerMotor<DriverReading>,
+}
+
+/// Readings of a motor driver: warnings, for which the board does not stop.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DriverReading {
+    /// Whether the driver is hot: its prewarning of temperature, at 120 °C as delivered.
+    pub is_hot: bool,
+    /// Whether a coil seems to be open, while the motor turns. A hint only: fast motion may cause
+    /// it.
+    pub has_open_load: bool,
+    /// Reading of StallGuard, 0 to 510: lower at a higher load. `None` before the first one, and
+    /// with [`SpreadCycle`](crate::wiring::Chopper::SpreadCycle).
+    pub stall_guard: Option<u16>,
 }
 
 /// Report that the board has stopped by itself.

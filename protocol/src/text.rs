@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::message::{ConfigField, Fault, Refusal, StartCause, State};
+use crate::message::{ConfigField, DriverFault, Fault, Refusal, StartCause, State};
 use crate::wiring::{Line, PinError, WiringError};
 
 /// Returns the letter of motor 0, 1 or 2.
@@ -35,10 +35,25 @@ impl fmt::Display for Fault {
             Self::NoProgress => {
                 f.write_str("the ball gets no nearer to its target: is the target within reach?")
             }
-            Self::Driver => {
-                f.write_str("a motor driver does not answer; the motor positions are unknown")
-            }
+            Self::Driver(fault) => write!(f, "a motor driver failed: {fault}"),
         }
+    }
+}
+
+impl fmt::Display for DriverFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (index, what) = match *self {
+            Self::Hat => return f.write_str("a Motor HAT does not answer"),
+            Self::Silent(index) => (index, "does not answer"),
+            Self::BadReplies(index) => (index, "answers with damaged bytes"),
+            Self::Version(index) => (index, "is no TMC2209"),
+            Self::Address(index) => (index, "has the address of another one"),
+            Self::Reset(index) => (index, "was reset"),
+            Self::Undervoltage(index) => (index, "has too low a supply voltage"),
+            Self::Overtemperature(index) => (index, "is too hot and has switched off"),
+            Self::Short(index) => (index, "has a short circuit and has switched off"),
+        };
+        write!(f, "that of motor {} {what}", motor(index))
     }
 }
 
@@ -94,7 +109,7 @@ impl fmt::Display for ConfigField {
             Self::Growth => "the error's growth limit (margin up to 1 m, time up to 5 s)",
             Self::Drivers => {
                 "the motor drivers (pulse times up to 4.1 µs, 200 ms after ENABLE, a duty of 1 to \
-                 100 %)"
+                 100 %, currents that the sense resistor allows)"
             }
             Self::Mean => "the running mean (at most 400 ms)",
             Self::Delay => "the law's delay (at most 500 ms)",
@@ -173,6 +188,9 @@ impl fmt::Display for WiringError {
                 f.write_str("this board has drivers of its own, and no coils or Motor HATs")
             }
             Self::Pin(line, error) => write!(f, "{line} is at {error}"),
+            Self::Addresses => {
+                f.write_str("the addresses of the drivers are 0 to 3, each at most once")
+            }
         }
     }
 }
@@ -185,6 +203,8 @@ impl fmt::Display for Line {
             Self::Enable(i) => write!(f, "ENABLE {}", motor(*i)),
             Self::Emergency => f.write_str("the emergency input"),
             Self::Led => f.write_str("the LED"),
+            Self::UartTx => f.write_str("TX of the drivers' UART"),
+            Self::UartRx => f.write_str("RX of the drivers' UART"),
         }
     }
 }
@@ -195,6 +215,7 @@ impl fmt::Display for PinError {
             Self::Missing => "a pin that the board does not have",
             Self::Taken => "a pin that the board uses itself",
             Self::Twice => "a pin that is in use already",
+            Self::NoUart => "a pin without that UART",
         })
     }
 }

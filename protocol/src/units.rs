@@ -97,6 +97,14 @@ quantity! {
     /// A span of time in nanoseconds; at most 65.5 µs.
     Nanoseconds(u16), 1e-9
 }
+quantity! {
+    /// An electric current in milliamperes; at most 65.5 A.
+    Milliamperes(u16), 1e-3
+}
+quantity! {
+    /// A resistance in milliohms; at most 65.5 Ω.
+    Milliohms(u16), 1e-3
+}
 
 /// A moment on the board's clock, microseconds since it started.
 #[derive(

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::boards::{self, Board};
 use crate::dimension::PerMotor;
 use crate::provenance::BoardKind;
-use crate::units::{Milliseconds, Nanoseconds};
+use crate::units::{Milliamperes, Milliohms, Milliseconds, Nanoseconds};
 
 /// Wiring of a board: [`Command::Wire`](crate::Command::Wire).
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,6 +108,83 @@ pub enum Drivers {
     Coils(Coils),
     /// Two Adafruit Motor HATs (PCA9685 at 0x60: motors A and B, at 0x61: motor C).
     MotorHats(Coils),
+    /// One TMC2209 per motor with inputs STEP, DIR and ENABLE, all on one UART, over which the
+    /// board sets and watches them.
+    Tmc2209(Tmc2209),
+}
+
+impl Drivers {
+    /// Returns the timing of inputs STEP and DIR; `None` for drivers without them.
+    pub const fn step_dir(&self) -> Option<&StepDir> {
+        match self {
+            Self::StepDir(times) => Some(times),
+            Self::Tmc2209(driver) => Some(&driver.times),
+            Self::Coils(_) | Self::MotorHats(_) => None,
+        }
+    }
+
+    /// Returns the settings of TMC2209 on a UART.
+    pub const fn tmc2209(&self) -> Option<&Tmc2209> {
+        match self {
+            Self::Tmc2209(driver) => Some(driver),
+            _ => None,
+        }
+    }
+}
+
+/// Settings of TMC2209 drivers on one UART. The data sheet is rev. 1.09.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tmc2209 {
+    /// Timing of STEP, DIR and ENABLE.
+    pub times: StepDir,
+    /// The board's pins of the UART: TX (through 1 kΩ) and RX, both at PDN_UART of all drivers.
+    pub uart: [u8; 2],
+    /// Addresses of the drivers of motors A, B and C, by MS1 and MS2: 0 to 3, each once.
+    pub addresses: PerMotor<u8>,
+    /// Current of a motor that turns, root mean square: what the sense resistor allows.
+    pub run: Milliamperes,
+    /// Current of a motor that stands, likewise; at most [`run`](Self::run).
+    pub hold: Milliamperes,
+    /// Sense resistor of a coil: 50 to 1000 mΩ.
+    pub sense: Milliohms,
+    /// How a coil's current is controlled.
+    pub chopper: Chopper,
+}
+
+/// How a TMC2209 controls the current of a coil. Grows at its end.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Chopper {
+    /// By the voltage: silent. StallGuard reads the load in this mode only.
+    StealthChop,
+    /// By the current, cycle by cycle: more torque at speed, and audible.
+    SpreadCycle,
+}
+
+impl Tmc2209 {
+    /// Returns the settings with the pins and addresses of a board's table: 0.8 A in motion and at
+    /// rest with 0.11 Ω, StealthChop.
+    pub const fn of(board: &Board) -> Self {
+        let boards::DriverUart { pins, addresses, .. } = board.driver_uart;
+        Self {
+            times: Self::TIMES,
+            uart: pins,
+            addresses,
+            run: Milliamperes(800),
+            hold: Milliamperes(800),
+            sense: Milliohms(110),
+            chopper: Chopper::StealthChop,
+        }
+    }
+
+    /// Returns whether the addresses are 0 to 3, each once.
+    fn has_right_addresses(&self) -> bool {
+        let [a, b, c] = self.addresses;
+        self.addresses.iter().all(|&address| address < 4) && a != b && b != c && a != c
+    }
+
+    /// Times of STEP and DIR as [`StepDir::TMC2209`] has them. The first part of StealthChop's
+    /// tuning wants the motor to stand for 130 ms with its current (section 6.1).
+    pub const TIMES: StepDir = StepDir { enable: Milliseconds(130), ..StepDir::TMC2209 };
 }
 
 /// Timing of a driver's inputs, from its data sheet.
@@ -169,6 +246,8 @@ pub enum WiringError {
     Drivers,
     /// A line cannot be at its pin.
     Pin(Line, PinError),
+    /// An address of a driver is above 3, or another driver's too.
+    Addresses,
 }
 
 /// A line between the board and its surroundings.
@@ -184,6 +263,10 @@ pub enum Line {
     Emergency,
     /// The light.
     Led,
+    /// TX of the drivers' UART.
+    UartTx,
+    /// RX of the drivers' UART.
+    UartRx,
 }
 
 /// Reason why a line cannot be at a pin.
@@ -195,13 +278,15 @@ pub enum PinError {
     Taken,
     /// Another line is at this pin, or the coils or the Motor HATs are.
     Twice,
+    /// The drivers' UART is not at this pin.
+    NoUart,
 }
 
 impl Wiring {
     /// Returns the wiring of a Pico with its default pins, as docs/use/board.md draws them.
     pub const fn pico(drivers: Drivers) -> Self {
         let polarity = match drivers {
-            Drivers::StepDir(_) => EnablePolarity::ActiveLow,
+            Drivers::StepDir(_) | Drivers::Tmc2209(_) => EnablePolarity::ActiveLow,
             Drivers::Coils(_) | Drivers::MotorHats(_) => EnablePolarity::ActiveHigh,
         };
         Self { board: BoardKind::Pico, pins: Pins { polarity, ..boards::PICO.pins }, drivers }
@@ -215,7 +300,7 @@ impl Wiring {
     /// Returns the lines in use with their pins: without STEP and DIR where coils or Motor HATs
     /// take their place.
     pub fn lines(&self) -> impl Iterator<Item = (Line, u8)> + '_ {
-        let has_steps = matches!(self.drivers, Drivers::StepDir(_));
+        let has_steps = self.drivers.step_dir().is_some();
         let motors = self.pins.motors.iter().filter(move |_| has_steps).zip(0..);
         let steps = motors.flat_map(|(pins, motor)| {
             let (step, direction) = (pins.step.number, pins.direction.number);
@@ -224,13 +309,17 @@ impl Wiring {
         let enable = self.pins.enable.numbers().iter().zip(0..);
         let enable = enable.map(|(pin, index)| (Line::Enable(index), *pin));
         let led = self.pins.led.map(|pin| (Line::Led, pin.number));
-        steps.chain(enable).chain([(Line::Emergency, self.pins.emergency.number)]).chain(led)
+        let emergency = [(Line::Emergency, self.pins.emergency.number)];
+        let uart = self.drivers.tmc2209().into_iter();
+        let uart =
+            uart.flat_map(|driver| [Line::UartTx, Line::UartRx].into_iter().zip(driver.uart));
+        steps.chain(enable).chain(emergency).chain(led).chain(uart)
     }
 
     /// Returns the fixed pins of the drivers, a bit each: those of coils or of Motor HATs.
     pub const fn driver_pins(&self) -> u32 {
         match self.drivers {
-            Drivers::StepDir(_) => 0,
+            Drivers::StepDir(_) | Drivers::Tmc2209(_) => 0,
             Drivers::Coils(_) => boards::COILS,
             Drivers::MotorHats(_) => boards::HATS,
         }
@@ -245,13 +334,16 @@ impl Wiring {
         let Some(board) = board.filter(|board| chip.is_none_or(|chip| chip == board.chip)) else {
             return report(WiringError::Board);
         };
-        if !board.has_free_drivers && !matches!(self.drivers, Drivers::StepDir(_)) {
+        if !board.has_free_drivers && self.drivers.step_dir().is_none() {
             report(WiringError::Drivers);
+        }
+        if self.drivers.tmc2209().is_some_and(|driver| !driver.has_right_addresses()) {
+            report(WiringError::Addresses);
         }
         let mut used = self.driver_pins();
         for (line, pin) in self.lines() {
             let bit = 1_u32.checked_shl(pin.into()).unwrap_or(0);
-            let error = match board.pin_error(pin) {
+            let error = match board.line_error(line, pin) {
                 None if used & bit != 0 => Some(PinError::Twice),
                 error => error,
             };
@@ -266,6 +358,7 @@ impl Wiring {
     ///
     /// # Errors
     /// The first reason to refuse it.
+    #[cold]
     pub fn check(&self, chip: Option<boards::Chip>) -> Result<(), WiringError> {
         let mut first = Ok(());
         self.each_error(chip, |error| {

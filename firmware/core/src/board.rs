@@ -47,11 +47,12 @@ use plumb_protocol::config::Config;
 use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement, Diagnostics, Measurement};
 use plumb_protocol::frame::{self, FrameError};
 use plumb_protocol::message::{
-    self, Fault, FaultReport, FromBoard, Refusal, StartCause, Telemetry, ToBoard,
+    self, DriverFault, DriverReading, DriverReport, Fault, FaultReport, FromBoard, Refusal,
+    StartCause, Telemetry, ToBoard,
 };
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
-use plumb_protocol::wiring::Wiring;
+use plumb_protocol::{MOTORS, Wiring};
 
 use crate::law_worker::LawResponse;
 use crate::params::BuildLimits;
@@ -59,7 +60,7 @@ use crate::plan::{Planner, StepPlan};
 use crate::servo::Servo;
 use crate::timing::DriverTiming;
 use crate::vector::per_motor;
-use schedule::{EMERGENCY_TICKS, Schedule};
+use schedule::{DriverSetup, EMERGENCY_TICKS, Schedule};
 use session::Session;
 use setup::Setup;
 use state::State;
@@ -96,6 +97,9 @@ pub struct Tick {
     pub measure: bool,
     /// Test the flash now and report the result ([`Board::on_stored`]); the motors stand still.
     pub test_flash: bool,
+    /// Set up the motor drivers over their UART, unless that is under way, and report the result
+    /// ([`Board::on_drivers_ready`], [`Board::on_driver_failure`]); the motors stand still.
+    pub set_up_drivers: bool,
 }
 
 impl Board {
@@ -258,11 +262,33 @@ impl Board {
         self.servo.on_response(response);
     }
 
-    /// Stops the board because a motor driver did not carry out its command: the motor positions
-    /// are unknown. Call this in every tick as long as that lasts.
+    /// Stops the board because a motor driver failed: the motor positions are unknown. Call this in
+    /// every tick as long as a Motor HAT does not answer, and once for a driver on a UART, which is
+    /// set up again once the fault is cleared.
     #[inline(never)]
-    pub fn on_driver_failure(&mut self, now: Micros, out: &mut Outbox) {
-        self.fault(now, Fault::Driver, out);
+    pub fn on_driver_failure(&mut self, now: Micros, fault: DriverFault, out: &mut Outbox) {
+        self.fault(now, Fault::Driver(fault), out);
+    }
+
+    /// Takes in that the drivers on a UART are set up, for [`Tick::set_up_drivers`]. They get
+    /// current, and the motors move where a command waits for that.
+    #[inline(never)]
+    pub fn on_drivers_ready(&mut self) {
+        self.schedule.driver_setup = DriverSetup::Done;
+        self.schedule.dirty = true;
+    }
+
+    /// Reports readings of drivers on a UART to a host that was greeted.
+    #[inline(never)]
+    pub fn on_driver_readings(
+        &mut self,
+        now: Micros,
+        motors: [DriverReading; MOTORS],
+        out: &mut Outbox,
+    ) {
+        if self.session.greeted {
+            out.send(&FromBoard::Drivers(DriverReport { time: now, motors }));
+        }
     }
 
     /// Stops the board for the emergency input. The hardware has stopped the pulses: each motor is

@@ -39,6 +39,9 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+#[cfg(test)]
+extern crate std;
+
 pub mod board;
 pub mod coils;
 pub mod config_store;
@@ -50,6 +53,7 @@ pub mod segment;
 pub mod servo;
 pub mod soft_float;
 pub mod timing;
+pub mod tmc2209;
 mod vector;
 mod wide;
 

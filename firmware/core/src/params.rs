@@ -8,10 +8,11 @@ use plumb_protocol::config::{
 use plumb_protocol::dimension::{AXES, MOTORS};
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{Micrometres, Point};
-use plumb_protocol::wiring::{Coils, Drivers};
+use plumb_protocol::wiring::{Coils, Drivers, Tmc2209};
 
 use crate::law::{DeferredLawKind, DeferredTicks, Interval, LawSelection, LawTicks, MotorLimits};
 use crate::timing::{DriverTiming, TICK_US};
+use crate::tmc2209;
 
 /// Limits of the build, which no configuration can lift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -153,10 +154,7 @@ impl Params {
 
     /// Returns the time from ENABLE to the first pulse, µs.
     pub(crate) fn enable_us(&self) -> u64 {
-        match &self.drivers {
-            Drivers::StepDir(times) => u64::from(times.enable.0) * 1000,
-            Drivers::Coils(_) | Drivers::MotorHats(_) => 0,
-        }
+        self.drivers.step_dir().map_or(0, |times| u64::from(times.enable.0) * 1000)
     }
 
     /// Returns the kind of a deferred law; `None` where an inline one is configured.
@@ -280,9 +278,11 @@ fn check_drivers(
         Ok((max_rate * u32::from(microsteps), DriverTiming::SLOWEST))
     };
     match drivers {
-        Drivers::StepDir(times) => {
+        Drivers::StepDir(times) | Drivers::Tmc2209(Tmc2209 { times, .. }) => {
             let timing = DriverTiming::new(times);
-            let in_range = timing.is_some() && times.enable.0 <= MAX_ENABLE_MS;
+            let has_settings =
+                drivers.tmc2209().is_none_or(|it| tmc2209::Settings::new(it, microsteps).is_some());
+            let in_range = timing.is_some() && times.enable.0 <= MAX_ENABLE_MS && has_settings;
             ensure(in_range, ConfigField::Drivers, report)?;
             let timing = timing.unwrap_or(DriverTiming::SLOWEST);
             Ok((timing.max_pulse_rate(), timing))

@@ -79,6 +79,7 @@ pub struct PulseWidth {
 
 impl PulseWidth {
     /// Returns the least width of at least `clocks`; `None` above 513.
+    #[cold]
     pub fn at_least(clocks: u32) -> Option<Self> {
         let looped = clocks.saturating_sub(1).max(1);
         (0..16u8)

@@ -8,7 +8,7 @@ use plumb_core::law::LawTicks;
 use plumb_core::params::Params;
 use plumb_core::{Board, BuildLimits, TICK_US, Tick};
 use plumb_protocol::diagnostics::ChipCounts;
-use plumb_protocol::message::{Refusal, StartCause, State};
+use plumb_protocol::message::{DriverFault, Refusal, StartCause, State};
 use plumb_protocol::units::Micros;
 use plumb_protocol::{Config, Wiring};
 
@@ -235,10 +235,10 @@ impl EmulatedBoard {
         self.collect();
     }
 
-    /// Stops the board because a motor driver does not answer. Call this before every tick as long
+    /// Stops the board because a Motor HAT does not answer. Call this before every tick as long
     /// as that lasts.
     pub fn fail_driver(&mut self) {
-        self.harness.on_driver_failure(self.now);
+        self.harness.on_driver_failure(self.now, DriverFault::Hat);
         self.collect();
     }
 

@@ -6,9 +6,11 @@ use plumb_core::law_worker::{LawRequest, LawResponse};
 use plumb_core::{Board, BuildLimits, LawWorker, Outbox, Tick};
 use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement};
 use plumb_protocol::frame::{self, Accumulator, FrameError};
-use plumb_protocol::message::{Command, FromBoard, Hello, StartCause, ToBoard};
+use plumb_protocol::message::{
+    Command, DriverFault, DriverReading, FromBoard, Hello, StartCause, ToBoard,
+};
 use plumb_protocol::units::{Micros, Rate, Steps16};
-use plumb_protocol::{Config, Wiring};
+use plumb_protocol::{Config, MOTORS, Wiring};
 
 /// Time from a request to the law worker to its response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -44,6 +46,10 @@ pub struct Harness {
     pub law_worker: LawWorker,
     /// Time that the law worker takes.
     pub law_delay: LawDelay,
+    /// Whether [`tick`](Self::tick) and [`plan`](Self::plan) set up drivers on a UART, which then
+    /// takes no time. Otherwise the caller reports it with
+    /// [`on_drivers_ready`](Self::on_drivers_ready).
+    pub sets_up_drivers: bool,
     /// Messages of the board that were not taken.
     pub outbox: Outbox,
     /// Request in progress, with the ticks until its response.
@@ -65,6 +71,7 @@ impl Harness {
             board: Board::new(build),
             law_worker: LawWorker::new(),
             law_delay,
+            sets_up_drivers: true,
             outbox: Outbox::new(),
             in_progress: None,
             request: None,
@@ -92,7 +99,8 @@ impl Harness {
     /// Restarts the board with `cause` and what it has stored, if there is anything. Messages that
     /// were not taken are lost, and so is a law's response.
     pub fn restart(&mut self, cause: StartCause, stored: Option<&Stored>) {
-        *self = Self { id: self.id, ..Self::new(self.build, self.law_delay) };
+        let (id, sets_up_drivers) = (self.id, self.sets_up_drivers);
+        *self = Self { id, sets_up_drivers, ..Self::new(self.build, self.law_delay) };
         self.board.set_start_cause(cause);
         if let Some(stored) = stored {
             self.board.restore(&stored.wiring, &stored.config);
@@ -124,7 +132,9 @@ impl Harness {
     pub fn tick(&mut self, now: Micros) -> Option<Tick> {
         let delay = match self.law_delay {
             LawDelay::SameTick => {
-                return self.board.tick(now, &mut self.law_worker, &mut self.outbox);
+                let tick = self.board.tick(now, &mut self.law_worker, &mut self.outbox);
+                self.set_up_drivers(tick);
+                return tick;
             }
             LawDelay::Ticks(ticks) => Some(ticks),
             LawDelay::Never => None,
@@ -152,7 +162,16 @@ impl Harness {
         if let Some(response) = response {
             self.board.on_law_response(&response);
         }
-        self.board.plan(now, &mut self.outbox)
+        let tick = self.board.plan(now, &mut self.outbox);
+        self.set_up_drivers(tick);
+        tick
+    }
+
+    /// Sets up drivers on a UART where the board asks for it, unless the caller does.
+    fn set_up_drivers(&mut self, asked: Option<Tick>) {
+        if self.sets_up_drivers && asked.is_some_and(|tick| tick.set_up_drivers) {
+            self.on_drivers_ready();
+        }
     }
 
     /// Runs the second half of a tick. Returns a request for the caller's law worker. See
@@ -188,9 +207,19 @@ impl Harness {
         self.board.on_emergency_stop(now, missing, &mut self.outbox);
     }
 
-    /// Stops the board because a motor driver does not answer.
-    pub fn on_driver_failure(&mut self, now: Micros) {
-        self.board.on_driver_failure(now, &mut self.outbox);
+    /// Stops the board because a motor driver failed.
+    pub fn on_driver_failure(&mut self, now: Micros, fault: DriverFault) {
+        self.board.on_driver_failure(now, fault, &mut self.outbox);
+    }
+
+    /// Reports that the drivers on a UART are set up.
+    pub fn on_drivers_ready(&mut self) {
+        self.board.on_drivers_ready();
+    }
+
+    /// Reports readings of drivers on a UART.
+    pub fn on_driver_readings(&mut self, now: Micros, readings: [DriverReading; MOTORS]) {
+        self.board.on_driver_readings(now, readings, &mut self.outbox);
     }
 
     /// Reports the end of a Store: whether the configuration was written.

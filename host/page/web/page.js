@@ -155,6 +155,7 @@ function showValues() {
   byId("rates").textContent = known(board?.rates, numbers(1));
   byId("motors").textContent = known(board?.motors, numbers(1));
   showTensions(board);
+  showDrivers(board?.drivers);
   byId("number").textContent = known(frame, () => `${frame.number} at ${frame.time.toFixed(1)} s`);
   byId("rate").textContent = known(history.rate(), (rate) => `${rate.toFixed(0)}/s`);
 }
@@ -180,6 +181,12 @@ function showTensions(board) {
     bar.querySelector("b").textContent =
       tensions.weights[cable].toFixed(2) + (isNearSlack ? " near slack" : "");
   });
+}
+
+/** Shows the warnings of drivers on a UART; others have none. */
+function showDrivers(warnings) {
+  byId("driver-row").hidden = !warnings;
+  byId("drivers").textContent = warnings === "none" ? "no warning" : warnings ?? "";
 }
 
 function addEvent({ number, at, kind, text }) {

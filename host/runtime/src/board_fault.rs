@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use plumb_protocol::message::Fault;
+use plumb_protocol::message::{DriverFault, Fault};
 use plumb_protocol::units::Micrometres;
 
 /// Fault for which the board stopped by itself. Its text is for people.
@@ -177,9 +177,41 @@ pub fn after_fault(fault: Fault) -> &'static str {
             "Clear the fault. Choose a target within reach of taut cables, and check that every \
              motor turns the right way."
         }
-        Fault::Driver => {
+        Fault::Driver(fault) => after_driver_fault(fault),
+    }
+}
+
+/// Returns what to do next after a motor driver failed.
+fn after_driver_fault(fault: DriverFault) -> &'static str {
+    match fault {
+        DriverFault::Hat => {
             "Check the supply of the Motor HATs and their wires: 3.3 V, ground, GP16 and GP17. \
              Then clear the fault, and run `plumb home` with the ball at a known place."
+        }
+        DriverFault::Silent(_) => {
+            "Check that the motors' supply is on, the UART's wires, and the driver's address. Then \
+             clear the fault, and run `plumb home` with the ball at a known place."
+        }
+        DriverFault::BadReplies(_) => {
+            "Check the UART's wires and their ground, and keep the motors' wires away from them. \
+             Then clear the fault."
+        }
+        DriverFault::Version(_) => "Check which chip is on the driver: only a TMC2209 will do.",
+        DriverFault::Address(_) => {
+            "Check the addresses of the drivers (MS1, MS2), the wires of DIR, and \
+             `motors.driver.tmc2209-uart.addresses`. Then clear the fault."
+        }
+        DriverFault::Reset(_) | DriverFault::Undervoltage(_) => {
+            "Check the motors' supply: its voltage has broken down. Then clear the fault, and run \
+             `plumb home` with the ball at a known place."
+        }
+        DriverFault::Overtemperature(_) => {
+            "Let the driver cool down. Then give it a fan or a heat sink, or the motor less \
+             current; clear the fault, and run `plumb home` with the ball at a known place."
+        }
+        DriverFault::Short(_) => {
+            "Switch the motors' supply off, and look for a short circuit in the motor and its \
+             wires. Then clear the fault, and run `plumb home` with the ball at a known place."
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Report of the board in SI units, and the cables that are near slack.
 
-use plumb_protocol::message::{State, Telemetry};
+use plumb_protocol::message::{DriverReading, State, Telemetry};
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};
 use serde::{Serialize, Serializer};
 
@@ -39,6 +39,9 @@ pub struct BoardReport {
     /// Place of the reference while the board follows one, metres in the rig frame.
     #[serde(rename = "reference_m")]
     pub reference: Option<[f64; 3]>,
+    /// Newest readings of the drivers of motors A, B, C; `None` of drivers without a UART.
+    #[serde(skip)]
+    pub drivers: Option<[DriverReading; 3]>,
 }
 
 impl From<&Telemetry> for BoardReport {
@@ -55,6 +58,7 @@ impl From<&Telemetry> for BoardReport {
             bad_frames: telemetry.bad_frames,
             tensions: telemetry.tensions.map(|tensions| tensions.map(RelativeTension::to_si)),
             reference: telemetry.reference.map(|reference| reference.position.to_metres()),
+            drivers: None,
         }
     }
 }
@@ -62,6 +66,27 @@ impl From<&Telemetry> for BoardReport {
 /// Writes a state as people read it.
 fn in_words<S: Serializer>(state: &State, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(state)
+}
+
+/// Returns the warnings of the drivers of motors A, B, C in words; `none` where there are none.
+///
+/// ```
+/// use plumb_protocol::message::DriverReading;
+/// use plumb_runtime::board_report::driver_warnings;
+///
+/// let cool = DriverReading::default();
+/// let hot = DriverReading { is_hot: true, has_open_load: true, ..cool };
+/// assert_eq!(driver_warnings(&[hot, cool, cool]), "A hot, A open coil");
+/// assert_eq!(driver_warnings(&[cool; 3]), "none");
+/// ```
+pub fn driver_warnings(drivers: &[DriverReading; 3]) -> String {
+    let warnings = drivers.iter().zip("ABC".chars()).flat_map(|(driver, motor)| {
+        let hot = driver.is_hot.then(|| format!("{motor} hot"));
+        let open = driver.has_open_load.then(|| format!("{motor} open coil"));
+        hot.into_iter().chain(open)
+    });
+    let text = warnings.collect::<Vec<_>>().join(", ");
+    if text.is_empty() { "none".to_owned() } else { text }
 }
 
 /// Estimated tension over the ball's weight below which a cable counts as near slack. The estimate

@@ -20,11 +20,11 @@ use std::time::Duration;
 use plumb_protocol::diagnostics::Diagnostics;
 use plumb_protocol::frame::{self, Accumulator};
 use plumb_protocol::message::{
-    Answer, Command, Fault, FromBoard, Hello, Position, Refusal, StartCause, State, Telemetry,
-    ToBoard,
+    Answer, Command, DriverReading, Fault, FromBoard, Hello, Position, Refusal, StartCause, State,
+    Telemetry, ToBoard,
 };
 use plumb_protocol::units::{Covariance, Micros, Point};
-use plumb_protocol::{Config, Provenance, Wiring};
+use plumb_protocol::{Config, MOTORS, Provenance, Wiring};
 use tracing::{debug, info};
 
 use crate::board_fault::BoardFault;
@@ -80,6 +80,8 @@ pub struct Link<T> {
     /// Answer to the last submitted command.
     reply: Option<Reply>,
     telemetry: Option<Telemetry>,
+    /// Newest readings of drivers on a UART, since the configuration.
+    drivers: Option<[DriverReading; MOTORS]>,
     fault: Option<BoardFault>,
     start_cause: Option<StartCause>,
     /// The board's program and chip; `None` before the board has told them.
@@ -120,6 +122,7 @@ impl<T: Transport> Link<T> {
             jog: None,
             reply: None,
             telemetry: None,
+            drivers: None,
             fault: None,
             start_cause: None,
             provenance: None,
@@ -153,7 +156,7 @@ impl<T: Transport> Link<T> {
         })?;
         (self.configuration, self.configured) = (Some(id), time);
         self.config = Some(config);
-        (self.telemetry, self.fault) = (None, None);
+        (self.telemetry, self.drivers, self.fault) = (None, None, None);
         let deadline = Duration::from_millis(config.deadlines.host.0.into());
         self.monitor.begin_configured(self.transport.now(), deadline);
         info!(id, "configured the board");
@@ -329,6 +332,8 @@ impl<T: Transport> Link<T> {
 pub(crate) struct LinkView {
     /// Newest telemetry under this link's configuration.
     pub(crate) telemetry: Option<Telemetry>,
+    /// Newest readings of drivers on a UART.
+    pub(crate) drivers: Option<[DriverReading; MOTORS]>,
     /// What the telemetry is about.
     pub(crate) subject: Subject,
     /// Fault for which the board stopped by itself.
@@ -380,6 +385,7 @@ impl<T: Transport> Link<T> {
     pub(crate) fn view(&self) -> LinkView {
         LinkView {
             telemetry: self.telemetry().copied(),
+            drivers: self.drivers,
             subject: Subject {
                 is_destination: self.target_telemetry().is_some(),
                 is_path: self.path_telemetry().is_some(),

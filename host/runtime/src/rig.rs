@@ -37,7 +37,7 @@ pub use self::motors::Motors;
 pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};
 pub use motion::{JogSettings, PathSettings};
-pub use motors::{Driver, TimingSettings};
+pub use motors::{Driver, ModeName, TimingSettings, UartSettings};
 pub use quantity::OutOfRange;
 pub use simulation::{MotorPoints, SimulatedMotor, Size, Wiring, WiringError};
 
@@ -188,7 +188,7 @@ impl Rig {
         wiring::Wiring {
             board: self.board.kind.kind(),
             pins: self.board.pins(&self.motors.driver),
-            drivers: self.motors.convert_driver(conversion),
+            drivers: self.motors.convert_driver(&self.board, conversion),
         }
     }
 

@@ -101,6 +101,8 @@ enum DriverName {
     Drv8825,
     /// Trinamic TMC2209, set by its straps
     Tmc2209,
+    /// Trinamic TMC2209 on a UART
+    Tmc2209Uart,
     /// Toshiba TB6600HG, behind opto-couplers
     Tb6600,
     /// Leadshine DM542 and its like
@@ -117,6 +119,7 @@ impl From<DriverName> for DriverKind {
             DriverName::A4988 => Self::A4988,
             DriverName::Drv8825 => Self::Drv8825,
             DriverName::Tmc2209 => Self::Tmc2209,
+            DriverName::Tmc2209Uart => Self::Tmc2209Uart,
             DriverName::Tb6600 => Self::Tb6600,
             DriverName::Dm542 => Self::Dm542,
             DriverName::Coils => Self::Coils,
@@ -211,15 +214,14 @@ fn sender(camera: &NewCamera, folder: &Path) -> Option<String> {
 /// Returns what a person must know of the board or its drivers before they get current.
 fn note(rig: &NewRig) -> Option<&'static str> {
     match (rig.board, rig.driver) {
-        (BoardName::SkrPico, _) => Some(
-            "the firmware does not set the SKR Pico's drivers yet: their microsteps differ, and a \
-             rig cannot run with it (docs/use/skr-pico.md)",
+        (BoardName::SkrPico | BoardName::Pico, DriverKind::Tmc2209Uart) => Some(
+            "0.8 A is a guess: set `run_current` to the motors' data sheet (docs/use/skr-pico.md)",
         ),
         (BoardName::Pico | BoardName::Pico2, DriverKind::Tb6600 | DriverKind::Dm542) => Some(
             "a current switches these drivers off, so that a crash of the board leaves the motors \
              on; they need a 5 V buffer (docs/use/opto.md)",
         ),
-        (BoardName::Pico, _) => None,
+        (BoardName::SkrPico | BoardName::Pico, _) => None,
         (BoardName::Pico2, _) => Some(
             "inputs of a Pico 2 may stay at about 2 V with the chip's pull-downs: resistors to \
              ground must be 8.2 kΩ or less (docs/use/pico2.md)",

@@ -14,7 +14,7 @@ use plumb_frame::image::ImageSize;
 use crate::common::{Emulator, folder, json, patient, plumb, stderr};
 
 /// Drivers and their microsteps.
-const DRIVERS: [(&str, &[&str]); 7] = [
+const DRIVERS: [(&str, &[&str]); 8] = [
     ("a4988", &["1", "2", "4", "8", "16"]),
     ("drv8825", &["1", "2", "4", "8", "16"]),
     ("tmc2209", &["8", "16"]),
@@ -22,6 +22,7 @@ const DRIVERS: [(&str, &[&str]); 7] = [
     ("dm542", &["2", "4", "8", "16"]),
     ("coils", &["1", "2", "4", "8", "16"]),
     ("motor-hats", &["1", "2", "4", "8", "16"]),
+    ("tmc2209-uart", &["1", "2", "4", "8", "16"]),
 ];
 
 /// Runs `plumb init NAME --yes` with these options, and checks the files.
@@ -185,11 +186,13 @@ fn a_board_with_drivers_of_its_own_has_no_others() {
     let folder = folder();
     init_and_check(folder.path(), "skr", &["--board", "skr-pico"]);
     let rig = fs::read_to_string(folder.path().join("skr/rig.toml")).unwrap();
-    assert!(rig.contains("kind = \"skr-pico\"\n") && rig.contains("driver = \"tmc2209\""));
-    let options = ["init", "other", "--yes", "--board", "skr-pico", "--driver", "a4988"];
-    let output = plumb(&options, folder.path());
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("has drivers of its own"), "{}", stderr(&output));
+    assert!(rig.contains("kind = \"skr-pico\"\n") && rig.contains("tmc2209-uart"), "{rig}");
+    for driver in ["a4988", "tmc2209"] {
+        let options = ["init", "other", "--yes", "--board", "skr-pico", "--driver", driver];
+        let output = plumb(&options, folder.path());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains("has drivers of its own"), "{}", stderr(&output));
+    }
 }
 
 #[test]

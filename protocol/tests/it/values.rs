@@ -4,7 +4,7 @@
 use plumb_protocol::Config;
 use plumb_protocol::config::{Law, SIGNS, Workspace};
 use plumb_protocol::message::{
-    Command, ConfigField, Fault, Position, Refusal, StartCause, State, ToBoard,
+    Command, ConfigField, DriverFault, Fault, Position, Refusal, StartCause, State, ToBoard,
 };
 use plumb_protocol::panic_place;
 use plumb_protocol::provenance::{BoardKind, Commit, Provenance, Release};
@@ -103,7 +103,8 @@ fn texts_name_what_they_are_about() {
     let texts = [
         (Fault::Travel(1).to_string(), "motor B"),
         (Refusal::Faulted(Fault::Travel(2)).to_string(), "motor C"),
-        (State::Fault(Fault::Driver).to_string(), "a motor driver does not answer"),
+        (State::Fault(Fault::Driver(DriverFault::Hat)).to_string(), "a Motor HAT does not answer"),
+        (Fault::Driver(DriverFault::Short(1)).to_string(), "motor B has a short circuit"),
         (StartCause::Panic(0x1a2b).to_string(), "00001a2b"),
         (ConfigField::Gain.to_string(), "the gain"),
         (Refusal::Config(ConfigField::Bounds).to_string(), "the bounds"),

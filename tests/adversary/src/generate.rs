@@ -106,16 +106,21 @@ pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Stored {
 /// Returns a Pico with any drivers, or an SKR Pico.
 fn wiring(random: &mut Random) -> Wiring {
     let drivers = drivers(random);
-    let is_skr_pico = matches!(drivers, Drivers::StepDir(_)) && random.percent(25);
+    let is_skr_pico = drivers.step_dir().is_some() && random.percent(25);
     if !is_skr_pico {
         return Wiring::pico(drivers);
     }
+    let drivers = match drivers {
+        Drivers::Tmc2209(_) => Drivers::Tmc2209(Tmc2209::of(&boards::SKR_PICO)),
+        drivers => drivers,
+    };
     Wiring { board: boards::SKR_PICO.kind, pins: boards::SKR_PICO.pins, drivers }
 }
 
 fn drivers(random: &mut Random) -> Drivers {
     let coils = |random: &mut Random| Coils { duty_percent: random.corner(1, 100) as u8 };
-    match random.below(8) {
+    match random.below(9) {
+        8 => Drivers::Tmc2209(Tmc2209::of(&boards::PICO)),
         0 => Drivers::Coils(coils(random)),
         1 => Drivers::MotorHats(coils(random)),
         2 => Drivers::StepDir(StepDir::A4988),
@@ -134,7 +139,7 @@ fn drivers(random: &mut Random) -> Drivers {
 /// Returns the highest rate that these drivers and the build allow, Q8 full steps/s.
 fn max_rate(drivers: &Drivers, microsteps: u8) -> i64 {
     let pulses = match drivers {
-        Drivers::StepDir(times) => {
+        Drivers::StepDir(times) | Drivers::Tmc2209(Tmc2209 { times, .. }) => {
             DriverTiming::new(times).map_or(1, |timing| timing.max_pulse_rate())
         }
         Drivers::Coils(_) => MAX_COIL_RATE * u32::from(microsteps),

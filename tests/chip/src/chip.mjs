@@ -25,6 +25,7 @@ import { UsbHost } from './usb-host.mjs';
 
 export { CYCLE_NS, CYCLES_PER_US } from './clock.mjs';
 export { Pca9685 } from './i2c-targets.mjs';
+export { DriverWire } from './tmc2209.mjs';
 
 const FLASH = 0x10000000;
 const SRAM = 0x20000000;
@@ -90,6 +91,8 @@ export class Chip {
     });
     /** The other end of UART0's line. */
     this.uart0 = { onByte: () => {}, feed: (bytes) => this.uarts[0].feed(bytes) };
+    /** The other end of UART1's line. */
+    this.uart1 = { onByte: () => {} };
     this.boot('power');
   }
 
@@ -256,6 +259,7 @@ export class Chip {
       this.hash.add(EVENT.uart, this.cycles, byte);
       this.uart0.onByte(byte);
     };
+    this.uarts[1].onByte = (byte) => this.uart1.onByte(byte);
     mcu.i2c.forEach((controller, i) => {
       repairI2c(controller);
       this.i2c[i].bus = new I2cBus(controller, clock, this.i2c[i]);

@@ -1,6 +1,6 @@
 // Commands to the chip, which serve.mjs passes over standard input and output: one command object,
 // one reply object; see ../README.md.
-import { Chip, CYCLE_NS, Pca9685 } from './chip.mjs';
+import { Chip, CYCLE_NS, DriverWire, Pca9685 } from './chip.mjs';
 import { Pulses } from './pulses.mjs';
 import { Trace } from './trace.mjs';
 
@@ -11,6 +11,7 @@ export class Session {
   constructor(options) {
     this.chip = new Chip(options);
     this.hats = new Map();
+    this.wire = null;
     this.steppers = [];
     this.tracer = null;
     this.listed = new Set();
@@ -57,6 +58,24 @@ export class Session {
     const hat = new Pca9685();
     this.chip.i2c[bus].targets.set(address, hat);
     this.hats.set(address, hat);
+  }
+
+  /** Connects TMC2209 drivers to UART1 at these pins. */
+  connectDrivers({ uart, drivers }) {
+    this.wire = new DriverWire(this.chip, uart);
+    for (const [address, step, direction, enable] of drivers)
+      this.wire.add({ address, step, direction, enable });
+  }
+
+  /** Changes a driver: its conditions, or the noise on the wire. */
+  disturb({ index, noise, reset, ...conditions }) {
+    if (noise !== undefined) this.wire.noise = noise;
+    const driver = this.wire.drivers[index];
+    if (reset) driver.reset();
+    for (const [name, value] of Object.entries(conditions)) {
+      if (!(name in driver)) throw new Error(`a driver has no ${name}`);
+      driver[name] = value;
+    }
   }
 
   /** Executes the entries of a command in their order, and returns the reply. */
@@ -125,6 +144,16 @@ const COMMANDS = {
   profile: (session) => ({ profile: session.tracer?.profile() ?? [] }),
   list: (session, pins) => void (session.listed = new Set(pins)),
   i2c: (session, target) => session.setTarget(target),
+  tmc2209: (session, wired) => session.connectDrivers(wired),
+  driver: (session, changes) => session.disturb(changes),
+  drivers: ({ wire }) => ({
+    drivers: wire.drivers.map((driver) => ({
+      position: driver.position,
+      microsteps: driver.microsteps,
+      milliamperes: Math.round(driver.current() * 1000),
+      writes: driver.writes.length,
+    })),
+  }),
   hold_i2c: ({ chip }, [bus, isHeld]) => chip.holdI2c(bus, isHeld),
   levels: ({ chip }, pins) => ({ levels: pins.map((pin) => chip.level(pin)) }),
   peek: ({ chip }, [address, length]) => ({

@@ -209,6 +209,13 @@ impl Chip {
         })
     }
 
+    /// Connects four TMC2209 drivers to UART1 as on an SKR Pico: X, Z, Y and E have the addresses
+    /// 0 to 3. They are numbered X, Y, Z, E.
+    pub fn plug_in_skr_drivers(&mut self) {
+        let drivers = [[0, 11, 10, 12], [2, 6, 5, 7], [1, 19, 28, 2], [3, 14, 13, 15]];
+        self.execute(json!({ "tmc2209": { "uart": [8, 9], "drivers": drivers } }));
+    }
+
     /// Drives a pin from outside; `None` releases it.
     pub fn drive_pin(&mut self, pin: u8, level: Option<u8>) -> Value {
         self.execute(json!({ "gpio": [pin, level] }))

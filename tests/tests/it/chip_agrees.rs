@@ -15,10 +15,12 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::units::{Micros, Point, Steps16};
 use plumb_runtime::reference::{INTERVAL_S, reference};
-use plumb_runtime::rig::{BoardName, LawName, LawSettings, Rig};
+use plumb_runtime::rig::quantity::Current;
+use plumb_runtime::rig::{BoardName, Driver, LawName, LawSettings, Rig, UartSettings};
 use plumb_tests::chip::{Chip, firmware_image, is_long};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::json;
 
 /// Period of the positions, µs of the chip's time.
 const FRAME_US: u64 = 33_333;
@@ -155,7 +157,7 @@ impl Pair {
         // The emulated board catches up with the chip's last message.
         self.request(Command::Status);
         let [ours, theirs] =
-            [&self.board_bytes, &self.chip.usb_bytes].map(|bytes| without_provenance(bytes));
+            [&self.board_bytes, &self.chip.usb_bytes].map(|bytes| without_own(bytes));
         let common = ours.len().min(theirs.len());
         assert!(common > 100 && theirs.len() - common < 300 && ours.len() - common < 300);
         if let Some(at) = (0..common).find(|&i| ours[i] != theirs[i]) {
@@ -173,9 +175,12 @@ impl Pair {
     }
 }
 
-/// Returns the bytes without the frames that tell of a board's program.
-fn without_provenance(bytes: &[u8]) -> Vec<u8> {
-    let is_kept = |frame: &&[u8]| !matches!(messages(frame)[..], [FromBoard::Provenance(_)]);
+/// Returns the bytes without the frames that tell of a board's program, and of drivers that only
+/// the chip has.
+fn without_own(bytes: &[u8]) -> Vec<u8> {
+    let is_own =
+        |message: &FromBoard| matches!(message, FromBoard::Provenance(_) | FromBoard::Drivers(_));
+    let is_kept = |frame: &&[u8]| !messages(frame).iter().any(is_own);
     bytes.split_inclusive(|&byte| byte == 0).filter(is_kept).flatten().copied().collect()
 }
 
@@ -202,14 +207,20 @@ fn seeking(image: &std::path::Path, law: LawSettings) -> Pair {
     pair
 }
 
-/// Starts an SKR Pico with the paper's rig and target.
+/// Starts an SKR Pico, four TMC2209 on its UART, with the paper's rig and target.
 fn seeking_on_an_skr_pico(image: &std::path::Path) -> Pair {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.board.kind = BoardName::SkrPico;
+    let run_current = Current::constant(0.8);
+    rig.motors.driver = Driver::Tmc2209Uart(UartSettings::new(run_current));
     let wiring = rig.wiring().expect("a wiring");
-    let mut pair = Pair::new(Chip::start_with(image, &wiring.pins));
+    let mut chip = Chip::start_with(image, &wiring.pins);
+    chip.plug_in_skr_drivers();
+    let mut pair = Pair::new(chip);
     pair.request(Command::Wire(wiring));
     pair.request(Command::Configure(rig.config().expect("a configuration")));
+    // Only the chip's drivers take time to be set up.
+    pair.run(300_000);
     pair.request(Command::Target(rig.targets().expect("a target")[0]));
     pair
 }
@@ -245,7 +256,8 @@ fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
     }
 }
 
-/// The pulses are counted at the pins of the SKR Pico: DIR of X and Y is inverted there.
+/// The pulses are counted at the pins of the SKR Pico, where DIR of X and Y is inverted, and by the
+/// emulated drivers.
 #[test]
 fn the_papers_task_is_the_same_on_the_pins_of_an_skr_pico() {
     let Some(image) = firmware_image() else { return };
@@ -268,6 +280,10 @@ fn the_papers_task_is_the_same_on_the_pins_of_an_skr_pico() {
     pair.request(Command::Stop);
     pair.run(600_000);
     pair.assert_agree("an SKR Pico");
+    let drivers = pair.chip.execute(json!({ "drivers": true }))["drivers"].take();
+    let counted = [(0, -1.0), (1, -1.0), (2, 1.0)]
+        .map(|(index, sign)| sign * drivers[index]["position"].as_f64().expect("a count") / 256.0);
+    assert_eq!(counted, pair.chip.motors, "the drivers' own count, full steps");
     let error = (pair.plant.ball() - Task::paper().target).norm();
     assert!(error < 0.010, "{error} m");
 }

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use plumb_protocol::message::{Command, Fault, Hello, Jog, State};
+use plumb_protocol::message::{Command, DriverFault, Fault, Hello, Jog, State};
 use plumb_protocol::units::{Acceleration, Rate, Steps16};
 use plumb_protocol::wiring::{Coils, Drivers, StepDir};
 use plumb_tests::chip::{Chip, Setup, fast_config, firmware_image};
@@ -159,12 +159,12 @@ fn a_hat_that_does_not_answer_stops_the_board() {
     assert_eq!(chip.state(), State::Jogging);
     chip.execute(json!({ "i2c": [0, 0x60, null] }));
     chip.run_us(50_000);
-    assert_eq!(chip.state(), State::Fault(Fault::Driver));
+    assert_eq!(chip.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
     chip.run_us(500_000);
     // As long as a HAT does not answer, the fault comes again.
     assert_eq!(chip.request(Command::ClearFault), None);
     chip.run_us(1000);
-    assert_eq!(chip.state(), State::Fault(Fault::Driver));
+    assert_eq!(chip.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
 
     plug_in(&mut chip, &HATS);
     hats.apply(&chip.run_us(200_000));
@@ -180,7 +180,7 @@ fn a_hat_that_holds_the_bus_stops_the_board() {
     assert_eq!(chip.state(), State::Jogging);
     chip.execute(json!({ "hold_i2c": [0, true] }));
     chip.run_us(50_000);
-    assert_eq!(chip.state(), State::Fault(Fault::Driver));
+    assert_eq!(chip.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
     // The rates ramp down, and the positions stay those of the pulses.
     chip.run_us(500_000);
     let rest = chip.status().motors;

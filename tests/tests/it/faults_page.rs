@@ -6,7 +6,7 @@
 use std::fmt::{Debug, Display};
 use std::time::Duration;
 
-use plumb_protocol::message::{Fault, Refusal, StartCause};
+use plumb_protocol::message::{DriverFault, Fault, Refusal, StartCause};
 use plumb_runtime::board_fault::{FaultCause, after_fault};
 use plumb_tests::source_tree::{read, root};
 use serde::de::DeserializeOwned;
@@ -76,6 +76,24 @@ fn every_row_of_a_fault_has_the_advice_of_the_program() {
         let line = faults.lines().find(|line| line.starts_with(&row)).expect(&row);
         let advice = line.rsplit(" | ").next().unwrap_or_default();
         assert!(advice.starts_with(after_fault(fault)), "docs/use/faults.md: {line}");
+    }
+}
+
+/// The last column begins with the advice of the program, as for the faults.
+#[test]
+fn every_fault_of_a_motor_driver_has_its_row_with_its_advice() {
+    let rows = rows::<DriverFault>();
+    assert!(rows.contains(&"| Hat: a Motor HAT does not answer".to_owned()), "{rows:?}");
+    assert_rows("Motor drivers", &rows);
+    let page = read(&root().join("docs/use/faults.md"));
+    let drivers = section(&page, "Motor drivers");
+    for (fault, row) in
+        (0..=u8::MAX).map_while(|number| variant::<DriverFault>(number, 0)).zip(rows)
+    {
+        let line = drivers.lines().find(|line| line.starts_with(&row)).expect(&row);
+        assert!(line.contains(&fault.to_string()), "docs/use/faults.md: {line}");
+        let advice = line.rsplit(" | ").next().unwrap_or_default();
+        assert!(advice.starts_with(after_fault(Fault::Driver(fault))), "{line}");
     }
 }
 

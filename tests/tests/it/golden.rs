@@ -20,7 +20,7 @@ use plumb_protocol::units::{
     Acceleration, Bound, Covariance, Gain, Micrometres, Micros, Milliseconds, PathAcceleration,
     PathJerk, Point, Rate, RelativeTension, Speed, Steps16,
 };
-use plumb_protocol::wiring::{Drivers, Line, PinError, StepDir, Wiring, WiringError};
+use plumb_protocol::wiring::{Drivers, Line, PinError, StepDir, Tmc2209, Wiring, WiringError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -177,6 +177,12 @@ fn the_wiring() {
         Command::Wire(Wiring { board: board.kind, pins: board.pins, drivers }),
         "06ac0210020b040a010604050113021c05010c0702020401010fc413c41388278827c8014fe854d200",
     );
+    let drivers = Drivers::Tmc2209(Tmc2209::of(&board));
+    to_board(
+        Command::Wire(Wiring { board: board.kind, pins: board.pins, drivers }),
+        "06ac0210020b040a010604050113021c05010c07020204010c03c801c801323282010809080201a0\
+         06a0066e05684e761700",
+    );
     let wrong = WiringError::Pin(Line::Direction(1), PinError::Taken);
     let answer = |refusal| FromBoard::Answer(Answer { id: 300, refusal, time: Micros(1_234_567) });
     assert_bytes(answer(Some(Refusal::Wiring(wrong))), "1101ac0201160201010187ad4bbd858f7500");
@@ -251,11 +257,23 @@ fn reports() {
         (Fault::HostSilent, "0503a8a9120701aa023f9efe0100"),
         (Fault::NotFollowing, "0d03a8a9120901aa02b5d1f67d00"),
         (Fault::NoProgress, "0d03a8a9120a01aa025b7e436f00"),
-        (Fault::Driver, "0d03a8a9120b01aa023e19ffd700"),
+        (Fault::Driver(DriverFault::Hat), "0603a8a9120b0801aa02168ff5f600"),
+        (Fault::Driver(DriverFault::Short(1)), "0f03a8a9120b080101aa02de01ad4b00"),
     ] {
         let report = FaultReport { time: Micros(300_200), fault, configuration: Some(298) };
         assert_bytes(FromBoard::Fault(report), hex);
     }
+    let reading =
+        |is_hot, has_open_load, stall_guard| DriverReading { is_hot, has_open_load, stall_guard };
+    let motors = [
+        reading(false, false, Some(300)),
+        reading(true, false, Some(0)),
+        reading(false, true, None),
+    ];
+    assert_bytes(
+        FromBoard::Drivers(DriverReport { time: Micros(1_234_567), motors }),
+        "050887ad4b010501ac02010201010201052cecfcc400",
+    );
     let pulses = [(1, 2), (3, 4), (5, 70_000)].map(|(low, high)| PulseCount { low, high });
     let chip = ChipMeasurement { pulses, time_us: 1_234_567, usb_frame: Some(2047) };
     assert_bytes(

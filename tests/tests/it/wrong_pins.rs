@@ -30,6 +30,8 @@ struct Map {
     board: &'static Board,
     pins: Pins,
     driver: &'static str,
+    /// Pins of the drivers' UART in place of the usual ones.
+    uart: Option<[u8; 2]>,
 }
 
 impl Map {
@@ -51,11 +53,13 @@ impl Map {
             *any_line(&mut pins, random) = pin;
         }
         let driver = match random.random_range(0..8) {
+            2 => "{ tmc2209-uart = { run_current = 0.8 } }",
             0 => "{ coils = { duty = 0.5 } }",
             1 => "{ motor-hats = { duty = 0.5 } }",
             _ => "\"dm542\"",
         };
-        Self { board, pins, driver }
+        let uart = random.random_bool(0.5).then(|| [0; 2].map(|_| random.random_range(0..40)));
+        Self { board, pins, driver, uart }
     }
 
     /// Returns the text of a rig file with these pins.
@@ -68,9 +72,10 @@ impl Map {
             EnablePins::PerMotor(pins) => format!("{pins:?}"),
         };
         let led = led.map_or(String::new(), |led| format!("pins.led = {}\n", led.number));
+        let uart = self.uart.map_or(String::new(), |uart| format!("pins.uart = {uart:?}\n"));
         let board = format!(
             "[board]\nkind = {:?}\npins.step = {steps:?}\npins.direction = {directions:?}\n\
-             pins.enable = {enable}\npins.emergency = {}\n{led}",
+             pins.enable = {enable}\npins.emergency = {}\n{led}{uart}",
             self.board.name, emergency.number
         );
         let text = PAPER.replacen("[board]\n", &board, 1);
@@ -108,6 +113,8 @@ fn key(error: WiringError) -> &'static str {
         WiringError::Pin(Line::Enable(_), _) => "board.pins.enable",
         WiringError::Pin(Line::Emergency, _) => "board.pins.emergency",
         WiringError::Pin(Line::Led, _) => "board.pins.led",
+        WiringError::Pin(Line::UartTx | Line::UartRx, _) => "board.pins.uart",
+        WiringError::Addresses => "motors.driver.tmc2209-uart.addresses",
     }
 }
 
@@ -165,7 +172,7 @@ fn ten_thousand_wrong_pin_maps_are_refused_with_their_keys_by_host_and_board() {
         wrong += 1;
     }
     println!("{wrong} wrong maps and {right} right ones");
-    assert_eq!(keys.len(), 6, "{keys:?}");
+    assert_eq!(keys.len(), 7, "{keys:?}");
 }
 
 #[test]

@@ -5,9 +5,10 @@ use plumb_protocol::message::{
     BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Reference, Refusal, ToBoard,
 };
 use plumb_protocol::units::{Micrometres, Micros, Point, Speed};
-use plumb_protocol::wiring::{Drivers, Wiring};
+use plumb_protocol::wiring::Wiring;
 
 use super::admit::{admit, admit_position};
+use super::schedule::DriverSetup;
 use super::session::LastRequest;
 use super::state::{AfterStop, Goal, Settling, State};
 use super::{Board, Outbox};
@@ -230,6 +231,8 @@ impl Board {
         self.setup.apply(params, wiring, config);
         // New drivers are switched off first.
         self.schedule.drivers_on = false;
+        let has_uart = wiring.drivers.tmc2209().is_some();
+        self.schedule.driver_setup = if has_uart { DriverSetup::First } else { DriverSetup::Done };
         if self.state == State::Unconfigured {
             self.state = State::Ready;
         }
@@ -379,6 +382,13 @@ impl Board {
         }
         self.require_rest()?;
         let configured = self.setup.params().is_some();
+        let has_uart = self.setup.wiring().is_some_and(|wiring| wiring.drivers.tmc2209().is_some());
+        if has_uart
+            && matches!(fault, Fault::Driver(_))
+            && self.schedule.driver_setup == DriverSetup::Done
+        {
+            self.schedule.driver_setup = DriverSetup::Again;
+        }
         self.state = if configured { State::Ready } else { State::Unconfigured };
         self.servo.tracker_mut().clear_outside();
         Ok(())
@@ -388,8 +398,7 @@ impl Board {
     #[cold]
     fn measure(&mut self, id: u16) -> Result<(), Refusal> {
         admit(&self.state, &Command::Measure)?;
-        if self.setup.params().is_some_and(|params| !matches!(params.drivers, Drivers::StepDir(_)))
-        {
+        if self.setup.params().is_some_and(|params| params.drivers.step_dir().is_none()) {
             return Err(Refusal::CoilsConfigured);
         }
         self.session.measurement = Some(id);

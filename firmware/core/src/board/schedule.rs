@@ -15,6 +15,17 @@ pub(super) const TELEMETRY_US: u64 = 100_000;
 /// the report precedes, and one that no report precedes.
 pub(super) const EMERGENCY_TICKS: u8 = 2;
 
+/// Set-up of motor drivers over their UART, which the chip carries out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum DriverSetup {
+    /// The drivers are set up, or have no UART.
+    Done,
+    /// The drivers are set up again after a fault of one. They stay on; the motors wait.
+    Again,
+    /// The drivers are set up after a configuration. They are off until then.
+    First,
+}
+
 /// What the coming tick has to do besides its pulses.
 #[derive(Debug)]
 pub(super) struct Schedule {
@@ -33,6 +44,8 @@ pub(super) struct Schedule {
     pub(super) emergency_ticks: u8,
     /// Whether the drivers are on.
     pub(super) drivers_on: bool,
+    /// Set-up of the drivers over their UART.
+    pub(super) driver_setup: DriverSetup,
     /// When drivers that were switched on will take pulses; `None` once they do.
     pub(super) drivers_ready: Option<Micros>,
 }
@@ -48,6 +61,7 @@ impl Schedule {
             telemetry_due: false,
             emergency_ticks: 0,
             drivers_on: false,
+            driver_setup: DriverSetup::Done,
             drivers_ready: None,
         }
     }

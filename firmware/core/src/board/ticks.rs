@@ -3,7 +3,7 @@
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::{Micrometres, Micros, Point};
 
-use super::schedule::TELEMETRY_US;
+use super::schedule::{DriverSetup, TELEMETRY_US};
 use super::state::{AfterStop, Goal, Settling, State};
 use super::{Board, Outbox, Tick};
 use crate::law::{MotorRates, Setpoint};
@@ -109,6 +109,8 @@ impl Board {
             diagnose: self.session.diagnosis.is_some(),
             measure: self.session.measurement.is_some(),
             test_flash: writes && self.session.tests_flash,
+            set_up_drivers: self.schedule.driver_setup != DriverSetup::Done
+                && !matches!(self.state, State::Fault { .. }),
         }
     }
 
@@ -119,7 +121,10 @@ impl Board {
             self.state,
             State::Fault { fault: Fault::EmergencyStop | Fault::Watchdog, .. }
         );
-        let enabled = self.session.was_greeted && self.setup.params().is_some() && !off;
+        let enabled = self.session.was_greeted
+            && self.setup.params().is_some()
+            && self.schedule.driver_setup != DriverSetup::First
+            && !off;
         if enabled != self.schedule.drivers_on {
             self.switch_drivers(now, enabled);
         }
@@ -141,10 +146,11 @@ impl Board {
         }
     }
 
-    /// Returns the setpoint of the present state: none before the drivers are ready. A jog that has
-    /// arrived ends.
+    /// Returns the setpoint of the present state: none before the drivers are set up and ready. A
+    /// jog that has arrived ends.
     fn setpoint(&mut self, now: Micros) -> Setpoint {
-        if self.schedule.drivers_ready.is_some() {
+        if self.schedule.drivers_ready.is_some() || self.schedule.driver_setup != DriverSetup::Done
+        {
             return Setpoint::default();
         }
         if let State::Jogging(jogging) = &self.state {

@@ -7,6 +7,7 @@ mod common;
 mod config_store;
 mod corners;
 mod deadlines;
+mod drivers;
 mod extremes;
 mod following;
 mod guards;

@@ -12,7 +12,7 @@ use crate::common::{BUILD, config, wiring};
 
 /// Reports a motor driver that does not answer.
 fn fail_driver(bench: &mut Bench) {
-    bench.harness.on_driver_failure(Micros(bench.now));
+    bench.harness.on_driver_failure(Micros(bench.now), DriverFault::Hat);
     bench.collect();
 }
 
@@ -56,8 +56,8 @@ fn the_generation_and_the_wiring_are_those_of_the_configuration() {
 fn a_driver_that_fails_stops_the_board() {
     let mut bench = Bench::seeking();
     fail_driver(&mut bench);
-    assert_eq!(bench.faults(), [Fault::Driver]);
-    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver));
+    assert_eq!(bench.faults(), [Fault::Driver(DriverFault::Hat)]);
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn a_fault_is_cleared_only_at_standstill() {
     let mut bench = Bench::seeking();
     bench.run_with_ball(20, BALL);
     fail_driver(&mut bench);
-    let busy = Err(Refusal::Busy(State::Fault(Fault::Driver)));
+    let busy = Err(Refusal::Busy(State::Fault(Fault::Driver(DriverFault::Hat))));
     assert!(bench.moving());
     assert_eq!(bench.send(Command::ClearFault), busy);
     while bench.moving() {
@@ -96,7 +96,7 @@ fn a_decoded_position_before_the_greeting_is_refused() {
 fn an_outbox_is_empty_until_a_message_comes_and_after_it_was_sent() {
     let mut bench = Bench::new(BUILD);
     assert!(bench.harness.outbox.is_empty());
-    bench.harness.on_driver_failure(Micros(bench.now));
+    bench.harness.on_driver_failure(Micros(bench.now), DriverFault::Hat);
     assert!(!bench.harness.outbox.is_empty(), "a message waits");
     assert!(!bench.harness.outbox.bytes().is_empty());
     assert!(!bench.harness.outbox.is_empty(), "bytes wait");
@@ -171,9 +171,9 @@ fn a_store_in_a_fault_leaves_the_fault() {
     fail_driver(&mut bench);
     let _ = bench.send(Command::Store);
     assert!(bench.tick().store);
-    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
     assert_eq!(stored(&mut bench, true), [Ok(())]);
-    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
     assert!(!bench.tick().store);
 }
 
@@ -214,7 +214,7 @@ fn a_board_in_a_fault_goes_to_the_bootloader_and_keeps_its_fault() {
     fail_driver(&mut bench);
     assert!(!bench.tick().bootloader);
     assert_eq!(bench.send(Command::Bootloader), Ok(()));
-    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
     bench.run_ms(500);
     assert!(bench.outputs.bootloader);
 }

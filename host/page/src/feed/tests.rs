@@ -2,7 +2,7 @@ use mio::{Poll, Token, Waker};
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
 use plumb_frame::camera::{Camera, Intrinsics};
 use plumb_frame::image::Image;
-use plumb_protocol::message::{Fault, State};
+use plumb_protocol::message::{DriverReading, Fault, State};
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::operator::operator;
 use plumb_runtime::rig::Rig;
@@ -54,6 +54,7 @@ fn report(state: State, target: Option<u16>) -> BoardReport {
         bad_frames: 0,
         tensions: None,
         reference: None,
+        drivers: None,
     }
 }
 
@@ -100,6 +101,12 @@ fn what_the_board_has_not_said_is_unknown() {
     feed.frame(&FrameRecord { board: Some(with_tensions), ..record(2) });
     let view = feed.next_update(3, &mut cursor).board.unwrap().tensions.unwrap();
     assert_eq!((view.weights, view.near_slack), ([0.5, 0.148, 0.152], [false, true, false]));
+    let hot = DriverReading { is_hot: true, ..DriverReading::default() };
+    let drivers = Some([DriverReading::default(), hot, DriverReading::default()]);
+    let with_drivers = BoardReport { drivers, ..report(State::Ready, None) };
+    feed.frame(&FrameRecord { board: Some(with_drivers), ..record(2) });
+    let view = feed.next_update(3, &mut cursor).board.unwrap();
+    assert_eq!(view.drivers.as_deref(), Some("B hot"));
     let fault = State::Fault(Fault::PositionLost);
     let faulted = Some(report(fault, Some(3)));
     feed.frame(&FrameRecord { board: faulted, filtered_error: Some(0.0015), ..record(2) });

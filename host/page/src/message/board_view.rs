@@ -2,7 +2,7 @@
 
 use plumb_protocol::message::State;
 use plumb_runtime::board_fault::BoardFault;
-use plumb_runtime::board_report::near_slack;
+use plumb_runtime::board_report::{driver_warnings, near_slack};
 use plumb_runtime::observer::FrameRecord;
 use serde::Serialize;
 
@@ -25,6 +25,8 @@ pub(crate) struct BoardView {
     pub(crate) bad_frames: u16,
     /// The law's estimate of the cables' tensions; `None` without one.
     pub(crate) tensions: Option<TensionView>,
+    /// Warnings of drivers on a UART in words; `None` of other drivers.
+    pub(crate) drivers: Option<String>,
 }
 
 /// Estimated tensions of cables A, B, C.
@@ -57,6 +59,7 @@ impl BoardView {
             pace: record.path.map(|path| (path.pace * 100.0).round() / 100.0),
             bad_frames: board.bad_frames,
             tensions: board.tensions.map(Into::into),
+            drivers: board.drivers.as_ref().map(driver_warnings),
         })
     }
 }

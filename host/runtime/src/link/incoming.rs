@@ -1,9 +1,12 @@
 //! Messages of the board: received, decoded, and noted in the state of the link.
 
-use tracing::trace;
+use plumb_protocol::MOTORS;
+use plumb_protocol::message::DriverReading;
+use tracing::{trace, warn};
 
 use super::commands::{Entry, Purpose};
 use super::*;
+use crate::board_report::driver_warnings;
 
 /// Bytes that one poll takes in at most: 20 s of telemetry.
 const MAX_BACKLOG: usize = 1 << 16;
@@ -62,11 +65,25 @@ impl<T: Transport> Link<T> {
                 debug!(%provenance, "the board's program");
                 self.provenance = Some(*provenance);
             }
+            FromBoard::Drivers(report) if report.time >= self.configured => {
+                self.note_drivers(&report.motors);
+            }
             FromBoard::Fault(_)
+            | FromBoard::Drivers(_)
             | FromBoard::Hello(_)
             | FromBoard::Diagnostics(_)
             | FromBoard::Measurement(_) => {}
         }
+    }
+
+    /// Notes the readings of drivers on a UART. A warning that comes is written to the log.
+    fn note_drivers(&mut self, motors: &[DriverReading; MOTORS]) {
+        let warnings = driver_warnings(motors);
+        let before = driver_warnings(&self.drivers.unwrap_or_default());
+        if warnings != before {
+            warn!(%warnings, "the warnings of the motor drivers have changed");
+        }
+        self.drivers = Some(*motors);
     }
 
     fn note_telemetry(&mut self, telemetry: &Telemetry) {

@@ -1,5 +1,7 @@
 //! Table `[board]` of a rig file: the board's address, its kind and its pins.
 
+use std::array;
+
 use plumb_protocol::boards::{self, Board};
 use plumb_protocol::dimension::PerMotor;
 use plumb_protocol::provenance::BoardKind;
@@ -104,6 +106,8 @@ pub struct PinSettings {
     pub emergency: Option<u8>,
     /// Light.
     pub led: Option<u8>,
+    /// TX and RX of the drivers' UART.
+    pub uart: Option<[u8; 2]>,
 }
 
 /// Pins of ENABLE.
@@ -145,7 +149,7 @@ impl BoardSettings {
     pub(super) fn pins(&self, driver: &Driver) -> Pins {
         let Self { pins, inverted, .. } = self;
         let table = self.kind.board().pins;
-        let motors = [0, 1, 2].map(|motor| {
+        let motors: PerMotor<MotorPins> = array::from_fn(|motor| {
             let of =
                 |pin: Pin, number: Option<PerMotor<u8>>, inverted: Option<PerMotor<bool>>| Pin {
                     number: number.map_or(pin.number, |numbers| numbers[motor]),

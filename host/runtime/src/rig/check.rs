@@ -161,6 +161,7 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
             )),
         }
     }
+    findings.extend(wiring::silent_drivers(document, &wiring));
     findings.extend(targets(document, rig));
     findings
 }

@@ -1,14 +1,17 @@
 //! Limits and drivers of the motors, as in rig files.
 
 use plumb_protocol::config::Motor;
-use plumb_protocol::units::{Acceleration, Milliseconds, Nanoseconds, Rate, Steps16};
-use plumb_protocol::wiring::{Coils, Drivers, StepDir};
+use plumb_protocol::dimension::PerMotor;
+use plumb_protocol::units::{
+    Acceleration, Milliamperes, Milliohms, Milliseconds, Nanoseconds, Rate, Steps16,
+};
+use plumb_protocol::wiring::{Chopper, Coils, Drivers, StepDir, Tmc2209};
 use serde::Deserialize;
 
-use super::board::EnableName;
+use super::board::{BoardSettings, EnableName};
 use super::quantity::{
-    Conversion, Duty, EnableTime, HighTime, HoldTime, LowTime, MotorAcceleration, MotorRate,
-    SetupTime, TravelLimit,
+    Conversion, Current, Duty, EnableTime, HighTime, HoldTime, LowTime, MotorAcceleration,
+    MotorRate, SenseResistor, SetupTime, TravelLimit,
 };
 
 /// Limits of the motors, and their drivers.
@@ -25,7 +28,7 @@ pub struct Motors {
     pub travel: [TravelLimit; 2],
     /// Whether A, B, C turn the wrong way round.
     #[serde(default)]
-    pub reversed: [bool; 3],
+    pub reversed: PerMotor<bool>,
     /// The drivers of the motors.
     #[serde(default)]
     pub driver: Driver,
@@ -75,15 +78,23 @@ impl TimingSettings {
 
 impl Motors {
     /// Returns the drivers in the board's units.
-    pub(super) fn convert_driver(&self, conversion: &mut Conversion) -> Drivers {
-        match self.driver.convert(conversion) {
+    pub(super) fn convert_driver(
+        &self,
+        board: &BoardSettings,
+        conversion: &mut Conversion,
+    ) -> Drivers {
+        match self.driver.convert(board, conversion) {
             Drivers::StepDir(times) => Drivers::StepDir(self.timing.apply(times, conversion)),
+            Drivers::Tmc2209(driver) => Drivers::Tmc2209(Tmc2209 {
+                times: self.timing.apply(driver.times, conversion),
+                ..driver
+            }),
             drivers => drivers,
         }
     }
 
     /// Returns the motors A, B and C in the board's units.
-    pub(super) fn convert(&self, conversion: &mut Conversion) -> [Motor; 3] {
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> PerMotor<Motor> {
         let (rate, acceleration) = (self.max_rate.get(), self.max_acceleration.get());
         let [min, max] = self.travel.map(TravelLimit::get);
         let motor = Motor {
@@ -111,8 +122,10 @@ pub enum Driver {
     A4988,
     /// Texas Instruments DRV8825: 1.9 µs pulses.
     Drv8825,
-    /// Trinamic TMC2209 and its like: 0.2 µs pulses.
+    /// Trinamic TMC2209 and its like without their UART: 0.2 µs pulses.
     Tmc2209,
+    /// Trinamic TMC2209 on one UART, which sets and watches them.
+    Tmc2209Uart(UartSettings),
     /// Toshiba TB6600HG behind opto-couplers: 2.2 µs pulses.
     Tb6600,
     /// Leadshine DM542 and its like, with opto-couplers: 2.5 µs pulses.
@@ -138,21 +151,95 @@ pub enum Driver {
     },
 }
 
+/// Settings of TMC2209 on a UART.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UartSettings {
+    /// Current of a motor that turns, amperes, root mean square.
+    pub run_current: Current,
+    /// Current of a motor that stands; without it that of a motor that turns.
+    pub hold_current: Option<Current>,
+    /// How the current is controlled.
+    #[serde(default)]
+    pub mode: ModeName,
+    /// Sense resistor of a coil, ohms.
+    #[serde(default = "default_sense")]
+    pub sense_resistor: SenseResistor,
+    /// Addresses of the drivers of A, B, C; without them those of the board's kind.
+    pub addresses: Option<PerMotor<u8>>,
+}
+
+/// Sense resistor of an SKR Pico and of most modules, ohms.
+pub(super) const SENSE: SenseResistor = SenseResistor::constant(0.11);
+
+fn default_sense() -> SenseResistor {
+    SENSE
+}
+
+/// How a TMC2209 controls the current, as a rig file names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ModeName {
+    /// By the voltage: silent.
+    #[default]
+    StealthChop,
+    /// By the current, cycle by cycle.
+    SpreadCycle,
+}
+
+impl UartSettings {
+    /// Returns the settings of a file that names only the current.
+    pub fn new(run_current: Current) -> Self {
+        let (hold_current, mode, addresses) = (None, ModeName::default(), None);
+        Self { run_current, hold_current, mode, sense_resistor: SENSE, addresses }
+    }
+
+    /// Returns the settings in the board's units, with the pins and addresses of the board.
+    fn convert(&self, board: &BoardSettings, conversion: &mut Conversion) -> Tmc2209 {
+        let usual = Tmc2209::of(board.kind.board());
+        let run = self.run_current.get();
+        let hold = self.hold_current.map_or(run, Current::get);
+        if hold > run {
+            let key = "motors.driver.tmc2209-uart.hold_current";
+            conversion.report(key, hold, "is above run_current");
+        }
+        let mut amperes = |key, amperes| conversion.fit(key, amperes, Milliamperes::from_si);
+        let run = amperes("motors.driver.tmc2209-uart.run_current", run);
+        let hold = amperes("motors.driver.tmc2209-uart.hold_current", hold);
+        let sense = "motors.driver.tmc2209-uart.sense_resistor";
+        Tmc2209 {
+            run,
+            hold,
+            sense: conversion.fit(sense, self.sense_resistor.get(), Milliohms::from_si),
+            chopper: match self.mode {
+                ModeName::StealthChop => Chopper::StealthChop,
+                ModeName::SpreadCycle => Chopper::SpreadCycle,
+            },
+            addresses: self.addresses.unwrap_or(usual.addresses),
+            uart: board.pins.uart.unwrap_or(usual.uart),
+            ..usual
+        }
+    }
+}
+
 impl Driver {
     /// Returns the usual effect of the drivers' ENABLE.
     pub(super) fn enable(&self) -> EnableName {
         match self {
             Self::Tb6600 | Self::Dm542 => EnableName::OptoOff,
             Self::Coils { .. } | Self::MotorHats { .. } => EnableName::ActiveHigh,
-            Self::A4988 | Self::Drv8825 | Self::Tmc2209 | Self::StepDir { .. } => {
-                EnableName::ActiveLow
-            }
+            Self::A4988
+            | Self::Drv8825
+            | Self::Tmc2209
+            | Self::Tmc2209Uart(_)
+            | Self::StepDir { .. } => EnableName::ActiveLow,
         }
     }
 
     /// Returns the drivers in the board's units.
-    pub(super) fn convert(&self, conversion: &mut Conversion) -> Drivers {
+    pub(super) fn convert(&self, board: &BoardSettings, conversion: &mut Conversion) -> Drivers {
         match self {
+            Self::Tmc2209Uart(settings) => Drivers::Tmc2209(settings.convert(board, conversion)),
             Self::A4988 => Drivers::StepDir(StepDir::A4988),
             Self::Drv8825 => Drivers::StepDir(StepDir::DRV8825),
             Self::Tmc2209 => Drivers::StepDir(StepDir::TMC2209),

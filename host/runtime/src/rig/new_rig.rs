@@ -78,7 +78,7 @@ pub struct NewRig {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum NewRigError {
     /// The board has drivers of its own.
-    #[error("{} has drivers of its own, TMC2209: {driver} does not fit", board.kind())]
+    #[error("{} has drivers of its own, TMC2209 on a UART: {driver} does not fit", board.kind())]
     Board {
         /// The board.
         board: BoardName,
@@ -131,7 +131,7 @@ impl NewRig {
     /// cannot have the driver.
     pub fn files(&self) -> Result<NewFiles, NewRigError> {
         let (board, driver) = (self.board, self.driver);
-        if !board.board().has_free_drivers && driver != DriverKind::Tmc2209 {
+        if !board.board().has_free_drivers && driver != DriverKind::Tmc2209Uart {
             return Err(NewRigError::Board { board, driver });
         }
         // Nobody straps the drivers that a board has.

@@ -33,6 +33,10 @@ quantities! {
     HoldTime = Range::new(0.0, 65e-6, "s");
     /// Least time from ENABLE to a pulse, seconds.
     EnableTime = Range::new(0.0, 0.2, "s");
+    /// Current of a motor, amperes, root mean square. The sense resistor may allow less.
+    Current = Range::above_zero(5.0, "A");
+    /// Sense resistor of a driver, ohms.
+    SenseResistor = Range::new(0.05, 1.0, "Ω");
     /// Share of the supply's voltage.
     Duty = Range::new(0.005, 1.0, "");
     /// Rate of a motor, full steps/s. The driver and the build of the board may allow less.

@@ -2,9 +2,9 @@
 
 use nalgebra::Point3;
 use plumb_frame::observation::BallObservation;
-use plumb_protocol::message::State;
+use plumb_protocol::message::{DriverReading, State};
 
-use crate::board_report::near_slack;
+use crate::board_report::{driver_warnings, near_slack};
 use crate::observer::FrameRecord;
 use crate::rounding::round;
 
@@ -35,6 +35,8 @@ pub struct LogRow {
     pub true_tensions: Option<[f64; 3]>,
     /// The path that the ball follows, if it does.
     pub path: Option<LogPath>,
+    /// Readings of the motor drivers; order A, B, C. `None` of drivers without a UART.
+    pub drivers: Option<[DriverReading; 3]>,
 }
 
 /// A path and the ball's deviation from it.
@@ -90,6 +92,7 @@ impl From<&FrameRecord> for LogRow {
                 along_m: record.position().map(|position| path.along_track(position)),
                 cross_m: record.position().map(|position| path.cross_track(position)),
             }),
+            drivers: board.and_then(|board| board.drivers),
         }
     }
 }
@@ -128,7 +131,7 @@ fn near_slack_text(tensions: Option<[f64; 3]>) -> String {
 
 impl LogRow {
     /// Names of the columns, with their units.
-    pub const HEADER: [&'static str; 31] = [
+    pub const HEADER: [&'static str; 35] = [
         "frame",
         "t_s",
         "u_px",
@@ -160,6 +163,10 @@ impl LogRow {
         "path_pace",
         "along_track_m",
         "cross_track_m",
+        "stall_guard_a",
+        "stall_guard_b",
+        "stall_guard_c",
+        "driver_warnings",
     ];
 
     /// Returns the fields in the order of [`LogRow::HEADER`].
@@ -184,6 +191,9 @@ impl LogRow {
         fields.push(text_with(PACE_DIGITS)(path.map(|path| path.pace)));
         fields.push(text(path.and_then(|path| path.along_m)));
         fields.push(text(path.and_then(|path| path.cross_m)));
+        let readings = self.drivers.map_or([None; 3], |it| it.map(|driver| driver.stall_guard));
+        fields.extend(readings.map(|it| it.map(|it| it.to_string()).unwrap_or_default()));
+        fields.push(self.drivers.as_ref().map(driver_warnings).unwrap_or_default());
         fields
     }
 }

@@ -154,7 +154,7 @@ fn motors<I: BufRead, O: Write>(
 ) -> Result<(DriverKind, u8), Failure> {
     let driver: DriverKind = match args.driver {
         Some(name) => name.into(),
-        None if !board.board().has_free_drivers => DriverKind::Tmc2209,
+        None if !board.board().has_free_drivers => DriverKind::Tmc2209Uart,
         None => {
             let names = DriverKind::ALL.map(DriverKind::name).join(", ");
             let question = format!("Motor drivers ({names})");

@@ -117,7 +117,12 @@ export class Uart {
   }
 
   arrived() {
-    const byte = this.arriving.shift();
+    this.receive(this.arriving.shift());
+    if (this.arriving.length > 0) this.rxAlarm.scheduleAt(this.clock.now + this.byteCycles);
+  }
+
+  /** Takes in a byte that is whole at this moment. */
+  receive(byte) {
     if (this.on(RX_ENABLED)) {
       if (this.received.length < this.depth) {
         this.received.push(byte);
@@ -126,7 +131,6 @@ export class Uart {
         this.raw |= OVERRUN;
       }
     }
-    if (this.arriving.length > 0) this.rxAlarm.scheduleAt(this.clock.now + this.byteCycles);
     this.timeout.scheduleAt(this.clock.now + Math.round(TIMEOUT_BITS * this.bitCycles));
     this.update();
   }

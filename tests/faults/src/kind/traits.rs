@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use plumb_protocol::message::Fault;
+use plumb_protocol::message::{DriverFault, Fault};
 
 use super::{Kind, Place};
 use crate::cause::{Cause, TRAVEL};
@@ -118,7 +118,13 @@ pub static KINDS: [Traits; 37] = {
         of(DiskFull, "disk full", Host, Lasting, &[Cause::Output]),
         of(Reset, "reset", Power, Passing(1..1500), RESTARTED),
         of(Crash, "restart after an error", Power, Passing(1..1500), CRASHED),
-        of(DriverBus, "driver bus cut", Power, Passing(10..3000), &[Board(Driver)]),
+        of(
+            DriverBus,
+            "driver bus cut",
+            Power,
+            Passing(10..3000),
+            &[Board(Driver(DriverFault::Hat))],
+        ),
         of(Emergency, "emergency input", Power, Passing(1..2000), &[Board(EmergencyStop)]),
     ]
 };

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use plumb_core::timing::DriverTiming;
 use plumb_protocol::Config;
+use plumb_protocol::boards::PICO;
 use plumb_protocol::config::*;
 use plumb_protocol::units::*;
-use plumb_protocol::wiring::{Coils, Drivers, StepDir};
+use plumb_protocol::wiring::{Coils, Drivers, StepDir, Tmc2209};
 
 use super::FASTEST;
 use crate::common::config;
@@ -76,6 +77,7 @@ pub(super) fn fields() -> Vec<&'static [Setter]> {
             |c| c.drivers = step_dir(4_100, u16::MAX, u16::MAX),
             |c| c.drivers = Drivers::Coils(Coils { duty_percent: 1 }),
             |c| c.drivers = Drivers::MotorHats(Coils { duty_percent: 100 }),
+            |c| c.drivers = Drivers::Tmc2209(Tmc2209::of(&PICO)),
         ],
         &[|c| c.config.microsteps = 1, |c| c.config.microsteps = 16],
         // One motor at the other end than the two others shows what they share.
@@ -181,7 +183,9 @@ fn step_dir(high: u16, low: u16, setup: u16) -> Drivers {
 fn set_rates(case: &mut Case, rates: [i32; 3]) {
     let microsteps = u32::from(case.config.microsteps);
     let pulses = match &case.drivers {
-        Drivers::StepDir(times) => DriverTiming::new(times).unwrap().max_pulse_rate(),
+        Drivers::StepDir(times) | Drivers::Tmc2209(Tmc2209 { times, .. }) => {
+            DriverTiming::new(times).unwrap().max_pulse_rate()
+        }
         Drivers::Coils(_) => 2_500 * microsteps,
         Drivers::MotorHats(_) => 300 * microsteps,
     };

@@ -6,9 +6,11 @@ use plumb_protocol::units::Rate;
 use plumb_protocol::wiring::Wiring;
 
 use super::{Document, Finding, Severity};
-use crate::rig::quantity::Conversion;
+use crate::rig::motors::SENSE;
+use crate::rig::quantity::{Conversion, Current};
 use crate::rig::{
-    DeadlineSettings, GrowthRule, JogSettings, LawName, PathSettings, ReachedRule, Rig,
+    DeadlineSettings, Driver, GrowthRule, JogSettings, LawName, PathSettings, ReachedRule, Rig,
+    TimingSettings, UartSettings,
 };
 
 /// Check of a wiring and a configuration by the board's own limits: returns every reason to refuse
@@ -57,8 +59,29 @@ fn keys(field: ConfigField, law: LawName) -> &'static [&'static str] {
     }
 }
 
+/// Keys of drivers on a UART that their settings follow from.
+const UART_KEYS: &[&str] = &[
+    "motors.driver.tmc2209-uart.run_current",
+    "motors.driver.tmc2209-uart.hold_current",
+    "motors.driver.tmc2209-uart.sense_resistor",
+    "motors.timing",
+];
+
+/// Sets a key of drivers on a UART to a value that fits the others' defaults.
+fn reset_uart(settings: &mut UartSettings, key: &str) {
+    match key.rsplit('.').next() {
+        Some("run_current") => settings.run_current = Current::constant(0.8),
+        Some("hold_current") => settings.hold_current = None,
+        Some("sense_resistor") => settings.sense_resistor = SENSE,
+        _ => {}
+    }
+}
+
 /// Sets a key of a field with several keys to its default.
 fn reset(rig: &mut Rig, key: &str) {
+    if let Driver::Tmc2209Uart(settings) = &mut rig.motors.driver {
+        reset_uart(settings, key);
+    }
     let (reached, deadlines) = (ReachedRule::default(), DeadlineSettings::default());
     let (growth, jog) = (GrowthRule::default(), JogSettings::default());
     let path = PathSettings::default();
@@ -75,6 +98,7 @@ fn reset(rig: &mut Rig, key: &str) {
         "path.max_speed" => rig.path.max_speed = path.max_speed,
         "path.max_acceleration" => rig.path.max_acceleration = path.max_acceleration,
         "path.max_jerk" => rig.path.max_jerk = path.max_jerk,
+        "motors.timing" => rig.motors.timing = TimingSettings::default(),
         "path.deviation" => rig.path.deviation = path.deviation,
         _ => {}
     }
@@ -87,7 +111,10 @@ pub(super) fn wrong_keys(
     field: ConfigField,
     board: BoardCheck<'_>,
 ) -> Vec<&'static str> {
-    let keys = keys(field, rig.law.name());
+    let keys = match (field, &rig.motors.driver) {
+        (ConfigField::Drivers, Driver::Tmc2209Uart(_)) => UART_KEYS,
+        _ => keys(field, rig.law.name()),
+    };
     let is_wrong_alone = |key: &&&str| {
         let mut rig = rig.clone();
         keys.iter().filter(|other| *other != *key).for_each(|other| reset(&mut rig, other));

@@ -1,7 +1,7 @@
 //! Wirings that the board refuses, by the keys of the rig file.
 
 use plumb_protocol::boards::Board;
-use plumb_protocol::wiring::{Line, PinError, Wiring, WiringError};
+use plumb_protocol::wiring::{Drivers, Line, PinError, Wiring, WiringError};
 
 use super::{Document, Finding, Severity};
 
@@ -13,9 +13,26 @@ pub(super) fn finding(document: &Document<'_>, wiring: &Wiring, error: &WiringEr
             "motors.driver",
             format!("does not fit {}, which has drivers of its own", wiring.board),
         ),
+        WiringError::Addresses => (
+            "motors.driver.tmc2209-uart.addresses",
+            "has an address above 3, or one twice".to_owned(),
+        ),
         WiringError::Pin(line, error) => (key(*line), problem(wiring, *line, *error)),
     };
     document.finding(Severity::Error, &[key], problem)
+}
+
+/// Returns the warning about a board with drivers of its own that are left without their UART.
+pub(super) fn silent_drivers(document: &Document<'_>, wiring: &Wiring) -> Option<Finding> {
+    let board = Board::of(wiring.board).filter(|board| !board.has_free_drivers)?;
+    matches!(wiring.drivers, Drivers::StepDir(_)).then(|| {
+        let problem = format!(
+            "leaves the drivers of {} as their address pins set them, each with other microsteps: \
+             `driver.tmc2209-uart` sets them all",
+            board.kind
+        );
+        document.finding(Severity::Warning, &["motors.driver"], problem)
+    })
 }
 
 /// Returns the key that a line's pin follows from.
@@ -26,6 +43,7 @@ pub(super) fn key(line: Line) -> &'static str {
         Line::Enable(_) => "board.pins.enable",
         Line::Emergency => "board.pins.emergency",
         Line::Led => "board.pins.led",
+        Line::UartTx | Line::UartRx => "board.pins.uart",
     }
 }
 
@@ -39,6 +57,7 @@ fn problem(wiring: &Wiring, line: Line, error: PinError) -> String {
             let to = Board::of(board).and_then(|board| board.taken(pin)).unwrap_or_default();
             format!("puts {line} at GP{pin}, which {board} uses itself: {to}")
         }
+        PinError::NoUart => format!("puts {line} at GP{pin}, where {board} does not have it"),
         PinError::Twice => {
             let user = wiring.lines().find(|(other, at)| *other != line && *at == pin);
             let user = user.map_or_else(|| "the drivers".to_owned(), |(user, _)| user.to_string());

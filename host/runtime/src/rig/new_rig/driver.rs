@@ -13,6 +13,8 @@ pub enum DriverKind {
     Drv8825,
     /// Trinamic TMC2209 with its UART unconnected.
     Tmc2209,
+    /// Trinamic TMC2209 on a UART.
+    Tmc2209Uart,
     /// Toshiba TB6600HG behind opto-couplers.
     Tb6600,
     /// Leadshine DM542 and its like.
@@ -42,10 +44,11 @@ fn list(values: &[u8]) -> String {
 
 impl DriverKind {
     /// All kinds.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::A4988,
         Self::Drv8825,
         Self::Tmc2209,
+        Self::Tmc2209Uart,
         Self::Tb6600,
         Self::Dm542,
         Self::Coils,
@@ -67,6 +70,7 @@ impl DriverKind {
             Self::A4988 => "a4988",
             Self::Drv8825 => "drv8825",
             Self::Tmc2209 => "tmc2209",
+            Self::Tmc2209Uart => "tmc2209-uart",
             Self::Tb6600 => "tb6600",
             Self::Dm542 => "dm542",
             Self::Coils => "coils",
@@ -77,6 +81,7 @@ impl DriverKind {
     /// Returns the value of `motors.driver`.
     pub(super) fn toml(self) -> String {
         match self {
+            Self::Tmc2209Uart => format!("{{ {} = {{ run_current = 0.8 }} }}", self.name()),
             Self::Coils | Self::MotorHats => format!("{{ {} = {{ duty = 0.8 }} }}", self.name()),
             _ => format!("{:?}", self.name()),
         }
@@ -94,8 +99,9 @@ impl DriverKind {
             Self::A4988 => Some(Straps::new(&["MS1", "MS2", "MS3"], a4988(microsteps))),
             Self::Drv8825 => Some(Straps::new(&["M0", "M1", "M2"], drv8825(microsteps))),
             Self::Tmc2209 => Some(Straps::new(&["MS1", "MS2"], tmc2209(microsteps))),
-            // The switches of these drivers are printed on their boxes, and differ.
-            Self::Tb6600 | Self::Dm542 | Self::Coils | Self::MotorHats => None,
+            // The board sets the microsteps of TMC2209 on a UART. The switches of a TB6600 and a
+            // DM542 are printed on their boxes, and differ.
+            Self::Tmc2209Uart | Self::Tb6600 | Self::Dm542 | Self::Coils | Self::MotorHats => None,
         })
     }
 }
@@ -106,6 +112,7 @@ impl fmt::Display for DriverKind {
             Self::A4988 => "an A4988",
             Self::Drv8825 => "a DRV8825",
             Self::Tmc2209 => "a TMC2209 without UART",
+            Self::Tmc2209Uart => "a TMC2209 on a UART",
             Self::Tb6600 => "a TB6600",
             Self::Dm542 => "a DM542",
             Self::Coils => "a pair of H-bridges",

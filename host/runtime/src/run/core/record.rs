@@ -68,7 +68,10 @@ impl RunCore {
             time: stats.time,
             observation,
             target: path.map_or(self.target, |path| path.position),
-            board: self.board.telemetry.as_ref().map(BoardReport::from),
+            board: self.board.telemetry.as_ref().map(|telemetry| BoardReport {
+                drivers: self.board.drivers,
+                ..BoardReport::from(telemetry)
+            }),
             fault_cause: self.board.fault.and_then(|it| it.cause),
             state,
             filtered_error,

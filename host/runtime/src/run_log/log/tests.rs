@@ -1,7 +1,7 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 
-use plumb_protocol::message::{Fault, State};
+use plumb_protocol::message::{DriverReading, Fault, State};
 use serde_json::json;
 
 use nalgebra::Point3;
@@ -53,6 +53,7 @@ fn row(frame: u32) -> LogRow {
         tensions: None,
         true_tensions: None,
         path: None,
+        drivers: None,
     }
 }
 
@@ -72,7 +73,7 @@ fn rows_are_in_the_file_before_the_run_ends() {
     assert_eq!(written.len(), 3);
     assert!(written[1].starts_with("0,0,320.5,240.25,20,60,0.54,0.22"), "{}", written[1]);
     assert!(written[1].contains(",0.4,0.4,0.15,0.38"), "target and error: {}", written[1]);
-    assert!(written[1].ends_with(",seeking,0,0,0,,,,,,,,,,,,,,"), "{}", written[1]);
+    assert!(written[1].ends_with(",seeking,0,0,0,,,,,,,,,,,,,,,,,,"), "{}", written[1]);
     drop(run);
     assert_eq!(lines(&path), written, "dropped without an end, the rows stay");
     assert!(!path.join("summary.json").exists());
@@ -135,6 +136,27 @@ fn tensions_have_three_digits_and_marks_of_cables_near_slack() {
 }
 
 #[test]
+fn drivers_on_a_uart_have_their_readings_and_warnings_in_the_last_columns() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("run");
+    let mut run = create(&path, scene()).unwrap();
+    let cool = DriverReading { stall_guard: Some(300), ..DriverReading::default() };
+    let hot = DriverReading { is_hot: true, stall_guard: None, ..cool };
+    let open = DriverReading { has_open_load: true, ..cool };
+    for drivers in [None, Some([cool; 3]), Some([cool, hot, open])] {
+        run.record(&LogRow { drivers, ..row(0) }).unwrap();
+    }
+    let mut reader = csv::Reader::from_path(path.join("run.csv")).unwrap();
+    let rows: Vec<Vec<String>> = reader
+        .records()
+        .map(|record| record.unwrap().iter().skip(31).map(String::from).collect())
+        .collect();
+    assert_eq!(rows[0], ["", "", "", ""], "of other drivers");
+    assert_eq!(rows[1], ["300", "300", "300", "none"]);
+    assert_eq!(rows[2], ["300", "", "300", "B hot, C open coil"]);
+}
+
+#[test]
 fn a_run_along_a_path_has_its_deviation_in_rows_and_in_a_figure() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
@@ -150,10 +172,11 @@ fn a_run_along_a_path_has_its_deviation_in_rows_and_in_a_figure() {
         run.record(&LogRow { path: Some(deviation(frame)), ..row(frame) }).unwrap();
     }
     let written = lines(&path);
-    assert!(written[0].ends_with(",path_time_s,path_pace,along_track_m,cross_track_m"));
-    assert!(written[1].ends_with(",,,,"), "{}", written[1]);
-    assert!(written[2].ends_with(",1.5,0.996,-0.001,"), "{}", written[2]);
-    assert!(written[3].ends_with(",1.5,0.996,-0.002,0.0005"), "{}", written[3]);
+    // The columns of drivers on a UART follow.
+    assert!(written[0].contains(",path_time_s,path_pace,along_track_m,cross_track_m,"));
+    assert!(written[1].ends_with(",,,,,,,,"), "{}", written[1]);
+    assert!(written[2].ends_with(",1.5,0.996,-0.001,,,,,"), "{}", written[2]);
+    assert!(written[3].ends_with(",1.5,0.996,-0.002,0.0005,,,,"), "{}", written[3]);
     run.finish("the end").unwrap();
     let figure = fs::read_to_string(path.join("deviation.svg")).unwrap();
     for words in ["across the path (mm)", "along the path (mm)"] {
