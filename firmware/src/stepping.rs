@@ -12,7 +12,6 @@ use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use plumb_core::config_store::Stored;
 use plumb_core::tmc2209::Event;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
-use plumb_protocol::boards::Chip;
 use plumb_protocol::dimension::MOTORS;
 use plumb_protocol::message::{DriverFault, StartCause};
 use plumb_protocol::units::Micros;
