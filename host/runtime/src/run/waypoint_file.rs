@@ -244,7 +244,7 @@ mod tests {
             ("420,240,300\n", "is it in millimetres?"),
             ("0.4,o.3,0.2\n", "way.csv:1: column 2 (y): 'o.3': must be a number"),
             ("0.4,0.3,inf\n", "way.csv:1: column 3 (z): 'inf'"),
-            ("x,y,z,dwell\n1,1,1,-1\n", "way.csv:2: column 4 (dwell): '-1': -1.0 must be 0 to"),
+            ("x,y,z,dwell\n1,1,1,-1\n", "way.csv:2: column 4 (dwell): '-1': -1 must be 0 to"),
             ("x,y,z,tolerance\n1,1,1,0\n", "way.csv:2: column 4 (tolerance): '0'"),
             ("x,y,z\n", "way.csv: no waypoints"),
             ("1,1,1\n1,1,-5\n", "way.csv:2: [1.0, 1.0, -5.0] m: that is outside the workspace"),
