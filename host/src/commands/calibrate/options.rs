@@ -53,7 +53,9 @@ fn with_points<const N: usize>(words: &[&str]) -> Option<Vec<String>> {
 /// An explanation, such as of a decimal comma or a missing number.
 pub(super) fn typed_point(text: &str) -> Result<Point3<f64>, String> {
     let words: Vec<&str> = text.split_whitespace().collect();
-    let has_comma = |word: &&str| word.contains(',') && with_decimal_point(word).is_some();
+    let has_comma = |word: &&str| {
+        word.trim_end_matches(',').contains(',') && with_decimal_point(word).is_some()
+    };
     if words.len() > 1 && words.iter().any(has_comma) {
         let points = words.iter().map(|word| with_decimal_point(word).unwrap_or_default());
         let points = points.collect::<Vec<_>>().join(" ");
