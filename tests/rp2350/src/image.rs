@@ -32,7 +32,7 @@ pub fn firmware_image() -> Option<PathBuf> {
 pub struct Firmware {
     /// Content of the flash, from its first address.
     pub flash: Vec<u8>,
-    /// Number of instructions that were replaced: see [`plain`].
+    /// Number of instructions that were replaced: see `plain`.
     pub replaced: usize,
     /// Functions: name and address.
     functions: Vec<(String, u32)>,
