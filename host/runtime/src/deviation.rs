@@ -109,7 +109,8 @@ impl fmt::Display for PathSummary {
              {p99_mm:.1} mm in 99 % of the pictures, {max_mm:.1} mm at most",
             self.path_time_s,
             self.time_s,
-            self.speed_kept * 100.0
+            // The begin is known to a picture.
+            (self.speed_kept * 100.0).min(100.0)
         )
     }
 }

@@ -20,6 +20,7 @@ use self::link::TerminalLink;
 use self::motors::MotorLines;
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
+use super::rig_args::rig_path;
 use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
@@ -35,7 +36,7 @@ use super::{Failure, Physics, bad_input, print};
 )]
 pub(crate) struct Args {
     /// Rig file, whose simulated rig the board's motors move; PLUMB_RIG does not name it
-    #[arg(value_name = "RIG")]
+    #[arg(value_name = "RIG", value_parser = rig_path)]
     rig: Option<PathBuf>,
     /// Model of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static", requires = "rig")]

@@ -258,6 +258,8 @@ impl Closed {
         let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
         let targets = match summary.legs.len() {
             0 | 1 => String::new(),
+            // The way to the path counts as a target.
+            _ if summary.path.is_some() => String::new(),
             _ => format!(", {} targets reached", summary.targets_reached),
         };
         tell!(

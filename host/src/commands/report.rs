@@ -16,7 +16,7 @@ use serde_json::json;
 
 use super::old_file::write;
 use super::print::{result, tell};
-use super::rig_args::{PortArgs, RIG_VARIABLE};
+use super::rig_args::{PortArgs, RIG_VARIABLE, rig_path};
 use super::{Failure, failed_because};
 use parts::Parts;
 use privacy::Privacy;
@@ -37,7 +37,7 @@ use privacy::Privacy;
 pub(crate) struct Args {
     /// Rig file, for the report and for the port of its board [default: no rig file, and the one
     /// Plumb board on USB]
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true, value_parser = rig_path)]
     rig: Option<PathBuf>,
     #[command(flatten)]
     port: PortArgs,

@@ -120,7 +120,7 @@ impl From<BoardOption> for BoardName {
 #[derive(Args)]
 pub(crate) struct BoardArgs {
     /// Rig file, for the port and the baud rate of its board [default: the one Plumb board on USB]
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true, value_parser = rig_path)]
     rig: Option<PathBuf>,
     #[command(flatten)]
     port: PortArgs,
@@ -199,7 +199,7 @@ pub(super) fn no_rig(others: &str, usage: &str) -> Failure {
 ///
 /// # Errors
 /// Where its name is that of a list of places, or it is a folder.
-fn rig_path(text: &str) -> Result<PathBuf, String> {
+pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
     let ending = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
     if LISTS.iter().any(|list| ending == *list) {
         return Err(

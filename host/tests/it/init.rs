@@ -237,9 +237,10 @@ fn an_input_that_ends_early_leaves_no_file() {
 #[test]
 fn options_that_contradict_each_other_are_refused_with_a_reason() {
     let folder = folder();
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 8] = [
         (&["--driver", "a4988", "--microsteps", "32"], "cannot be set to 32 microsteps: choose"),
         (&["--port", "COM3"], "that is a port of Windows"),
+        (&["--port", "kinect"], "--port kinect: must be a path, such as /dev/ttyACM0"),
         (&["--driver", "tmc2209", "--microsteps", "4"], "choose one of 8, 16"),
         (&["--sides", "1", "0.2", "0.2"], "no triangle"),
         (&["--height", "0.1"], "must be 0.4 to 3.5 m"),

@@ -101,6 +101,9 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
             "this is a run's folder, and no recording: `plumb run --rec",
         ),
         (&["run", "r2"], "r2 is a folder, but must be a regular file: its rig file is r2/rig.toml"),
+        (&["calibrate", "r2", "--board"], "r2 is a folder, but must be a regular file"),
+        (&["emulate", "r2"], "r2 is a folder, but must be a regular file: its rig file is"),
+        (&["board", "status", "r2"], "r2 is a folder, but must be a regular file: its rig file"),
         (
             &["goto", "r2", "0.4", "0.3", "0.2"],
             "r2 is a folder, but must be a regular file: its rig file is r2/rig.toml",

@@ -23,7 +23,7 @@ use plumb_runtime::rig::{BoardPort, Rig};
 use serde_json::json;
 
 use super::super::print::{result, tell};
-use super::super::rig_args::{PortArgs, RIG_VARIABLE};
+use super::super::rig_args::{PortArgs, RIG_VARIABLE, rig_path};
 use super::super::{Failure, bad_input};
 use super::{compare_release, firmware_line};
 use computer::ThisComputer;
@@ -47,6 +47,7 @@ pub(super) struct Args {
     /// Rig file, for the port and the baud rate of its board [default: the one Plumb board on USB,
     /// or the one Pico in its bootloader]
     #[arg(long, value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    #[arg(value_parser = rig_path)]
     rig: Option<PathBuf>,
     #[command(flatten)]
     port: PortArgs,
