@@ -14,7 +14,8 @@ const STANDINS: [(&str, &str); 4] = [
     (
         "scripts/package",
         "mkdir -p target/package target/firmware\n\
-         for kind in elf uf2; do echo $kind > target/firmware/plumb.$kind; done\n\
+         for file in plumb plumb-pico2; do\n\
+         for kind in elf uf2; do echo $kind > target/firmware/$file.$kind; done; done\n\
          echo deb > target/package/plumb.deb && echo target/package/plumb.deb",
     ),
     ("scripts/sbom", "echo bill > \"$1/plumb.cdx.json\""),
@@ -79,6 +80,8 @@ fn a_release_sets_the_version_once_and_has_the_same_bytes_again() {
         "CHANGES.md",
         "plumb-0.2.0-pico.elf",
         "plumb-0.2.0-pico.uf2",
+        "plumb-0.2.0-pico2.elf",
+        "plumb-0.2.0-pico2.uf2",
         "plumb-0.2.0.tar.gz",
         "plumb.cdx.json",
         "plumb.deb",
