@@ -162,8 +162,9 @@ fn three_motors_at_the_highest_rate_have_no_jitter() {
 }
 
 /// From the last byte of a position to the first pulse with another period: a tick takes its
-/// message up to 200 µs later, and plans 57 µs ahead. The rest is the serial line's task, and
-/// differs between builds: 314 µs at most in one, 355 in the next. 300 are wanted.
+/// message up to 200 µs later, and plans 57 µs ahead. The rest is the serial line's receiver, which
+/// hands over the end of a frame after a pause: 314 µs in all in one build, 355 in the next. 300
+/// are wanted.
 #[test]
 fn a_position_changes_the_rates_in_time() {
     let Some(image) = firmware_image() else { return };
