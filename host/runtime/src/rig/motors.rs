@@ -119,21 +119,16 @@ impl Motors {
 pub enum Driver {
     /// Allegro A4988 and what is as slow: 1 µs pulses.
     #[default]
-    #[serde(alias = "A4988")]
     A4988,
     /// Texas Instruments DRV8825: 1.9 µs pulses.
-    #[serde(alias = "DRV8825")]
     Drv8825,
     /// Trinamic TMC2209 and its like without their UART: 0.2 µs pulses.
-    #[serde(alias = "TMC2209")]
     Tmc2209,
     /// Trinamic TMC2209 on one UART, which sets and watches them.
     Tmc2209Uart(UartSettings),
     /// Toshiba TB6600HG behind opto-couplers: 2.2 µs pulses.
-    #[serde(alias = "TB6600")]
     Tb6600,
     /// Leadshine DM542 and its like, with opto-couplers: 2.5 µs pulses.
-    #[serde(alias = "DM542")]
     Dm542,
     /// Any other driver with STEP and DIR inputs, by its data sheet.
     StepDir {
