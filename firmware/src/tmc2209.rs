@@ -12,7 +12,7 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Timer};
 use heapless::Vec;
 use plumb_core::tmc2209::{BAUD, EXCHANGE_US, MAX_RECEIVED, Monitor, Settings};
-use plumb_protocol::MOTORS;
+use plumb_protocol::dimension::PerMotor;
 use plumb_protocol::wiring::{Pin, Wiring};
 
 use crate::{pins, stepping};
@@ -26,7 +26,7 @@ struct Drivers {
     number: u32,
     settings: Settings,
     /// DIR of motors A, B and C.
-    directions: [Pin; MOTORS],
+    directions: PerMotor<Pin>,
 }
 
 /// Drivers of the newest wiring with some.
@@ -104,7 +104,7 @@ async fn watch(drivers: &Drivers) {
 /// Gives the pins DIR these levels, or back to the step generator, unless another wiring is in
 /// force. The stepping interrupt waits meanwhile, at standstill.
 #[cold]
-fn set_directions(drivers: &Drivers, levels: Option<[bool; MOTORS]>) {
+fn set_directions(drivers: &Drivers, levels: Option<PerMotor<bool>>) {
     critical_section::with(|_| {
         if wiring_in_force() != drivers.number {
             return;

@@ -68,15 +68,10 @@ fn parse_command_line() -> Result<Cli, clap::Error> {
     Cli::try_parse_from(&words).map_err(|error| {
         let mut command = Cli::command();
         command.build();
-        let parsed = command.mut_subcommands(with_usage_of_help).try_get_matches_from(&words);
+        let with_usage = |command| commands::manual::with_usages(command, commands::manual::usage);
+        let parsed = command.mut_subcommands(with_usage).try_get_matches_from(&words);
         parsed.err().unwrap_or(error)
     })
-}
-
-/// Returns the command, whose errors have the usage of its help.
-fn with_usage_of_help(mut command: clap::Command) -> clap::Command {
-    let usage = commands::manual::usage(&mut command);
-    command.override_usage(usage).mut_subcommands(with_usage_of_help)
 }
 
 fn main() -> ExitCode {

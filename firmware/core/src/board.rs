@@ -52,7 +52,7 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
-use plumb_protocol::{MOTORS, Wiring};
+use plumb_protocol::{PerMotor, Wiring};
 
 use crate::law_worker::LawResponse;
 use crate::params::BuildLimits;
@@ -283,7 +283,7 @@ impl Board {
     pub fn on_driver_readings(
         &mut self,
         now: Micros,
-        motors: [DriverReading; MOTORS],
+        motors: PerMotor<DriverReading>,
         out: &mut Outbox,
     ) {
         if self.session.greeted {

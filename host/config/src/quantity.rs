@@ -100,7 +100,7 @@ const CENTIMETRES: f64 = 100.0;
 /// Returns a number as a person writes it: a whole one without a decimal point.
 fn shown(value: f64) -> String {
     let text = format!("{value:?}");
-    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+    text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
 
 /// Returns the end of a message about a number in a usual other unit; empty where it is in none.

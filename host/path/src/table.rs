@@ -30,7 +30,7 @@ pub struct Row {
     pub line: u64,
     /// Fields, without spaces and quotes around them.
     pub fields: Vec<String>,
-    /// The line as it is written, without spaces around it.
+    /// Text of the line, without spaces around it.
     pub text: String,
 }
 
@@ -106,8 +106,8 @@ fn named_separator(line: &str) -> Option<char> {
     rest.all(|more| more == separator).then_some(separator)
 }
 
-/// Returns what is wrong with names of columns, where `known` are the right ones, of which a table
-/// needs the first `needed` ones: "'w' is unknown, z is missing". Empty where only the order can be
+/// Returns the mistakes in names of columns: "'w' is unknown, z is missing". A table may have the
+/// columns `known`, and must have the first `needed` of them. Empty where only the order can be
 /// wrong.
 pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
     let times = |name: &str| found.iter().filter(|it| *it == name).count();

@@ -21,8 +21,8 @@ pub(super) fn connect(file: &Path, rig: &Rig, serial: Serial) -> Result<Link<Ser
     Ok(link)
 }
 
-/// Connects to the board of the rig file `file` and looks whether it could be configured. Leaves
-/// the board as it is.
+/// Connects to the board of the rig file `file` and looks whether it could be configured. Changes
+/// nothing there.
 ///
 /// # Errors
 /// Where the board has stopped by itself, as [`connect`].

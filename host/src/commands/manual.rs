@@ -41,16 +41,16 @@ pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
     let mut cli = cli.disable_help_subcommand(true);
     cli.build();
     let written = std::fs::create_dir_all(folder)
-        .and_then(|()| clap_mangen::generate_to(with_synopses(cli), folder).map(drop));
+        .and_then(|()| clap_mangen::generate_to(with_usages(cli, synopsis), folder).map(drop));
     written.map_err(|error| failed(format!("{}: {}", folder.display(), ErrorChain(&error))))?;
     note!("manual pages: {}", args.folder.display());
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns `command` with the usage [`synopsis`], likewise its subcommands.
-fn with_synopses(mut command: Command) -> Command {
-    let synopsis = synopsis(&mut command);
-    command.override_usage(synopsis).mut_subcommands(with_synopses)
+/// Returns `command` with what `usage` returns for it as its usage, likewise its subcommands.
+pub(crate) fn with_usages(mut command: Command, usage: fn(&mut Command) -> String) -> Command {
+    let own = usage(&mut command);
+    command.override_usage(own).mut_subcommands(|command| with_usages(command, usage))
 }
 
 /// Returns the usage of a command with all its options and the names of their values, where that of

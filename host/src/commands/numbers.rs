@@ -65,14 +65,19 @@ pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
 fn hint(text: &str) -> String {
     let is_number = |text: &str| text.parse::<f64>().is_ok();
     let alone = text.trim_end_matches(|c: char| c == ',' || c == ' ' || c.is_alphabetic());
-    let with_point = text.replacen(',', ".", 1);
-    match () {
-        () if alone != text && is_number(alone) => format!("; write {alone} alone"),
-        () if with_point != text && is_number(&with_point) => {
-            format!("; write {with_point}, with a decimal point")
-        }
-        () => String::new(),
+    if alone != text && is_number(alone) {
+        return format!("; write {alone} alone");
     }
+    match with_decimal_point(text).filter(|point| point != text) {
+        Some(point) => format!("; write {point}, with a decimal point"),
+        None => String::new(),
+    }
+}
+
+/// Returns a number of which a decimal comma has become a point; `None` where it is none then.
+pub(super) fn with_decimal_point(word: &str) -> Option<String> {
+    let point = word.replacen(',', ".", 1);
+    point.parse::<f64>().is_ok().then_some(point)
 }
 
 /// Returns the parser of a number of a range.

@@ -1,6 +1,6 @@
 //! Datagrams on the single wire (section 4.1), with their CRC (section 4.2).
 
-use plumb_protocol::MOTORS;
+use plumb_protocol::dimension::PerMotor;
 
 /// Most bytes that arrive in an exchange: the echo of a request to read and the reply, or the echo
 /// of a write.
@@ -25,7 +25,7 @@ pub struct Exchange {
     pub(super) bytes: [u8; WRITE],
     /// Levels of the pins DIR of motors A, B and C; `None` leaves them to the step generator. They
     /// are set only while the drivers are off.
-    pub directions: Option<[bool; MOTORS]>,
+    pub directions: Option<PerMotor<bool>>,
 }
 
 /// Reason why an exchange has no answer.

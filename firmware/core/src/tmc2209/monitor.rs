@@ -1,12 +1,13 @@
 //! Set-up of the drivers, and their watch.
 
-use plumb_protocol::MOTORS;
+use plumb_protocol::dimension::{MOTORS, PerMotor};
 use plumb_protocol::message::{DriverFault, DriverReading};
 use plumb_protocol::wiring::Chopper;
 
 use super::datagram::{Exchange, NoAnswer};
 use super::register;
 use super::settings::Settings;
+use crate::vector::per_motor;
 
 /// Attempts for an exchange, and for the set-up of a driver.
 const ATTEMPTS: u8 = 3;
@@ -49,7 +50,7 @@ pub enum Event {
     /// A driver failed. Nothing is asked until [`Monitor::set_up_again`].
     Failed(DriverFault),
     /// Readings of the drivers of motors A, B and C.
-    Readings([DriverReading; MOTORS]),
+    Readings(PerMotor<DriverReading>),
 }
 
 /// Place in the sequence of exchanges.
@@ -81,8 +82,8 @@ pub struct Monitor {
     /// GSTAT of the driver that is asked for its DRV_STATUS.
     state: u32,
     /// Open coils of each driver in its last poll while its motor turned.
-    open: [u32; MOTORS],
-    readings: [DriverReading; MOTORS],
+    open: PerMotor<u32>,
+    readings: PerMotor<DriverReading>,
     /// Rounds of the poll since the last report.
     rounds: u8,
     /// Whether a warning has come or gone since the last report.
@@ -136,7 +137,7 @@ impl Monitor {
                 Exchange::write(self.address(motor), register, value)
             }
             Phase::Directions { high, motor } => Exchange {
-                directions: Some([0, 1, 2].map(|motor| motor == high)),
+                directions: Some(per_motor(|motor| motor == usize::from(high))),
                 ..read(motor, register::IOIN)
             },
             Phase::Poll { motor: NONE, .. } => read(self.loaded, register::SG_RESULT),

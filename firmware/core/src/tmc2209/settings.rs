@@ -1,6 +1,6 @@
 //! Values of the registers for a wiring.
 
-use plumb_protocol::MOTORS;
+use plumb_protocol::dimension::PerMotor;
 use plumb_protocol::units::Milliamperes;
 use plumb_protocol::wiring::{Chopper, Tmc2209};
 
@@ -38,7 +38,7 @@ const ALL_FLAGS: u32 = 7;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
     /// Addresses of the drivers of motors A, B and C.
-    pub(super) addresses: [u8; MOTORS],
+    pub(super) addresses: PerMotor<u8>,
     pub(super) chopper: Chopper,
     chopconf: u32,
     currents: u32,

@@ -1,6 +1,6 @@
 //! One run: a controller, a rig and a camera in virtual time.
 
-use std::{fmt, mem};
+use std::fmt;
 
 use nalgebra::Point3;
 use plumb_core::TICK_US;
@@ -105,6 +105,8 @@ struct Monitor {
     threshold_m: f64,
     /// Start of the clock, which is the same for all controllers, seconds.
     start_s: Option<f64>,
+    /// Time limit, seconds.
+    limit_s: f64,
     /// First arrival within the threshold, seconds on the suite's clock.
     arrived_s: Option<f64>,
     /// Total time that each cable was slack, seconds.
@@ -117,11 +119,12 @@ struct Monitor {
 impl Monitor {
     /// Begins to measure a drive to `target`, whose clock starts at `start_s`, or with the first
     /// picture.
-    fn new(suite: &Suite, target: Point3<f64>, start_s: Option<f64>) -> Self {
+    fn new(suite: &Suite, target: Point3<f64>, start_s: Option<f64>, limit_s: f64) -> Self {
         Self {
             target,
             threshold_m: suite.threshold_m,
             start_s,
+            limit_s,
             arrived_s: None,
             slack_s: [0.0; 3],
             reached_s: None,
@@ -152,7 +155,7 @@ impl Monitor {
     }
 
     /// Returns the result of a run that ended with `end`.
-    fn outcome(&mut self, end: RunEnd, resumed: bool) -> Outcome {
+    fn outcome(self, end: RunEnd, resumed: bool) -> Outcome {
         let slack_s = self.slack_s.into_iter().fold(0.0, f64::max);
         let hold = &self.outcome.hold_m;
         let inside = hold.iter().filter(|d| f64::from(**d) <= self.threshold_m).count();
@@ -161,7 +164,7 @@ impl Monitor {
         let time_s = self.arrived_s.filter(|_| end == RunEnd::Held);
         let start = self.start_s.unwrap_or(0.0);
         let told_s = time_s.zip(self.reached_s).map(|(time, reached)| reached - start - time);
-        Outcome { time_s, told_s, slack_s, end, resumed, ..mem::take(&mut self.outcome) }
+        Outcome { time_s, told_s, slack_s, end, resumed, ..self.outcome }
     }
 }
 
@@ -175,13 +178,10 @@ struct Simulation<'a> {
     frame: Frame,
     /// Age of each frame where the board does not get the true one, µs.
     assumed_age_us: u32,
-    monitor: Monitor,
     /// Frames captured so far.
     frames: u32,
     /// Ticks of the board so far.
     ticks: u64,
-    /// Time limit, seconds.
-    limit_s: f64,
 }
 
 impl Simulation<'_> {
@@ -196,14 +196,14 @@ impl Simulation<'_> {
         if number > 0 {
             self.controller.set_target(now, leg.target);
         }
-        self.monitor = Monitor::new(self.suite, self.frame.true_position(leg.target), start_s);
-        self.limit_s = t + leg.limit_s();
+        let target = self.frame.true_position(leg.target);
+        let mut monitor = Monitor::new(self.suite, target, start_s, t + leg.limit_s());
         let end = loop {
-            if let Some(end) = self.tick() {
+            if let Some(end) = self.tick(&mut monitor) {
                 break end;
             }
         };
-        self.monitor.outcome(end, self.controller.resumed())
+        monitor.outcome(end, self.controller.resumed())
     }
 
     /// Returns the time of the coming tick.
@@ -212,16 +212,16 @@ impl Simulation<'_> {
     }
 
     /// Runs one tick. Returns the end of the run once there is one.
-    fn tick(&mut self) -> Option<RunEnd> {
+    fn tick(&mut self, monitor: &mut Monitor) -> Option<RunEnd> {
         let now = self.now();
         let t = now.0 as f64 * 1e-6;
         if self.controller.failed() {
             return Some(RunEnd::GaveUp);
         }
-        if t > self.limit_s {
+        if t > monitor.limit_s {
             return Some(RunEnd::TimedOut);
         }
-        self.run_camera(now, t);
+        self.run_camera(now, t, monitor);
         let motors = self.controller.tick(now);
         self.ticks += 1;
         if !self.ticks.is_multiple_of(TICKS_PER_STEP) {
@@ -231,18 +231,18 @@ impl Simulation<'_> {
             return Some(RunEnd::PlantFailed);
         }
         let t = t + 1e-6 * f64::from(TICK_US);
-        self.monitor.step(t, &*self.plant, self.controller.reached()).then_some(RunEnd::Held)
+        monitor.step(t, &*self.plant, self.controller.reached()).then_some(RunEnd::Held)
     }
 
     /// Captures a frame if one is due, and passes arrived frames to the controller.
-    fn run_camera(&mut self, now: Micros, t: f64) {
+    fn run_camera(&mut self, now: Micros, t: f64, monitor: &mut Monitor) {
         let due = f64::from(self.frames) * self.camera.period_s() <= t;
         if self.ticks.is_multiple_of(TICKS_PER_STEP) && due {
             self.camera.observe(t, self.frame.measured(self.plant.ball()));
             self.frames += 1;
         }
         while let Some(observed) = self.camera.delivered(t) {
-            self.monitor.start_s.get_or_insert(t);
+            monitor.start_s.get_or_insert(t);
             let age_us = if self.suite.ages_known {
                 ((t - observed.captured_at_s) * 1e6) as u32
             } else {
@@ -289,9 +289,7 @@ pub(crate) fn run(
     let mut simulation = Simulation {
         plant: suite.plant(task, id).map_err(on_error)?,
         assumed_age_us: (ASSUMED_LATENCY_FRAMES * camera.period_s() * 1e6) as u32,
-        monitor: Monitor::new(suite, frame.true_position(task.target), None),
         frame,
-        limit_s: 0.0,
         frames: 0,
         ticks: 0,
         camera,

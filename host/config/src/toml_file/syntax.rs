@@ -3,7 +3,7 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
-use super::line_at;
+use super::{line_at, one_line};
 use crate::type_words::in_words;
 
 /// Mistake in the syntax of a file.
@@ -12,7 +12,7 @@ pub(super) struct SyntaxMistake {
     pub(super) line: usize,
     /// The key with its tables; empty where it is unknown.
     pub(super) key: String,
-    /// The value as it is written; empty where the key is, or is there twice.
+    /// The value, as in the file; empty where the key is unknown or is there twice.
     pub(super) value: String,
     /// Description.
     pub(super) message: String,
@@ -44,7 +44,7 @@ impl SyntaxMistake {
         }
         let message = match list_with_commas(written) {
             Some(message) => message,
-            None => in_words(&error.message().replace('\n', " ")),
+            None => in_words(&one_line(error.message())),
         };
         plain(String::new(), "", message)
     }
@@ -60,8 +60,8 @@ fn key_below(text: &str, line: usize, name: &str) -> String {
     }
 }
 
-/// Returns the first key of a line whose number has a decimal comma, the number as it is written,
-/// and the same with a decimal point.
+/// Looks for the first number of a line with a decimal comma. Returns its key, the number, and the
+/// number with a decimal point.
 fn decimal_comma(line: &str) -> Option<(&str, &str, String)> {
     let mut begin = 0;
     for (equals, _) in line.match_indices('=') {

@@ -53,11 +53,11 @@ fn with_points<const N: usize>(words: &[&str]) -> Option<Vec<String>> {
 /// An explanation, such as of a decimal comma or a missing number.
 pub(super) fn typed_point(text: &str) -> Result<Point3<f64>, String> {
     let words: Vec<&str> = text.split_whitespace().collect();
-    let has_comma = |word: &&str| {
-        word.trim_end_matches(',').contains(',') && with_decimal_point(word).is_some()
-    };
+    let with_point = |word: &str| numbers::with_decimal_point(word.trim_end_matches(','));
+    let has_comma =
+        |word: &&str| word.trim_end_matches(',').contains(',') && with_point(word).is_some();
     if words.len() > 1 && words.iter().any(has_comma) {
-        let points = words.iter().map(|word| with_decimal_point(word).unwrap_or_default());
+        let points = words.iter().map(|word| with_point(word).unwrap_or_default());
         let points = points.collect::<Vec<_>>().join(" ");
         return Err(format!("write decimal points: {points}"));
     }
@@ -73,12 +73,6 @@ pub(super) fn typed_point(text: &str) -> Result<Point3<f64>, String> {
             None => format!("these are {count}"),
         }),
     }
-}
-
-/// Returns a number of which a decimal comma has become a point; `None` where it is none then.
-fn with_decimal_point(word: &str) -> Option<String> {
-    let point = word.trim_end_matches(',').replacen(',', ".", 1);
-    point.parse::<f64>().is_ok().then_some(point)
 }
 
 /// Parses a point, "X,Y,Z" in metres.

@@ -58,7 +58,7 @@ pub(super) struct Part {
 pub(super) enum Body {
     /// Text, which may have private words.
     Text(String),
-    /// A picture, as it is.
+    /// A picture, unchanged.
     Picture(Vec<u8>),
 }
 
