@@ -95,7 +95,7 @@ impl Board {
         self.apply_law_response(now, out);
         let drivers_enabled = self.enable_drivers(now);
         let setpoint = self.setpoint(now);
-        self.planner.set_rates(setpoint.rates, setpoint.ramp_us);
+        self.planner.follow(&setpoint);
         let overdue = now.since(self.session.last_telemetry) >= TELEMETRY_US;
         self.schedule.telemetry_due |= due && self.session.greeted && overdue;
         self.schedule.emergency_ticks = self.schedule.emergency_ticks.saturating_sub(1);

@@ -116,12 +116,15 @@ pub struct Setpoint {
     /// Highest rate that the motors may have over the one that the target's velocity asks for,
     /// 1/256; 0 where the law does not say.
     pub room: u16,
+    /// Span of the moving average over the step plan, ms: the motors take at most the configured
+    /// one. `None` leaves the span as it is.
+    pub span_ms: Option<u16>,
 }
 
 impl Setpoint {
     /// Returns a setpoint of these rates, as soon as the motors can, without an end.
     pub const fn at_once(rates: MotorRates) -> Self {
-        Self { rates, ramp_us: 0, valid_us: u32::MAX, room: 0 }
+        Self { rates, ramp_us: 0, valid_us: u32::MAX, room: 0, span_ms: None }
     }
 
     /// Returns the setpoint that is in force `elapsed_us` after it took effect.

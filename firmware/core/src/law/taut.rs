@@ -14,6 +14,7 @@ mod tests;
 use plumb_protocol::units::RelativeTension;
 
 use super::io::{Law, Measurement, MotorLimits, MotorRates, Setpoint};
+use crate::params::MAX_MEAN_MS;
 use crate::vector::{per_axis, per_motor, plus};
 use filter::{Observation, millimetres, steps};
 use geometry::{Vector, along, dot, largest, length, scaled};
@@ -143,6 +144,41 @@ impl Taut {
     }
 }
 
+/// Acceleration of the motors for which the span of the moving average is chosen, steps/s².
+const SPAN_ACCELERATION: f32 = 2000.0;
+/// Span for a rig whose cables are far from slack, ms: the slowest period of a ball on cables of
+/// 800 N/m is 130 to 270 ms (10 % and 90 % quantile).
+const MIN_SPAN_MS: f32 = 200.0;
+/// Span above that for the greatest [slack ratio](Mixture::slack_ratio), ms.
+const SPAN_PER_RATIO_MS: f32 = 2000.0;
+/// Slack ratio up to which [`MIN_SPAN_MS`] is enough.
+const FREE_RATIO: f32 = 0.7;
+/// Standard deviations by which the geometry may be worse than its estimate.
+const SPAN_SIGMAS: f32 = 12.0;
+
+/// Span of the moving average.
+impl Taut {
+    /// Returns the span for the way along `e` (mm), ms: long enough that a ball on soft cables does
+    /// not swing where a swing makes a cable slack, and short elsewhere. A target that moves is
+    /// followed with the configured span, since the reference is ahead by half of it.
+    ///
+    /// Rigs that become slack have a ratio above 1.5. Measured on 2 000 rigs a stiffness
+    /// (docs/understand/method.md).
+    fn span_ms(&self, mixture: &Mixture, e: Vector, is_moving: bool) -> u16 {
+        let steps = mixture.steps(e).unwrap_or_default();
+        let unit = scaled(steps, 1.0 / largest(steps).max(1e-9));
+        if is_moving {
+            return MAX_MEAN_MS;
+        }
+        let ratio = mixture.slack_ratio(scaled(unit, SPAN_ACCELERATION));
+        let moves = length(along(&mixture.j, unit)).max(1e-6);
+        let doubt = SPAN_SIGMAS * mixture.lateral_sigma(unit) / moves;
+        let beyond = (ratio * (1.0 + doubt) - FREE_RATIO).max(0.0);
+        // The cast saturates.
+        ((MIN_SPAN_MS + SPAN_PER_RATIO_MS * beyond) as u16).min(MAX_MEAN_MS)
+    }
+}
+
 /// Feed-forward.
 impl Taut {
     /// Takes in the rates `ahead` that the target's velocity asks for (steps/s). Returns the
@@ -187,6 +223,7 @@ impl Law for Taut {
         let rates = MotorRates(self.rates.map(|rate| (rate * 256.0) as i32));
         Setpoint {
             ramp_us: (FRAME_S * 1e6) as u32,
+            span_ms: Some(self.span_ms(&mixture, e, measurement.is_moving())),
             room: self.room(&mixture, ahead),
             ..Setpoint::at_once(rates)
         }

@@ -99,7 +99,11 @@ fn the_moving_average_fits_its_words() {
     // `Lane::close`: a mean is a rate.
     let sum = cells * cell;
     check(2 * sum / cells, I32);
-    // `Lane::to_come`: each cell counts twice the number of cells at most.
+    // `Lane::close` before the oldest cells go: each of the cells and the present one counts up to
+    // one more than the number of cells.
+    check((cells + 1) * (sum + cell), I64);
+    // `Lane::units_to_come`: each cell counts twice the number of cells at most. So does the sum
+    // that is scaled to another number of cells.
     let (to_come, divisor) = (2 * cells * sum, 2 * cells);
     check(to_come >> 16, U32);
     check(((divisor - 1) << 16) + 0xffff, U32);

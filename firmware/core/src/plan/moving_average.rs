@@ -3,6 +3,12 @@
 //! The reference's rates are summed in cells of [`CELL_TICKS`] ticks. The motors' rates go linearly
 //! from the mean of the last cells to the next such mean. A mean of rates within limits is within
 //! them, and so are its changes.
+//!
+//! The span may change while motors turn. A longer span takes in the next cell and keeps the oldest
+//! one; a shorter span gives up two cells for the next one, where the changes of the rates stay
+//! within their limits. So a span goes from 400 ms to 200 ms in 200 ms, and rates stay continuous.
+
+use core::cmp::Ordering;
 
 use plumb_protocol::dimension::{MOTORS, PerMotor};
 
@@ -33,13 +39,13 @@ struct Lane {
     cells: [i32; CELLS],
     /// Cells in a row, up to the newest, in which the reference stood still; at rest all of them.
     quiet: u32,
-    /// Sum of the cells; 38 bits.
+    /// Sum of the cells of the span; 38 bits.
     sum: i64,
-    /// The sum before the newest cell.
+    /// The sum before the newest cell, as one of the present number of cells.
     sum_before: i64,
-    /// Movement that the cells still cause if the reference stands still, without rounding; in 32
-    /// units over twice the number of cells. 47 bits.
-    to_come: i64,
+    /// Sum of the cells, each times the number of means that it will be part of, with the present
+    /// one: 1 for the oldest cell, the number of cells for the newest. 45 bits.
+    weighted: i64,
     /// Movement of the reference in the present cell, units.
     moved: i64,
     /// Rates at the beginning and at the end of the present cell.
@@ -57,7 +63,11 @@ struct Lane {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MovingAverage {
     lanes: PerMotor<Lane>,
-    /// Cells of the span; 0 switches the average off.
+    /// Cells of the longest span; 0 switches the average off.
+    longest: usize,
+    /// Cells of the span that is wanted: 1 to `longest`.
+    wanted: usize,
+    /// Cells of the present span.
     length: usize,
     /// Index of the cell that the present one replaces.
     at: usize,
@@ -66,32 +76,56 @@ pub(super) struct MovingAverage {
 }
 
 impl MovingAverage {
-    pub(super) const OFF: Self = Self { lanes: [Lane::AT_REST; MOTORS], length: 0, at: 0, tick: 0 };
+    pub(super) const OFF: Self = Self::of_cells(0);
+
+    /// Creates an average over `cells` at standstill.
+    const fn of_cells(cells: usize) -> Self {
+        Self {
+            lanes: [Lane::AT_REST; MOTORS],
+            longest: cells,
+            wanted: cells,
+            length: cells,
+            at: 0,
+            tick: 0,
+        }
+    }
 
     /// Creates an average over `span_ms`, at most [`MAX_MEAN_MS`], at standstill.
     pub(super) fn over(span_ms: u16) -> Self {
-        let cells = i64::from(span_ms) * 1000 / (CELL_TICKS * i64::from(TICK_US));
-        Self { length: (cells as usize).min(CELLS), ..Self::OFF }
+        Self::of_cells(cells(span_ms))
     }
 
-    /// Returns an average of the same span at standstill.
+    /// Returns an average of the same longest span at standstill.
     pub(super) fn emptied(&self) -> Self {
-        Self { length: self.length, ..Self::OFF }
+        Self::of_cells(self.longest)
+    }
+
+    /// Begins to change the span to `span_ms`: at most the one that the average was created with,
+    /// and a cell at least.
+    pub(super) fn want(&mut self, span_ms: u16) {
+        self.wanted = cells(span_ms).max(1).min(self.longest);
     }
 
     /// Returns the motors' rates in a tick in which the reference moves at `reference`.
     /// [`pass`](Self::pass) then enters that tick.
     pub(super) fn rates(&self, reference: PerMotor<i32>) -> PerMotor<i32> {
-        if self.length == 0 {
+        if self.longest == 0 {
             return reference;
         }
         let [a, b, c] = &self.lanes;
         [a.now(), b.now(), c.now()]
     }
 
-    /// Enters a tick in which the reference moved at `reference`.
+    /// Enters a tick in which the reference moved at `reference`. The rates of the motors change by
+    /// at most `deltas` a tick. The span changes only where `may_change`: then the motors come to
+    /// rest elsewhere than [`ahead`](Self::ahead) said.
     #[inline(never)]
-    pub(super) fn pass(&mut self, reference: PerMotor<i32>) {
+    pub(super) fn pass(
+        &mut self,
+        reference: PerMotor<i32>,
+        deltas: &PerMotor<u32>,
+        may_change: bool,
+    ) {
         for (lane, wanted) in self.lanes.iter_mut().zip(reference) {
             lane.moved += i64::from(wanted);
             lane.ahead += i64::from(wanted) - i64::from(lane.now());
@@ -100,8 +134,23 @@ impl MovingAverage {
         self.tick += 1;
         if self.tick == CELL_TICKS {
             self.tick = 0;
-            self.lanes.iter_mut().for_each(|lane| lane.close(self.at, self.length));
-            self.at = (self.at + 1) % self.length;
+            let next = if may_change { self.next_length(deltas) } else { self.length };
+            self.lanes.iter_mut().for_each(|lane| lane.close(self.at, self.length, next));
+            self.length = next;
+            self.at = (self.at + 1) % CELLS;
+        }
+    }
+
+    /// Returns the number of cells of the span after the present cell.
+    fn next_length(&self, deltas: &PerMotor<u32>) -> usize {
+        let (at, length) = (self.at, self.length);
+        match self.wanted.cmp(&length) {
+            Ordering::Equal => length,
+            Ordering::Greater => length + 1,
+            Ordering::Less => {
+                let fits = |(lane, delta): (&Lane, &u32)| lane.can_shrink(at, length, *delta);
+                if self.lanes.iter().zip(deltas).all(fits) { length - 1 } else { length }
+            }
         }
     }
 
@@ -112,13 +161,13 @@ impl MovingAverage {
 
     /// Returns whether no average is configured.
     pub(super) fn is_off(&self) -> bool {
-        self.length == 0
+        self.longest == 0
     }
 
-    /// Returns the ticks that the motors are behind the reference at most: the cells of the span,
-    /// the present cell, and the one in which the rates change.
+    /// Returns the ticks that the motors are behind the reference at most: the cells of the longest
+    /// span, the present cell, and the one in which the rates change.
     pub(super) fn lag_ticks(&self) -> u32 {
-        if self.length == 0 { 0 } else { (self.length as u32 + 2) * CELL_TICKS as u32 }
+        if self.longest == 0 { 0 } else { (self.longest as u32 + 2) * CELL_TICKS as u32 }
     }
 
     /// Returns whether motors still follow. A sum of 0 is not enough: after a move there and back
@@ -136,7 +185,7 @@ impl Lane {
         quiet: u32::MAX,
         sum: 0,
         sum_before: 0,
-        to_come: 0,
+        weighted: 0,
         moved: 0,
         span: (0, 0),
         rate: 0,
@@ -149,42 +198,83 @@ impl Lane {
         (self.rate >> 5) as i32
     }
 
-    /// Returns [`to_come`](Self::to_come) in units, rounded towards zero.
+    /// Returns the movement that `length` cells still cause if the reference stands still, units,
+    /// rounded towards zero, without the rounding of rates.
     fn units_to_come(&self, length: usize) -> i64 {
-        // Two divisions of 32 bits: the upper 47 - 16 bits, then 9 bits of remainder with the lower
-        // 16 bits.
-        let (to_come, divisor) = (self.to_come.unsigned_abs(), 2 * length as u32);
-        let (high, low) = ((to_come >> 16) as u32, to_come as u32 & 0xffff);
-        let lower = ((high % divisor) << 16 | low) / divisor;
-        let cells = u64::from(high / divisor) << 16 | u64::from(lower);
-        let units = (cells << 5) as i64;
-        if self.to_come < 0 { -units } else { units }
+        // The rates pass the mean before the newest cell by a half, and every later one as a whole.
+        (quotient(self.sum_before + 2 * self.weighted, 2 * length as u32)) << 5
     }
 
-    /// Ends the present cell, number `at` of `length`.
-    fn close(&mut self, at: usize, length: usize) {
+    /// Returns whether a span that is shorter by a cell changes the rate by at most `delta` more
+    /// than the present span. The present cell, number `at` after `length` others, has ended.
+    fn can_shrink(&self, at: usize, length: usize, delta: u32) -> bool {
+        let oldest = |length| i64::from(self.cells[before(at, length)]);
+        let kept = self.sum + (self.moved >> 5) - oldest(length);
+        let shrunk = kept - oldest(length - 1);
+        let change =
+            |sum, length| (i64::from(mean(sum, length)) - i64::from(self.span.1)).unsigned_abs();
+        let most = u64::from(delta) * CELL_TICKS as u64;
+        change(shrunk, length - 1) <= (change(kept, length) + u64::from(delta)).min(most)
+    }
+
+    /// Ends the present cell, number `at` after the `length` cells of the span. The next span has
+    /// `next` cells: one more, as many, or one less.
+    fn close(&mut self, at: usize, length: usize, next: usize) {
         // The remainder stays for the next cell. Bits: rate 31 + ticks 4 - 5.
         let cell = (self.moved >> 5) as i32;
         self.moved &= 31;
         self.quiet = if cell == 0 { self.quiet.saturating_add(1) } else { 0 };
-        // In the cell that ends, the rate went from one mean to the next.
-        self.to_come += i64::from(cell) * (2 * length as i64) - self.sum_before - self.sum;
-        self.sum_before = self.sum;
-        self.sum += i64::from(cell) - i64::from(self.cells[at]);
+        self.sum_before =
+            if next == length { self.sum } else { quotient(self.sum * next as i64, length as u32) };
+        // The cell will be part of `length` + 1 means, and each of the oldest cells that go takes
+        // one mean from every cell.
+        self.sum += i64::from(cell);
+        self.weighted += i64::from(cell) * (length as i64 + 1);
+        for length in (next..=length).rev() {
+            self.weighted -= self.sum;
+            self.sum -= i64::from(self.cells[before(at, length)]);
+        }
         self.cells[at] = cell;
-        // Rounded towards zero. A mean of rates has the bits of a rate: 31.
-        let mean = wide::quotient(self.sum.unsigned_abs() * 2, length as u32) as i32;
-        self.span = (self.span.1, if self.sum < 0 { -mean } else { mean });
+        self.span = (self.span.1, mean(self.sum, next));
         let change = i64::from(self.span.1) - i64::from(self.span.0);
         (self.rate, self.slope) = (i64::from(self.span.0) * 32 + change, 2 * change);
-        if self.quiet > length as u32 {
+        if self.quiet > length.max(next) as u32 {
             // Every cell is 0, and so are both means of the present cell. The remainders of
             // rounding are dropped: less than a thousandth of a microstep.
-            (self.to_come, self.sum_before, self.moved) = (0, 0, 0);
+            (self.weighted, self.sum_before, self.moved) = (0, 0, 0);
         }
         // The rounding of the cell that ends is over.
-        self.ahead = self.units_to_come(length) + self.moved;
+        self.ahead = self.units_to_come(next) + self.moved;
     }
+}
+
+/// Returns the number of whole cells in `span_ms`, at most [`CELLS`].
+fn cells(span_ms: u16) -> usize {
+    let cells = u32::from(span_ms) * 1000 / (CELL_TICKS as u32 * TICK_US);
+    (cells as usize).min(CELLS)
+}
+
+/// Returns the index of the cell that ended `cells` cells (1 to [`CELLS`]) before number `at`.
+fn before(at: usize, cells: usize) -> usize {
+    (at + CELLS - cells) % CELLS
+}
+
+/// Returns the rate of a motor that moves by `sum` in `length` cells, rounded towards zero. A mean
+/// of rates has the bits of a rate: 31.
+fn mean(sum: i64, length: usize) -> i32 {
+    let mean = wide::quotient(sum.unsigned_abs() * 2, length as u32) as i32;
+    if sum < 0 { -mean } else { mean }
+}
+
+/// Returns `value` (47 bits and the sign) over `divisor` (8 bits), rounded towards zero.
+fn quotient(value: i64, divisor: u32) -> i64 {
+    // Two divisions of 32 bits: the upper 47 - 16 bits, then 9 bits of remainder with the lower 16
+    // bits.
+    let (size, low) = (value.unsigned_abs(), value.unsigned_abs() as u32 & 0xffff);
+    let high = (size >> 16) as u32;
+    let lower = ((high % divisor) << 16 | low) / divisor;
+    let quotient = (u64::from(high / divisor) << 16 | u64::from(lower)) as i64;
+    if value < 0 { -quotient } else { quotient }
 }
 
 #[cfg(test)]
@@ -196,9 +286,8 @@ mod tests {
 
     use super::*;
 
-    fn over_cells(length: usize) -> MovingAverage {
-        MovingAverage { length, ..MovingAverage::OFF }
-    }
+    /// Largest change of a rate in the tests.
+    const DELTAS: [u32; 3] = [1 << 20; 3];
 
     proptest! {
         /// Once the reference stands still, the motors move by what is ahead in every tick, and
@@ -208,16 +297,18 @@ mod tests {
         fn the_motors_move_by_what_is_ahead(
             length in 1usize..=CELLS,
             references in proptest::collection::vec(
-                (proptest::array::uniform3(-1_280_000_000i32..=1_280_000_000), 1usize..200), 1..6),
+                (proptest::array::uniform3(-1_280_000_000i32..=1_280_000_000), 1usize..200,
+                 0u16..=400), 1..6),
         ) {
-            let mut mean = over_cells(length);
-            for (reference, ticks) in references {
-                (0..ticks).for_each(|_| mean.pass(reference));
+            let mut mean = MovingAverage::of_cells(length);
+            for (reference, ticks, span_ms) in references {
+                mean.want(span_ms);
+                (0..ticks).for_each(|_| mean.pass(reference, &DELTAS, true));
             }
             let mut ticks = Vec::new();
             while mean.moving() {
                 ticks.push((mean.ahead(), mean.rates([0; 3])));
-                mean.pass([0; 3]);
+                mean.pass([0; 3], &DELTAS, false);
             }
             prop_assert_eq!((mean.ahead(), mean.rates([0; 3])), ([0; 3], [0; 3]));
             prop_assert!(ticks.len() <= mean.lag_ticks() as usize);
@@ -235,14 +326,14 @@ mod tests {
     #[test]
     fn the_lag_ends_with_the_last_movement() {
         for length in [1, 3, 31, 125] {
-            let mut mean = over_cells(length);
-            mean.pass([1_280_000_000, 0, 0]);
+            let mut mean = MovingAverage::of_cells(length);
+            mean.pass([1_280_000_000, 0, 0], &DELTAS, false);
             let mut last = 0;
             for tick in 1..10_000 {
                 if mean.rates([0; 3]) != [0; 3] {
                     last = tick;
                 }
-                mean.pass([0; 3]);
+                mean.pass([0; 3], &DELTAS, false);
             }
             let lag = mean.lag_ticks();
             assert!((lag - 2..lag).contains(&last), "{length} cells: {last} of {lag}");
@@ -252,9 +343,9 @@ mod tests {
     /// A cell counts in 32 units.
     #[test]
     fn the_remainder_of_a_cell_is_ahead() {
-        let mut mean = over_cells(125);
-        mean.pass([33, 0, 0]);
-        (1..CELL_TICKS).for_each(|_| mean.pass([0; 3]));
+        let mut mean = MovingAverage::of_cells(125);
+        mean.pass([33, 0, 0], &DELTAS, false);
+        (1..CELL_TICKS).for_each(|_| mean.pass([0; 3], &DELTAS, false));
         assert_eq!(mean.ahead(), [33, 0, 0]);
     }
 }

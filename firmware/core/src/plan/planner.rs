@@ -10,7 +10,7 @@ use super::pulses::{Pulses, RATE_BITS, StepPlan, UNIT};
 use super::ramp::{Ramp, ticks_for};
 use super::step_axis::StepAxis;
 use super::travel_limit::{MotorPosition, SAFE_TICKS, Stop, TravelLimit};
-use crate::law::MotorRates;
+use crate::law::{MotorRates, Setpoint};
 use crate::params::Params;
 use crate::timing::TICK_US;
 use crate::vector::per_motor;
@@ -42,6 +42,8 @@ pub struct Planner {
     steady: bool,
     /// Ticks for which all motors stay in their safe zones.
     safe_for: u32,
+    /// Whether all motors were in their safe zones at the last check.
+    safe: bool,
     plan: StepPlan,
 }
 
@@ -62,6 +64,7 @@ impl Default for Planner {
             history: History::EMPTY,
             steady: false,
             safe_for: 0,
+            safe: false,
             plan: StepPlan { motors: [Pulses::NONE; MOTORS] },
         }
     }
@@ -180,7 +183,8 @@ impl Planner {
             self.safe_for -= 1;
             return None;
         }
-        if (0..MOTORS).all(|i| self.travels[i].in_safe_zone(self.axes[i].position)) {
+        self.safe = (0..MOTORS).all(|i| self.travels[i].in_safe_zone(self.axes[i].position));
+        if self.safe {
             self.safe_for = SAFE_TICKS - 1;
             return None;
         }
@@ -207,6 +211,15 @@ impl Planner {
             };
             !self.travels[i].can_stop(&motor, rates[i], &stop)
         })
+    }
+
+    /// Follows a setpoint from the next tick on; its rates are within the motors' limits. The span of
+    /// the moving average changes as soon as the motors' accelerations and travels allow it.
+    pub fn follow(&mut self, setpoint: &Setpoint) {
+        if let Some(span_ms) = setpoint.span_ms {
+            self.mean.want(span_ms);
+        }
+        self.set_rates(setpoint.rates, setpoint.ramp_us);
     }
 
     /// Ramps to the `wanted` rates (each within its motor's limit) from the next tick on, over
@@ -257,7 +270,8 @@ impl Planner {
     #[inline(always)]
     pub fn follow_up(&mut self) {
         if !self.mean.is_off() {
-            self.mean.pass(self.ramp.rates);
+            // In their safe zones the motors can stop with whatever is under way.
+            self.mean.pass(self.ramp.rates, &self.deltas, self.safe);
         }
         if self.history.is_due() {
             self.history.enter(self.positions());

@@ -1,6 +1,7 @@
 //! The moving average over a step plan, and the history of motor positions.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
+use plumb_core::law::Setpoint;
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
 use plumb_core::{MotorRates, TICK_US};
@@ -190,14 +191,55 @@ fn a_jog_and_its_stop_end_within_the_span_later_at_the_same_step() {
     assert_eq!(jog(400, None).0, 16 * 50);
 }
 
-/// Returns rates, full steps/s, each for some ticks.
-fn orders() -> impl Strategy<Value = Vec<([f64; 3], usize)>> {
-    proptest::collection::vec((proptest::array::uniform3(-400.0f64..400.0), 1usize..400), 1..12)
+/// Returns the setpoint of a law that turns motor A at `rate` (full steps/s) through this span.
+fn through(rate: f64, span_ms: u16) -> Setpoint {
+    let rates = MotorRates([(rate * 256.0) as i32, 0, 0]);
+    Setpoint { span_ms: Some(span_ms), ..Setpoint::at_once(rates) }
+}
+
+/// At a constant rate the reference is ahead by half the span. A span of 400 ms takes 200 ms to
+/// become one of 200 ms, and as long to become that again.
+#[test]
+fn a_span_changes_by_a_cell_a_cell_while_motors_turn() {
+    let mut planner = planner(400);
+    let mut lag_ms = |span_ms, ticks| {
+        for _ in 0..ticks {
+            planner.follow(&through(300.0, span_ms));
+            planner.tick();
+        }
+        f64::from(planner.reference()[0] - planner.positions()[0]) / 16.0 / 300.0 * 1e3
+    };
+    let near = |lag: f64, expected: f64| (lag - expected).abs() < 6.0;
+    let lags = [(400, 5000), (200, 500), (200, 600), (400, 500), (400, 600), (1, 2400), (0, 16)]
+        .map(|(span_ms, ticks)| lag_ms(span_ms, ticks));
+    for (lag, expected) in lags.into_iter().zip([200.0, 150.0, 100.0, 150.0, 200.0, 3.0, 3.0]) {
+        assert!(near(lag, expected), "{lags:?}");
+    }
+}
+
+/// A setpoint without a span leaves it, and no setpoint makes it longer than the configured one.
+#[test]
+fn a_span_is_at_most_the_configured_one() {
+    let mut planner = planner(300);
+    for (span_ms, lag_ms) in [(Some(u16::MAX), 150.0), (Some(100), 50.0), (None, 50.0)] {
+        for _ in 0..5000 {
+            planner.follow(&Setpoint { span_ms, ..through(300.0, 0) });
+            planner.tick();
+        }
+        let ahead = f64::from(planner.reference()[0] - planner.positions()[0]) / 16.0;
+        assert!((ahead / 0.3 - lag_ms).abs() < 6.0, "{ahead} steps for {lag_ms} ms");
+    }
+}
+
+/// Returns rates, full steps/s, each for some ticks and with a span, ms.
+fn orders() -> impl Strategy<Value = Vec<([f64; 3], usize, u16)>> {
+    let order = (proptest::array::uniform3(-400.0f64..400.0), 1usize..400, 0u16..=400);
+    proptest::collection::vec(order, 1..12)
 }
 
 proptest! {
     /// Rates and their changes stay within the limits, and no motor passes its travel, for any
-    /// span.
+    /// spans.
     #[test]
     fn limits_hold_through_the_mean(
         span in 0u16..=400,
@@ -208,9 +250,11 @@ proptest! {
         let mut planner = Planner::default();
         planner.configure(&params(config));
         let mut last = [0; 3];
-        for (rates, ticks) in orders {
+        for (rates, ticks, span_ms) in orders {
+            let rates = MotorRates(rates.map(|r| (r * 256.0) as i32));
+            let setpoint = Setpoint { span_ms: Some(span_ms), ..Setpoint::at_once(rates) };
             for _ in 0..ticks {
-                planner.set_rates(MotorRates(rates.map(|r| (r * 256.0) as i32)), 0);
+                planner.follow(&setpoint);
                 planner.tick();
                 let (now, at) = (planner.rates(), planner.positions());
                 for i in 0..3 {

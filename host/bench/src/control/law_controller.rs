@@ -157,7 +157,7 @@ impl Controller for LawController {
         let setpoint = self.setpoint(now);
         // The board sets the rates only after an event, which rounds less than in every tick.
         if self.changed || setpoint.rates != self.planned {
-            self.planner.set_rates(setpoint.rates, setpoint.ramp_us);
+            self.planner.follow(&setpoint);
             (self.changed, self.planned) = (false, setpoint.rates);
         }
         self.planner.tick();

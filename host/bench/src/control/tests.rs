@@ -221,7 +221,7 @@ fn a_rig_can_be_run_alone() {
     assert!(alone.rigs == 1 && among.ratios.contains(&alone.ratios[0]), "{alone} {among}");
 }
 
-/// A law that knows its rig after the first target is faster to the later ones.
+/// A law that knows its rig after the first target loses less time to the later ones.
 #[test]
 fn each_further_target_has_a_report_and_is_reached_sooner() {
     let suite = Suite { targets: 3, ..Suite::new(SuiteName::Elastic800) };
@@ -235,7 +235,8 @@ fn each_further_target_has_a_report_and_is_reached_sooner() {
         assert!(report.lost_s > 0.0 && report.lost_s < report.lost_p99_s, "{report}");
         assert!((0.3..1.2).contains(&report.told_s), "{report}");
     }
-    assert!(second.p90 < first.p90 && third.p90 < first.p90, "{first}\n{second}\n{third}");
+    let lost = [second, third].map(|report| report.lost_s);
+    assert!(lost.into_iter().all(|lost| lost < first.lost_s), "{first}\n{second}\n{third}");
 }
 
 #[test]

@@ -181,14 +181,34 @@ impl Peer {
 
     /// Waits until the rig holds the ball at a target, metres.
     pub(crate) fn until_held(&mut self, namespace: &str, target: [f64; 3]) {
-        let name = format!("{namespace}: run");
-        let target = target.map(|metres| format!("{metres:.3}")).join(" ");
-        self.until("status", |status| {
-            let values = &status["values"];
-            status["name"] == name.as_str()
-                && values["state"] == "holding"
-                && values["target m"] == target.as_str()
-        });
+        self.until("status", |status| is_held(status, namespace, target));
+    }
+
+    /// Sends the command `drive` to `target` (metres), and waits until the rig holds the ball there.
+    /// A busy computer may interrupt ROS 2 once more, which stops the rig: then it is resumed, and
+    /// the command is sent again after `pause`.
+    pub(crate) fn drive(
+        &mut self,
+        drive: &Value,
+        namespace: &str,
+        target: [f64; 3],
+        pause: Duration,
+    ) {
+        let begin = Instant::now();
+        while begin.elapsed() < LIMIT {
+            let number = self.stop["values"]["number"].clone();
+            self.send(drive);
+            while self.stop["values"]["number"] == number {
+                let Ok(line) = self.line(LIMIT) else { panic!("no status in time") };
+                if is_held(&line["status"], namespace, target) {
+                    return;
+                }
+            }
+            println!("interrupted once more: {}", self.stop);
+            assert_eq!(self.call_again("resume").0["success"], true);
+            thread::sleep(pause);
+        }
+        panic!("interrupted again and again");
     }
 
     /// Checks that the ball is at a place, metres.
@@ -212,4 +232,13 @@ impl Drop for Peer {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Returns whether a status says that the rig holds the ball at a target, metres.
+fn is_held(status: &Value, namespace: &str, target: [f64; 3]) -> bool {
+    let target = target.map(|metres| format!("{metres:.3}")).join(" ");
+    let values = &status["values"];
+    status["name"] == format!("{namespace}: run")
+        && values["state"] == "holding"
+        && values["target m"] == target
 }

@@ -204,8 +204,12 @@ fn a_drive_that_was_interrupted_is_stopped_and_calls_are_answered_after_that() {
     println!("answered {:.2} s after the interruption", waited.as_secs_f64());
     peer.until_status("/plumb: run", "ready");
     thread::sleep(ANEW);
-    peer.send(&target(place, "plumb/rig"));
-    peer.until_held("/plumb", place);
+    peer.drive(&target(place, "plumb/rig"), "/plumb", place, ANEW);
     let summary = run.end();
-    assert_eq!(endings(&summary), ["reached", "stopped by the operator", "reached"], "{summary}");
+    // A drive that was interrupted once more was stopped as well.
+    let endings = endings(&summary);
+    let [first, interrupted @ .., last] = &endings[..] else { panic!("{summary}") };
+    assert_eq!([first, last], [&"reached"; 2], "{summary}");
+    assert!(!interrupted.is_empty(), "{summary}");
+    assert!(interrupted.iter().all(|it| *it == "stopped by the operator"), "{summary}");
 }

@@ -201,6 +201,19 @@ impl Mixture {
         libm::sqrtf(across + back * back)
     }
 
+    /// Returns how near the motors' acceleration `a` (steps/s²) comes to a slack cable, by the mean
+    /// of J: the level acceleration of the ball over the one at which the first cable becomes slack,
+    /// where the ball accelerates straight away from it.
+    pub(super) fn slack_ratio(&self, a: Vector) -> f32 {
+        let level = |x: f32, y: f32| libm::sqrtf(x * x + y * y);
+        let j = &self.j;
+        let ball = along(j, a);
+        let slack = (0..MOTORS)
+            .map(|k| GRAVITY * j[2][k].abs() / level(j[0][k], j[1][k]).max(1e-6))
+            .fold(f32::MAX, f32::min);
+        level(ball[0], ball[1]) / slack
+    }
+
     /// Returns the tension of each cable over the ball's weight while the ball rests, -J'ẑ with J
     /// over the cable of a step: the mean of the hypotheses.
     pub(super) fn tensions_at_rest(&self) -> Vector {
