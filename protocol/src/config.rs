@@ -126,13 +126,13 @@ impl Workspace {
     }
 }
 
-/// Condition for a reached target: the filtered |e| is within 0.8 of `radius` for `frames`
-/// consecutive positions.
+/// Condition for a reached target: the ball rests within 0.9 of `radius`, by at least `frames`
+/// consecutive positions, and by more of them where they are noisy.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reached {
     /// Required distance of the ball from the target.
     pub radius: Micrometres,
-    /// Number of consecutive positions.
+    /// Least number of consecutive positions.
     pub frames: u8,
 }
 

@@ -264,9 +264,9 @@ impl<L: Law> Servo<L> {
             at_capture: planner.positions_ago(age_us(now, captured)),
         };
         let state = DriveState::new(captured, filtered, target, motors);
+        let e = error(self.tracker.inlier(), target);
         DriveProgress {
-            reached: self.arrival.update(state.error, self.tracker.residual(), &params.reached)
-                && is_final,
+            reached: self.arrival.update(e, &params.reached) && is_final,
             fault: self.guards.update(now, &state, params),
         }
     }

@@ -42,7 +42,7 @@ impl RigLimits {
                 min: Point([Micrometres(-MAX_WORKSPACE); 3]),
                 max: Point([Micrometres(MAX_WORKSPACE); 3]),
             },
-            reached: Reached { radius: Micrometres((threshold_m * 1e6) as i32), frames: 10 },
+            reached: Reached { radius: Micrometres((threshold_m * 1e6) as i32), frames: 4 },
             deadlines: Deadlines {
                 host: Milliseconds(1_000),
                 position: Milliseconds(500),

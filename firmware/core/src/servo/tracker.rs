@@ -74,10 +74,9 @@ impl BallTracker {
         self.state.map(|s| s.map(|p| (p + 8) >> 4))
     }
 
-    /// Returns the residual: the last position that the filter took in less the filtered one, µm,
-    /// within ±8 m; zero before the first position.
-    pub fn residual(&self) -> PerAxis<i32> {
-        self.filtered().map_or([0; AXES], |p| per_axis(|i| self.inlier[i] - p[i]))
+    /// Returns the last position that is no outlier, µm; the origin before the first one.
+    pub fn inlier(&self) -> PerAxis<i32> {
+        self.inlier
     }
 
     /// Counts a frame with the ball outside the workspace. Returns the number of such frames in a
@@ -93,51 +92,90 @@ impl BallTracker {
     }
 }
 
-/// Detector of the ball's arrival at its target: it counts positions near the target in a row.
+/// Time for which the velocity counts, positions: 0.2 s at 30 Hz. A swing slower than 0.8 Hz may
+/// pass for a ball at rest.
+const AHEAD: i64 = 6;
+/// Square of the standard deviations of the mean of a few positions that count: four of them.
+const SQUARE_SIGMAS: i64 = 16;
+/// The square of 0.9, in hundredths: within that share of the radius the ball is near its target.
+const SQUARE_SHARE: i64 = 81;
+/// Share of the radius, as a shift: before the noise is known, its standard deviation is 1/4 of it.
+const UNKNOWN_NOISE: u32 = 2;
+
+/// Detector of the ball's arrival at its target: a sequential test on position, velocity and noise.
 ///
-/// A rule that takes one raw position is wrong in 25 % of runs, this one in none of 1000
-/// (docs/understand/method.md). The filter hides part of a swing, so the detector also watches the
-/// residuals of the positions. White noise has no memory, so the mean product of two residuals in a
-/// row is zero or less; the residuals of a swing are correlated, and the mean is above zero.
+/// With n positions in a row near the target, the target counts as reached when
+///
+/// ```text
+/// |p|² + (0.2 s · |v|)² + 16 s²/n  <=  (0.9 radius)²,    n >= the least number of positions
+/// ```
+///
+/// p and v are the ball's distance from the target and its velocity by an α-β filter (α = 3/8,
+/// β = 9/64), which does not lag behind a ball that moves evenly. s² is the mean square of its
+/// residuals. The velocity rules out a ball that passes, and one that swings about its target. The
+/// last term is the doubt that noise leaves: more noise takes more positions.
+///
+/// A rule that takes one raw position is wrong in 25 % of runs. How often this one is wrong is in
+/// docs/understand/method.md.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ArrivalDetector {
+    /// The filter; `None` before the first position.
+    motion: Option<Motion>,
+    /// Mean square of the residuals, µm².
+    noise: i64,
     /// Positions near the target in a row.
-    frames: u8,
-    /// Last residual, µm.
-    residual: PerAxis<i32>,
-    /// Mean product of two residuals in a row, µm².
-    swing: i64,
+    count: u8,
+}
+
+/// Position and velocity of the ball by an α-β filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Motion {
+    /// Distance from the target along each axis: µm with 4 fraction bits, 28 bits and the sign.
+    position: PerAxis<i32>,
+    /// Its change from position to position, in the same unit; 27 bits and the sign.
+    velocity: PerAxis<i32>,
+}
+
+impl Motion {
+    /// Takes in e (µm, within ±8 m), and returns the residual: what the prediction lacked, in the
+    /// unit of the position.
+    fn update(&mut self, e: PerAxis<i32>) -> PerAxis<i32> {
+        let predicted = per_axis(|i| self.position[i] + self.velocity[i]);
+        let residual = per_axis(|i| (e[i] << 4) - predicted[i]);
+        self.position = per_axis(|i| predicted[i] + (residual[i] >> 2) + (residual[i] >> 3));
+        self.velocity = per_axis(|i| self.velocity[i] + (residual[i] >> 3) + (residual[i] >> 6));
+        residual
+    }
+}
+
+/// Returns the square of a length with 4 fraction bits, µm²: 50 bits.
+fn square(length: PerAxis<i32>) -> i64 {
+    length.iter().map(|c| i64::from(c >> 4) * i64::from(c >> 4)).sum()
 }
 
 impl ArrivalDetector {
-    /// Takes in the filtered |e| after a position (`filtered`, µm) and the residual of that
-    /// position ([`BallTracker::residual`]). Returns whether the target counts as reached now.
-    pub fn update(&mut self, filtered: u32, residual: PerAxis<i32>, rule: &Reached) -> bool {
-        let radius = rule.radius.0.unsigned_abs();
-        // 0.8 of the radius, so that noise at the rim does not count; radius <= 1 m, so 23 bits.
-        let near = filtered * 5 <= radius * 4;
-        self.frames = if near { self.frames.saturating_add(1) } else { 0 };
-        self.update_swing(residual, radius);
-        self.frames >= rule.frames && self.is_at_rest(filtered, radius)
-    }
-
-    /// Averages the products over sixteen positions, half a second at 30 Hz. A product counts as
-    /// radius²/2 at most, so that the mean forgets the way to the target within the positions that
-    /// are counted.
-    fn update_swing(&mut self, residual: PerAxis<i32>, radius: u32) {
-        let most = i64::from(radius) * i64::from(radius) / 2;
-        let product: i64 =
-            (0..AXES).map(|i| i64::from(residual[i]) * i64::from(self.residual[i])).sum();
-        self.swing += (product.clamp(-most, most) - self.swing) / 16;
-        self.residual = residual;
-    }
-
-    /// Checks whether the filtered |e| and the swing about it are together within 0.8 of the
-    /// radius. The square of an amplitude is twice its mean square, and the residual has half of it
-    /// at 1.4 Hz, the frequency of a ball on springs or on two cables.
-    fn is_at_rest(&self, filtered: u32, radius: u32) -> bool {
-        let square = |v: u32| i64::from(v) * i64::from(v);
-        25 * (square(filtered) + 4 * self.swing.max(0)) <= 16 * square(radius)
+    /// Takes in e of a position (µm, within ±8 m). Returns whether the target counts as reached
+    /// now.
+    pub fn update(&mut self, e: PerAxis<i32>, rule: &Reached) -> bool {
+        let radius = i64::from(rule.radius.0);
+        let square_radius = radius * radius;
+        let Some(motion) = &mut self.motion else {
+            self.motion = Some(Motion { position: e.map(|e| e << 4), velocity: [0; AXES] });
+            self.noise = square_radius >> (2 * UNKNOWN_NOISE);
+            return false;
+        };
+        let residual = square(motion.update(e));
+        // A residual counts as the radius at most, so that those of the way are soon forgotten.
+        self.noise += (residual.min(square_radius) - self.noise) >> 4;
+        let (off, ahead) = (square(motion.position), square(motion.velocity) * AHEAD * AHEAD);
+        let limit = SQUARE_SHARE * square_radius;
+        self.count = if 100 * off <= limit { self.count.saturating_add(1) } else { 0 };
+        if self.count < rule.frames || 100 * ahead > limit {
+            return false;
+        }
+        // By n times both sides: a division of 64 bits takes the chip long.
+        let n = i64::from(self.count);
+        100 * (n * (off + ahead) + SQUARE_SIGMAS * self.noise) <= n * limit
     }
 }
 
@@ -157,7 +195,6 @@ pub fn magnitude(e: PerAxis<i32>) -> u32 {
 mod tests {
     use plumb_protocol::units::{Micrometres, Micros};
 
-    use super::super::{BallTracker, magnitude};
     use super::*;
 
     #[test]
@@ -174,33 +211,68 @@ mod tests {
         assert!(tracker.filtered().is_some_and(|p| (p[1] - away[1]).abs() < 100));
     }
 
-    /// Returns the position number at which a ball has reached 0 within 10 mm; at most 300. The
-    /// ball comes in ten positions from 100 mm away and then is at `x` (µm, of the number).
-    fn reached_at(x: impl Fn(i32) -> i32) -> Option<i32> {
-        let rule = Reached { radius: Micrometres(10_000), frames: 10 };
-        let (mut tracker, mut arrival) = (BallTracker::default(), ArrivalDetector::default());
-        (0..300).find(|k| {
-            tracker.update(Micros(0), [x(*k) + (100_000 - 10_000 * k).max(0), 0, 0]);
-            let filtered = tracker.filtered().map_or(u32::MAX, magnitude);
-            arrival.update(filtered, tracker.residual(), &rule)
-        })
+    /// Returns the number of positions after which a ball at `x` (µm, of the number; the target is
+    /// at 0) has reached its target within 10 mm; at most 300. It comes from 100 mm away in ten
+    /// positions before that.
+    fn reached_after(x: impl Fn(i32) -> i32) -> Option<i32> {
+        let rule = Reached { radius: Micrometres(10_000), frames: 4 };
+        let mut arrival = ArrivalDetector::default();
+        let way = |k: i32| x(k) - (10_000 * k).min(0);
+        (-10..300).find(|k| arrival.update([way(*k), 0, 0], &rule))
+    }
+
+    /// Returns a swing of `amplitude` (µm) at `hz`, with 30 positions/s.
+    fn swing(amplitude: i32, hz: f64) -> impl Fn(i32) -> i32 {
+        move |k| {
+            (f64::from(amplitude) * libm::sin(core::f64::consts::TAU * hz * f64::from(k) / 30.0))
+                as i32
+        }
+    }
+
+    #[test]
+    fn a_ball_at_rest_has_reached_its_target_in_a_few_positions() {
+        assert!(reached_after(|_| 0).is_some_and(|k| (5..16).contains(&k)));
+        assert!(reached_after(|_| 6_000).is_some_and(|k| (5..20).contains(&k)));
+        assert_eq!(reached_after(|_| 9_500), None);
     }
 
     #[test]
     fn a_ball_that_swings_about_its_target_has_not_reached_it() {
-        // 3.75 Hz at 30 positions/s; the filter leaves a third of it.
-        const EIGHTHS: [i32; 8] = [0, 71, 100, 71, 0, -71, -100, -71];
-        let swing = |amplitude: i32| move |k: i32| amplitude * EIGHTHS[k as usize % 8] / 100;
-        assert_eq!(reached_at(swing(15_000)), None);
-        assert!(reached_at(swing(3_000)).is_some_and(|k| k < 35));
-        assert_eq!(
-            reached_at(|k| swing((100_000 - 1_000 * k).max(0))(k)).map(|k| k > 85),
-            Some(true)
-        );
+        for hz in [0.9, 1.4, 2.0, 3.0, 3.75] {
+            assert_eq!(reached_after(swing(15_000, hz)), None, "{hz} Hz");
+            assert!(reached_after(swing(2_000, hz)).is_some_and(|k| k < 20), "{hz} Hz");
+            let dying = |k: i32| swing((100_000 - 1_000 * k).max(0), hz)(k);
+            assert!(reached_after(dying).is_some_and(|k| k > 85), "{hz} Hz");
+        }
     }
 
     #[test]
-    fn white_noise_does_not_delay_the_arrival() {
-        assert!(reached_at(|k| if k % 2 == 0 { 6_000 } else { -6_000 }).is_some_and(|k| k < 35));
+    fn a_ball_that_passes_its_target_has_not_reached_it() {
+        let rule = Reached { radius: Micrometres(10_000), frames: 4 };
+        for speed in [2_000, 3_000, 10_000] {
+            let mut arrival = ArrivalDetector::default();
+            for k in -30..30 {
+                assert!(!arrival.update([0, 0, speed * k], &rule), "{speed} µm a position: {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn white_noise_takes_more_positions() {
+        let noise = |size: i32| move |k: i32| if k % 2 == 0 { size } else { -size };
+        let (little, much) = (reached_after(noise(1_000)), reached_after(noise(6_000)));
+        let (little, much) = (little.unwrap_or(i32::MAX), much.unwrap_or(i32::MAX));
+        assert!(little < 16 && (little + 1..40).contains(&much), "{little} {much}");
+    }
+
+    /// Positions at both ends of the widest workspace overflow nothing.
+    #[test]
+    fn jumps_through_the_widest_workspace_are_far_from_any_target() {
+        let rule = Reached { radius: Micrometres(1_000_000), frames: 1 };
+        let mut arrival = ArrivalDetector::default();
+        for k in 0..1000 {
+            let e = if k % 7 < 3 { 8_000_000 } else { -8_000_000 };
+            assert!(!arrival.update([e, -e, e], &rule), "{k}");
+        }
     }
 }

@@ -47,20 +47,21 @@ fn the_last_position_is_unfiltered() {
 }
 
 /// Returns the number of the position at which a ball at the distances `at` (µm, of the number)
-/// has reached its target within 10 mm, of 40.
-fn reached_at(at: impl Fn(usize) -> u32) -> Option<usize> {
-    let rule = Reached { radius: Micrometres(10_000), frames: 10 };
+/// has reached its target within 10 mm, of 200.
+fn reached_at(frames: u8, at: impl Fn(usize) -> i32) -> Option<usize> {
+    let rule = Reached { radius: Micrometres(10_000), frames };
     let mut arrival = ArrivalDetector::default();
-    (0..40).find(|k| arrival.update(at(*k), [0; 3], &rule))
+    (0..200).find(|k| arrival.update([0, at(*k), 0], &rule))
 }
 
+/// The first position only begins the filter.
 #[test]
-fn a_target_is_reached_within_eight_tenths_of_its_radius_for_ten_positions() {
-    assert_eq!(reached_at(|_| 8_000), Some(9));
-    assert_eq!(reached_at(|_| 8_001), None);
+fn a_target_is_reached_within_nine_tenths_of_its_radius_after_the_least_number_of_positions() {
+    assert_eq!(reached_at(10, |_| 0), Some(10));
+    assert_eq!(reached_at(40, |_| 8_000), Some(40));
+    assert_eq!(reached_at(10, |_| 9_001), None);
     // Positions a little farther away do not count.
-    assert_eq!(reached_at(|k| if k < 9 { 8_001 } else { 0 }), Some(18));
-    assert_eq!(reached_at(|k| if k == 5 { 8_001 } else { 0 }), Some(15));
+    assert!(reached_at(10, |k| if k < 9 { 9_500 } else { 8_000 }).is_some_and(|k| k >= 18));
 }
 
 /// The guard compares the nearest position so far with the present target, whichever targets were

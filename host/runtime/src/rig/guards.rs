@@ -63,9 +63,9 @@ pub struct ProgressRule {
 }
 
 impl Default for ReachedRule {
-    /// Returns 10 pictures within 10 mm, the paper's threshold.
+    /// Returns 4 pictures at least within 10 mm, the paper's threshold.
     fn default() -> Self {
-        Self { radius: Distance::constant(0.010), frames: 10 }
+        Self { radius: Distance::constant(0.010), frames: 4 }
     }
 }
 
