@@ -165,11 +165,8 @@ impl Taut {
     /// Rigs that become slack have a ratio above 1.5. Measured on 2 000 rigs a stiffness
     /// (docs/understand/method.md).
     fn span_ms(&self, mixture: &Mixture, e: Vector, is_moving: bool) -> u16 {
-        let steps = mixture.steps(e).unwrap_or_default();
+        let Some(steps) = mixture.steps(e).filter(|_| !is_moving) else { return MAX_MEAN_MS };
         let unit = scaled(steps, 1.0 / largest(steps).max(1e-9));
-        if is_moving {
-            return MAX_MEAN_MS;
-        }
         let ratio = mixture.slack_ratio(scaled(unit, SPAN_ACCELERATION));
         let moves = length(along(&mixture.j, unit)).max(1e-6);
         let doubt = SPAN_SIGMAS * mixture.lateral_sigma(unit) / moves;

@@ -207,6 +207,7 @@ impl Lane {
 
     /// Returns whether a span that is shorter by a cell changes the rate by at most `delta` more
     /// than the present span. The present cell, number `at` after `length` others, has ended.
+    #[inline(never)]
     fn can_shrink(&self, at: usize, length: usize, delta: u32) -> bool {
         let oldest = |length| i64::from(self.cells[before(at, length)]);
         let kept = self.sum + (self.moved >> 5) - oldest(length);
@@ -224,8 +225,10 @@ impl Lane {
         let cell = (self.moved >> 5) as i32;
         self.moved &= 31;
         self.quiet = if cell == 0 { self.quiet.saturating_add(1) } else { 0 };
-        self.sum_before =
-            if next == length { self.sum } else { quotient(self.sum * next as i64, length as u32) };
+        self.sum_before = match next == length {
+            true => self.sum,
+            false => wide::signed_product(self.span.1, next as i32) / 2,
+        };
         // The cell will be part of `length` + 1 means, and each of the oldest cells that go takes
         // one mean from every cell.
         self.sum += i64::from(cell);
@@ -250,8 +253,8 @@ impl Lane {
 
 /// Returns the number of whole cells in `span_ms`, at most [`CELLS`].
 fn cells(span_ms: u16) -> usize {
-    let cells = u32::from(span_ms) * 1000 / (CELL_TICKS as u32 * TICK_US);
-    (cells as usize).min(CELLS)
+    const { assert!(CELL_TICKS * TICK_US as i64 == 3200) };
+    (usize::from(span_ms) * 10 / 32).min(CELLS)
 }
 
 /// Returns the index of the cell that ended `cells` cells (1 to [`CELLS`]) before number `at`.
@@ -261,6 +264,7 @@ fn before(at: usize, cells: usize) -> usize {
 
 /// Returns the rate of a motor that moves by `sum` in `length` cells, rounded towards zero. A mean
 /// of rates has the bits of a rate: 31.
+#[inline(never)]
 fn mean(sum: i64, length: usize) -> i32 {
     let mean = wide::quotient(sum.unsigned_abs() * 2, length as u32) as i32;
     if sum < 0 { -mean } else { mean }

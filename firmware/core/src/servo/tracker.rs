@@ -140,15 +140,22 @@ impl Motion {
     /// Takes in e (µm, within ±8 m), and returns the residual: what the prediction lacked, in the
     /// unit of the position.
     fn update(&mut self, e: PerAxis<i32>) -> PerAxis<i32> {
-        let predicted = per_axis(|i| self.position[i] + self.velocity[i]);
-        let residual = per_axis(|i| (e[i] << 4) - predicted[i]);
-        self.position = per_axis(|i| predicted[i] + (residual[i] >> 2) + (residual[i] >> 3));
-        self.velocity = per_axis(|i| self.velocity[i] + (residual[i] >> 3) + (residual[i] >> 6));
-        residual
+        per_axis(|i| update_axis(&mut self.position[i], &mut self.velocity[i], e[i]))
     }
 }
 
+/// Does the same along one axis.
+#[inline(never)]
+fn update_axis(position: &mut i32, velocity: &mut i32, e: i32) -> i32 {
+    let predicted = *position + *velocity;
+    let residual = (e << 4) - predicted;
+    *position = predicted + (residual >> 2) + (residual >> 3);
+    *velocity += (residual >> 3) + (residual >> 6);
+    residual
+}
+
 /// Returns the square of a length with 4 fraction bits, µm²: 50 bits.
+#[inline(never)]
 fn square(length: PerAxis<i32>) -> i64 {
     length.iter().map(|c| i64::from(c >> 4) * i64::from(c >> 4)).sum()
 }

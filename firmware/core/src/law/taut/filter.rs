@@ -51,6 +51,7 @@ fn without_lag(seen: &Observation, cables: &Cables) -> Vector {
 
 impl Filter {
     /// Creates the filter at the first measurement, on the way to `target` (mm).
+    #[cold]
     pub(super) fn new(seen: &Observation, target: Vector, guess: &Guess) -> Self {
         let Observation { ball, variances, motors, .. } = *seen;
         let (x, p) = guess.prior(ball, variances, target);

@@ -60,6 +60,7 @@ fn cofactors(m: &Matrix) -> (Matrix, f32) {
 }
 
 /// Solves m v = e; `None` where det m is not above zero. For a matrix of the signs Σ it is.
+#[inline(never)]
 pub(super) fn solve(m: &Matrix, e: Vector) -> Option<Vector> {
     let (cofactors, det) = cofactors(m);
     (det > 1e-12).then(|| scaled(transposed_times(&cofactors, e), 1.0 / det))

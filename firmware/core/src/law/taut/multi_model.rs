@@ -122,6 +122,19 @@ impl MultiModelFilter {
     }
 }
 
+/// Returns the length of the level part of `v`.
+#[inline(never)]
+fn level(v: Vector) -> f32 {
+    length([v[0], v[1], 0.0])
+}
+
+/// Returns the level acceleration of the ball away from a motor at which its cable becomes slack,
+/// mm/s²: the column `j` of J is along the cable.
+#[inline(never)]
+fn slack_acceleration(j: Vector) -> f32 {
+    GRAVITY * j[2].abs() / level(j).max(1e-6)
+}
+
 impl Hypothesis {
     /// Returns the largest factor on the motors' acceleration `a` with which every cable keeps its
     /// share of the tension.
@@ -193,7 +206,7 @@ impl Mixture {
     pub(super) fn lateral_sigma(&self, a: Vector) -> f32 {
         let intended = along(&self.j, a);
         let covariance = self.covariance(a);
-        let level = length([intended[0], intended[1], 0.0]).max(1e-9);
+        let level = level(intended).max(1e-9);
         let unit = scaled([intended[0], intended[1], 0.0], 1.0 / level);
         let lengthwise = dot(unit, along(&covariance, unit)).max(0.0);
         let across = (covariance[0][0] + covariance[1][1] - lengthwise).max(0.0);
@@ -205,13 +218,8 @@ impl Mixture {
     /// of J: the level acceleration of the ball over the one at which the first cable becomes slack,
     /// where the ball accelerates straight away from it.
     pub(super) fn slack_ratio(&self, a: Vector) -> f32 {
-        let level = |x: f32, y: f32| libm::sqrtf(x * x + y * y);
-        let j = &self.j;
-        let ball = along(j, a);
-        let slack = (0..MOTORS)
-            .map(|k| GRAVITY * j[2][k].abs() / level(j[0][k], j[1][k]).max(1e-6))
-            .fold(f32::MAX, f32::min);
-        level(ball[0], ball[1]) / slack
+        let slack = (0..MOTORS).map(|k| slack_acceleration(per_axis(|i| self.j[i][k])));
+        level(along(&self.j, a)) / slack.fold(f32::MAX, f32::min)
     }
 
     /// Returns the tension of each cable over the ball's weight while the ball rests, -J'ẑ with J
