@@ -1,6 +1,7 @@
 //! Rig file: the configuration of a rig in SI units, from which that of the board follows.
 
 mod board;
+mod cables;
 pub mod check;
 mod guards;
 mod law;
@@ -30,6 +31,7 @@ use quantity::Conversion;
 pub use self::board::{
     BoardName, BoardPort, BoardSettings, EnableName, EnableSetting, InvertedSettings, PinSettings,
 };
+pub use self::cables::{CableSettings, Stiffness};
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
 pub use self::motion::{MotionError, MotionRules, OtherUnit, Outside, Side, WrongTarget};
@@ -60,6 +62,9 @@ pub struct Rig {
     /// The control law; `taut` where none is named.
     #[serde(default)]
     pub law: LawSettings,
+    /// The cables.
+    #[serde(default)]
+    pub cables: CableSettings,
     /// The motors' limits.
     pub motors: Motors,
     /// Box that the ball and the targets must not leave.
@@ -208,7 +213,7 @@ impl Rig {
             progress: self.progress.convert(conversion),
             jog: self.jog.convert(conversion),
             path: self.path.convert(conversion),
-            mean: self.law.convert_mean(conversion),
+            mean: self.law.convert_mean(self.cables, conversion),
         }
     }
 }

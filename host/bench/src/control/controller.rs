@@ -161,7 +161,7 @@ pub(super) fn checked(
 ) -> Result<(Config, Params), BenchError> {
     let config = RigLimits::default().config(
         settings.config()?,
-        settings.mean().config("mean")?,
+        settings.mean_on(suite.cables).config("mean")?,
         suite.threshold_m,
     );
     let params = Params::check(&config, &Wiring::example().drivers, &EMULATED)

@@ -9,6 +9,7 @@ use plumb_emulator::plant::{
     CameraMonitorParameters, DepthDrift, Elastic, ElasticParameters, Plant, Population,
     QuasiStatic, RigError, Task, Variations,
 };
+use plumb_runtime::rig::{CableSettings, Stiffness};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -40,6 +41,8 @@ pub struct Suite {
     pub ages_known: bool,
     /// Start of a run's clock. That of a further target starts when the board gets it.
     pub clock: Clock,
+    /// What the rig file says about the cables.
+    pub cables: CableSettings,
     /// Targets of each run, one after the other; at least 1.
     pub targets: usize,
 }
@@ -107,6 +110,12 @@ impl Suite {
             },
             ages_known: !matches!(name, SuiteName::Ages | SuiteName::Latency),
             clock: Clock::Picture,
+            cables: CableSettings {
+                stiffness: match name {
+                    SuiteName::Stiff => Stiffness::Stiff,
+                    _ => Stiffness::Unknown,
+                },
+            },
             targets: 1,
         }
     }
@@ -217,7 +226,7 @@ fn physics(name: SuiteName) -> Physics {
         SuiteName::Bounce3 => bounce(3.0, 0.1),
         SuiteName::Bounce2 => bounce(2.0, 0.05),
         SuiteName::Elastic => Physics::Elastic(&[STIFF_N_M, SOFT_N_M]),
-        SuiteName::Elastic800 => Physics::Elastic(&[STIFF_N_M]),
+        SuiteName::Elastic800 | SuiteName::Stiff => Physics::Elastic(&[STIFF_N_M]),
         SuiteName::Elastic150 => Physics::Elastic(&[SOFT_N_M]),
         _ => Physics::QuasiStatic,
     }

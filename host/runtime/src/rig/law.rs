@@ -10,6 +10,7 @@ use plumb_protocol::units::{Bound, Gain, Milliseconds, SignGain};
 use serde::Deserialize;
 use thiserror::Error;
 
+use super::cables::CableSettings;
 use super::quantity::{self, Conversion, Delay, JacobianBound, Mean, OutOfRange};
 
 /// Nominal cable length of a step, metres: a pulley of 15 mm and 200 steps a turn. γ is given for
@@ -216,15 +217,25 @@ impl LawSettings {
         }
     }
 
-    /// Returns the span of the running mean in the board's unit.
-    pub(super) fn convert_mean(&self, conversion: &mut Conversion) -> Milliseconds {
+    /// Returns the span of the running mean, at most what the ball needs on these cables.
+    pub fn mean_on(&self, cables: CableSettings) -> Mean {
+        let longest = cables.longest_mean(self.name());
+        longest.filter(|longest| longest.get() < self.mean().get()).unwrap_or(self.mean())
+    }
+
+    /// Returns the same in the board's unit.
+    pub(super) fn convert_mean(
+        &self,
+        cables: CableSettings,
+        conversion: &mut Conversion,
+    ) -> Milliseconds {
         let key = match self.name() {
             LawName::Interval => "law.interval.mean",
             LawName::Sign => "law.sign.mean",
             LawName::Adaptive => "law.adaptive.mean",
             LawName::Taut => "law.taut.mean",
         };
-        conversion.fit(key, self.mean().get(), Milliseconds::from_si)
+        conversion.fit(key, self.mean_on(cables).get(), Milliseconds::from_si)
     }
 }
 

@@ -54,3 +54,22 @@ fn the_papers_travel_fits_its_workspace() {
     assert!((1.0..1.3).contains(&(min / least)), "{min} for {least}");
     assert!((1.0..1.3).contains(&(max / largest)), "{max} for {largest}");
 }
+
+/// Stiff cables shorten the running mean of `taut` only, and never lengthen it.
+#[test]
+fn stiff_cables_shorten_the_running_mean() {
+    let mean_ms = |stiffness: &str, law: LawName, mean: Option<f64>| {
+        let text = format!("{PAPER}\n[cables]\nstiffness = \"{stiffness}\"\n");
+        let mut rig = Rig::parse(Path::new("rig.toml"), &text).unwrap();
+        rig.law = law.into();
+        if let Some(mean) = mean {
+            rig.law.set_mean(mean.try_into().unwrap());
+        }
+        rig.config().unwrap().mean.0
+    };
+    assert_eq!(mean_ms("unknown", LawName::Taut, None), 400);
+    assert_eq!(mean_ms("soft", LawName::Taut, None), 400);
+    assert_eq!(mean_ms("stiff", LawName::Taut, None), 250);
+    assert_eq!(mean_ms("stiff", LawName::Taut, Some(0.1)), 100);
+    assert_eq!(mean_ms("stiff", LawName::Interval, Some(0.3)), 300);
+}

@@ -44,6 +44,8 @@ pub enum SuiteName {
     Elastic800,
     /// Spring cables of 150 N/m.
     Elastic150,
+    /// Spring cables of 800 N/m, of which the rig file says that they are stiff.
+    Stiff,
     /// Start and target close to the edge of the reachable region.
     Edge,
     /// Start and target close below the motors.
@@ -68,7 +70,7 @@ pub enum SuiteName {
 
 impl SuiteName {
     /// Every suite.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::QuasiStatic,
         Self::Yaw,
         Self::Tilt,
@@ -87,6 +89,7 @@ impl SuiteName {
         Self::Elastic,
         Self::Elastic800,
         Self::Elastic150,
+        Self::Stiff,
         Self::Edge,
         Self::High,
         Self::Fine,
@@ -121,6 +124,7 @@ impl SuiteName {
             Self::Elastic => "elastic",
             Self::Elastic800 => "elastic800",
             Self::Elastic150 => "elastic150",
+            Self::Stiff => "stiff",
             Self::Edge => "edge",
             Self::High => "high",
             Self::Fine => "fine",
@@ -156,6 +160,7 @@ impl SuiteName {
             Self::Elastic => "0.1-0.3 kg on 800 and 150 N/m in turn",
             Self::Elastic800 => "0.1-0.3 kg on 800 N/m",
             Self::Elastic150 => "0.1-0.3 kg on 150 N/m",
+            Self::Stiff => "0.1-0.3 kg on 800 N/m, in the rig file too",
             Self::Edge => "start and target with λ >= 0.005",
             Self::High => "5 to 20 cm below the motors",
             Self::Fine => "threshold 2 mm",

@@ -1,0 +1,40 @@
+//! The cables, as far as a person knows them.
+
+use serde::Deserialize;
+
+use super::law::LawName;
+use super::quantity::Mean;
+
+/// Longest span of the running mean of the law `taut` on stiff cables, seconds: the slowest period
+/// of a ball on cables of 800 N/m is 0.27 s on nine rigs of ten.
+const STIFF_MEAN: Mean = Mean::constant(0.25);
+
+/// The cables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CableSettings {
+    /// Whether they stretch.
+    pub stiffness: Stiffness,
+}
+
+/// How much cables stretch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stiffness {
+    /// Nobody knows: treated as soft.
+    #[default]
+    Unknown,
+    /// Steel wire or braided line.
+    Stiff,
+    /// Nylon or elastic line.
+    Soft,
+}
+
+impl CableSettings {
+    /// Returns the longest span of the running mean that the ball needs with this law; `None` where
+    /// the law's own holds.
+    #[must_use]
+    pub fn longest_mean(self, law: LawName) -> Option<Mean> {
+        (law == LawName::Taut && self.stiffness == Stiffness::Stiff).then_some(STIFF_MEAN)
+    }
+}
