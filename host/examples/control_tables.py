@@ -197,9 +197,9 @@ TABLES = [
     ),
     Table(
         "Further targets",
-        "Each rig goes to three targets. The law knows the rig from the second one on. In the suite\n"
-        "`stiff` the rig file says that the cables are stiff. Lost is the median of the time above\n"
-        "the oracle's; told is the time from the arrival to \"reached\", in the median and 99 %.",
+        "Each rig goes to three targets. The law knows the rig from the second one on. In the\n"
+        "suite `stiff` the rig file says that the cables are stiff. Lost is the median of the\n"
+        "time above the oracle's; told is the time from the arrival to `reached`.",
         2000,
         "taut",
         "elastic800,stiff,elastic150",

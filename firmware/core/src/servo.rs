@@ -255,16 +255,20 @@ impl<L: Law> Servo<L> {
         if let Some(reference) = &mut self.reference {
             reference.smooth(captured);
         }
-        let (target, is_final) = match &self.reference {
-            Some(reference) => (reference.smoothed(), reference.has_arrived()),
-            None => (target, true),
+        let (target, place, is_final) = match &self.reference {
+            Some(reference) => (
+                reference.smoothed(),
+                Point(reference.position(captured).map(Micrometres)),
+                reference.has_arrived(captured),
+            ),
+            None => (target, target, true),
         };
         let motors = MotorsOfDrive {
             present: planner.positions(),
             at_capture: planner.positions_ago(age_us(now, captured)),
         };
         let state = DriveState::new(captured, filtered, target, motors);
-        let e = error(self.tracker.inlier(), target);
+        let e = error(self.tracker.inlier(), place);
         DriveProgress {
             reached: self.arrival.update(e, &params.reached) && is_final,
             fault: self.guards.update(now, &state, params),

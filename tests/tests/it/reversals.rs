@@ -51,7 +51,7 @@ fn a_target_that_is_reversed_in_the_first_move_is_no_divergence() {
 
 #[test]
 fn a_target_behind_the_ball_of_a_path_is_no_divergence() {
-    let runs = outcomes(20, |_| Wiring::RIGHT, |seed| Reversals::OnceOnPath(5 + moment(seed)));
+    let runs = outcomes(40, |_| Wiring::RIGHT, |seed| Reversals::OnceOnPath(5 + moment(seed)));
     assert_none_is_growing(&runs, 4);
 }
 

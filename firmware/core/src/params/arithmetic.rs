@@ -48,11 +48,11 @@ fn the_products_of_the_law_sign_fit_their_words() {
 fn errors_and_their_squares_fit_their_words() {
     check(ERROR, I32);
     check(3 * ERROR * ERROR, I64);
-    // `ArrivalDetector`: the filter's residual is below 4.2 |e| and its velocity below 0.85 |e|, the
-    // largest sums of its response to positions of any signs; in units of 1/16 µm.
+    // `ArrivalDetector`: the filter's residual and its velocity are below 5 |e|, for positions of
+    // any signs; in units of 1/16 µm.
     check(5 * 16 * ERROR, I32);
     let radius = i128::from(MAX_REACHED_RADIUS_UM);
-    check(100 * 36 * 3 * ERROR * ERROR, I64);
+    check(100 * 25 * 3 * ERROR * ERROR, I64);
     // What is near the target is within 0.9 of the radius, and so is the way in 0.2 s.
     let limit = 81 * radius * radius;
     check(255 * 2 * limit + 100 * 16 * radius * radius, I64);

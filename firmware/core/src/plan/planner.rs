@@ -213,8 +213,8 @@ impl Planner {
         })
     }
 
-    /// Follows a setpoint from the next tick on; its rates are within the motors' limits. The span of
-    /// the moving average changes as soon as the motors' accelerations and travels allow it.
+    /// Follows a setpoint from the next tick on; its rates are within the motors' limits. The span
+    /// of the moving average changes as soon as the motors' accelerations and travels allow it.
     pub fn follow(&mut self, setpoint: &Setpoint) {
         if let Some(span_ms) = setpoint.span_ms {
             self.mean.want(span_ms);

@@ -220,9 +220,10 @@ impl ReferenceTracker {
         Point(self.smoothed.map(|p| Micrometres((p + 8) >> 4)))
     }
 
-    /// Returns whether the path has ended and the reference rests at its end.
-    pub(super) fn has_arrived(&self) -> bool {
-        self.path.rests_from(self.clock.time())
+    /// Returns whether at `time` the path had ended, and the reference rests at its end. The newest
+    /// states are ahead of the present: they may rest while the ball still follows.
+    pub(super) fn has_arrived(&self, time: Micros) -> bool {
+        self.path.rests_from(self.track.path_time(time))
             && self.motion.velocity.iter().all(|v| v.abs() < 0.1)
     }
 

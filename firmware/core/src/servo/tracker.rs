@@ -92,9 +92,9 @@ impl BallTracker {
     }
 }
 
-/// Time for which the velocity counts, positions: 0.2 s at 30 Hz. A swing slower than 0.8 Hz may
+/// Time for which the velocity counts, positions: 0.17 s at 30 Hz. A swing slower than 1 Hz may
 /// pass for a ball at rest.
-const AHEAD: i64 = 6;
+const AHEAD: i64 = 5;
 /// Square of the standard deviations of the mean of a few positions that count: four of them.
 const SQUARE_SIGMAS: i64 = 16;
 /// The square of 0.9, in hundredths: within that share of the radius the ball is near its target.
@@ -107,7 +107,7 @@ const UNKNOWN_NOISE: u32 = 2;
 /// With n positions in a row near the target, the target counts as reached when
 ///
 /// ```text
-/// |p|² + (0.2 s · |v|)² + 16 s²/n  <=  (0.9 radius)²,    n >= the least number of positions
+/// |p|² + (0.17 s · |v|)² + 16 s²/n  <=  (0.9 radius)²,    n >= the least number of positions
 /// ```
 ///
 /// p and v are the ball's distance from the target and its velocity by an α-β filter (α = 3/8,

@@ -1,6 +1,6 @@
 //! The rule of "reached" on the host.
 //!
-//! The board holds the ball once its filtered error has been small for ten positions. It does not
+//! The board holds the ball once its test says that the ball rests at the target. It does not
 //! know the tolerance of a waypoint, and its telemetry is about a target that the host may have
 //! replaced. So the host asks for telemetry about this target, an error within this waypoint's
 //! tolerance, and a picture that shows the ball there. A ball that passes a waypoint with a wide

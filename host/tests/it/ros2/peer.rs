@@ -184,9 +184,9 @@ impl Peer {
         self.until("status", |status| is_held(status, namespace, target));
     }
 
-    /// Sends the command `drive` to `target` (metres), and waits until the rig holds the ball there.
-    /// A busy computer may interrupt ROS 2 once more, which stops the rig: then it is resumed, and
-    /// the command is sent again after `pause`.
+    /// Sends the command `drive` to `target` (metres), and waits until the rig holds the ball
+    /// there. A busy computer may interrupt ROS 2 once more, which stops the rig: then it is
+    /// resumed, and the command is sent again after `pause`.
     pub(crate) fn drive(
         &mut self,
         drive: &Value,

@@ -215,8 +215,8 @@ impl Mixture {
     }
 
     /// Returns how near the motors' acceleration `a` (steps/s²) comes to a slack cable, by the mean
-    /// of J: the level acceleration of the ball over the one at which the first cable becomes slack,
-    /// where the ball accelerates straight away from it.
+    /// of J: the level acceleration of the ball over the one at which the first cable becomes
+    /// slack, where the ball accelerates straight away from it.
     pub(super) fn slack_ratio(&self, a: Vector) -> f32 {
         let slack = (0..MOTORS).map(|k| slack_acceleration(per_axis(|i| self.j[i][k])));
         level(along(&self.j, a)) / slack.fold(f32::MAX, f32::min)
