@@ -116,8 +116,8 @@ pub struct Setpoint {
     /// Highest rate that the motors may have over the one that the target's velocity asks for,
     /// 1/256; 0 where the law does not say.
     pub room: u16,
-    /// Span of the moving average over the step plan, ms: the motors take at most the configured
-    /// one. `None` leaves the span as it is.
+    /// Span of the moving average over the step plan, ms, at most the configured one; `None` keeps
+    /// the present span.
     pub span_ms: Option<u16>,
 }
 

@@ -149,7 +149,7 @@ const SPAN_ACCELERATION: f32 = 2000.0;
 /// Span for a rig whose cables are far from slack, ms: the slowest period of a ball on cables of
 /// 800 N/m is 130 to 270 ms (10 % and 90 % quantile).
 const MIN_SPAN_MS: f32 = 200.0;
-/// Span above that for the greatest [slack ratio](Mixture::slack_ratio), ms.
+/// Span that is added for a [slack ratio](Mixture::slack_ratio) of one above [`FREE_RATIO`], ms.
 const SPAN_PER_RATIO_MS: f32 = 2000.0;
 /// Slack ratio up to which [`MIN_SPAN_MS`] is enough.
 const FREE_RATIO: f32 = 0.7;

@@ -4,9 +4,9 @@
 //! from the mean of the last cells to the next such mean. A mean of rates within limits is within
 //! them, and so are its changes.
 //!
-//! The span may change while motors turn. A longer span takes in the next cell and keeps the oldest
-//! one; a shorter span gives up two cells for the next one, where the changes of the rates stay
-//! within their limits. So a span goes from 400 ms to 200 ms in 200 ms, and rates stay continuous.
+//! The span may change while motors turn. To become longer, it keeps its oldest cell when the next
+//! one comes. To become shorter, it drops two cells, where the rates then change little more than
+//! with one. So a span goes from 400 ms to 200 ms in 200 ms at best, and rates stay continuous.
 
 use core::cmp::Ordering;
 

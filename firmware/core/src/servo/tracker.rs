@@ -144,7 +144,7 @@ impl Motion {
     }
 }
 
-/// Does the same along one axis.
+/// Does the work of [`Motion::update`] along one axis.
 #[inline(never)]
 fn update_axis(position: &mut i32, velocity: &mut i32, e: i32) -> i32 {
     let predicted = *position + *velocity;
