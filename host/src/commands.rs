@@ -24,6 +24,7 @@ pub(crate) mod init;
 mod interrupt;
 pub(crate) mod manual;
 pub(crate) mod motors;
+mod number_list;
 mod numbers;
 mod old_file;
 mod operators;

@@ -34,7 +34,9 @@ pub use self::board::{
 pub use self::cables::{CableSettings, Stiffness};
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
-pub use self::motion::{MotionError, MotionRules, OtherUnit, Outside, Side, WrongTarget};
+pub use self::motion::{
+    MotionError, MotionRules, OtherUnit, Outside, Side, TargetAtBorder, WrongTarget,
+};
 pub use self::motors::Motors;
 pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};
@@ -159,6 +161,19 @@ impl Rig {
     pub fn wrong_targets(&self) -> Vec<WrongTarget> {
         let targets = self.targets.iter().map(|target| target.map(Coordinate::get));
         self.motion_rules().wrong_targets(targets)
+    }
+
+    /// Returns the first of `targets` (metres) that is nearer to the border of the workspace than
+    /// the radius of "reached".
+    pub fn target_at_border(
+        &self,
+        targets: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Option<TargetAtBorder> {
+        let (rules, enough_m) = (self.motion_rules(), self.reached.radius.get());
+        let mut rooms = (1..).zip(targets).map(|(number, target)| (number, rules.room(target)));
+        // What rounding leaves of a radius is enough.
+        let (number, room_m) = rooms.find(|(_, room)| *room < enough_m - 1e-6)?;
+        Some(TargetAtBorder { number, room_m, enough_m })
     }
 
     /// Returns the wiring of the board.

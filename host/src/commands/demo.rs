@@ -70,8 +70,8 @@ pub(crate) struct Args {
     /// paper's is 30
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(numbers::GAMMA))]
     gamma: Option<f64>,
-    /// Every law in turn, a run and a line of JSON each, and their errors over time in one figure,
-    /// laws.svg
+    /// Every law in turn, and their errors over time in one figure, laws.svg; a line of JSON for
+    /// each run comes at the end
     #[arg(
         long,
         conflicts_with_all = ["law", "gamma", "record", "page", "mcap", "foxglove", "ros2"]
@@ -107,7 +107,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     }
     let law = chosen(&args)?;
     let mut curve = LawCurve::new(law.title());
-    drive(&args, law, args.options.output_dir("demo"), &interrupted, &mut curve)
+    let mut lines = |line: &str| print::result(line);
+    let output_dir = args.options.output_dir("demo");
+    drive(&args, law, output_dir, &interrupted, (&mut curve, &mut lines))
 }
 
 /// Chooses the law and plans the path.
@@ -132,13 +134,16 @@ fn chosen(args: &Args) -> Result<LawSettings, Failure> {
     Ok(law)
 }
 
-/// Runs with `law`, and adds the errors to `curve`.
+/// Receiver of a run's line of JSON.
+type Lines<'a> = &'a mut dyn FnMut(&str) -> Result<(), Failure>;
+
+/// Runs with `law`, adds the errors to the curve, and gives the line of JSON to `Lines`.
 fn drive(
     args: &Args,
     law: LawSettings,
     output_dir: OutputDir,
     interrupted: &AtomicBool,
-    curve: &mut LawCurve,
+    (curve, lines): (&mut LawCurve, Lines<'_>),
 ) -> Result<ExitCode, Failure> {
     let rig = Rig { law, ..Rig::paper()? };
     let mut camera = camera_file::paper()?;
@@ -157,7 +162,7 @@ fn drive(
     };
     let motors = simulation.motors();
     let plant = args.physics.plant(&rig, &simulation)?;
-    let mut demo = Demo { args, rig: &rig, camera: &camera, output_dir, interrupted, curve };
+    let mut demo = Demo { args, rig: &rig, camera: &camera, output_dir, interrupted, curve, lines };
     if args.virtual_time {
         let board = VirtualBoard::new(plant);
         let mut source = SimulatedCamera::new(board.rig(), synthetic, motors, Timing::default());
@@ -202,6 +207,7 @@ struct Demo<'a> {
     output_dir: OutputDir,
     interrupted: &'a AtomicBool,
     curve: &'a mut LawCurve,
+    lines: Lines<'a>,
 }
 
 /// Runs the demo. `ball` returns the true position of the ball, metres in the rig frame.
@@ -247,7 +253,7 @@ fn run<T: Transport>(
         let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
         let time = if args.virtual_time { "virtual" } else { "real" };
         let line = Line { summary, true_error_mm, seed: args.seed, time };
-        print::result(serde_json::to_string(&line)?)?;
+        (demo.lines)(&serde_json::to_string(&line)?)?;
         if let Some(page) = page {
             page.finish(&folder);
         }

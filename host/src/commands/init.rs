@@ -18,6 +18,7 @@ use thiserror::Error;
 
 use self::dialogue::Dialogue;
 use super::exit::exit_code_of;
+use super::number_list::sides;
 use super::print::{self, tell};
 use super::rig_args::BoardOption;
 use super::{Failure, failed_because, numbers};
@@ -50,14 +51,9 @@ pub(crate) struct Args {
     #[arg(value_parser = numbers::whole::<u8>(1.0, 255.0, "microsteps"))]
     microsteps: Option<u8>,
     /// Distances between the pulleys of motors A and B, B and C, C and A, 0.2 to 3.5 m
-    #[arg(
-        long,
-        num_args = 3,
-        value_names = ["AB", "BC", "CA"],
-        allow_negative_numbers = true,
-        value_parser = numbers::within(numbers::SIDE)
-    )]
-    sides: Option<Vec<f64>>,
+    #[arg(long, value_name = "AB,BC,CA", allow_hyphen_values = true)]
+    #[arg(value_parser = sides)]
+    sides: Option<[f64; 3]>,
     /// Height of the pulleys above the floor, 0.4 to 3.5 m
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::within(numbers::HEIGHT))]

@@ -16,6 +16,7 @@ use plumb_path::trajectory::{
 use plumb_runtime::rig::{MotionRules, Rig};
 use plumb_runtime::run::{PathPlan, PathPlanError};
 
+use super::number_list::point;
 use super::print::note;
 use super::{Failure, bad_input, numbers};
 
@@ -55,15 +56,9 @@ pub(super) struct PathArgs {
     )]
     size: f64,
     /// Centre of a shape in the rig frame, each -100 to 100 m [default: that of the workspace]
-    #[arg(
-        long,
-        num_args = 3,
-        value_names = ["X", "Y", "Z"],
-        allow_negative_numbers = true,
-        requires = "path",
-        value_parser = numbers::within(numbers::COORDINATE)
-    )]
-    centre: Option<Vec<f64>>,
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "path")]
+    #[arg(value_parser = point)]
+    centre: Option<Point3<f64>>,
     /// Draw a shape upright, in y and z, and not level
     #[arg(long, requires = "path")]
     upright: bool,
@@ -118,13 +113,9 @@ impl PathArgs {
     fn shape(&self, kind: ShapeKind, rig: &Rig) -> Shape {
         let [min, max] = [rig.workspace.min, rig.workspace.max]
             .map(|corner| Point3::from(corner.map(|coordinate| coordinate.get())));
-        let centre = match self.centre.as_deref() {
-            Some(&[x, y, z]) => Point3::new(x, y, z),
-            _ => nalgebra::center(&min, &max),
-        };
         Shape {
             kind,
-            centre,
+            centre: self.centre.unwrap_or_else(|| nalgebra::center(&min, &max)),
             size: self.size,
             plane: if self.upright { Plane::Upright } else { Plane::Level },
             tolerance: self.tolerance,

@@ -90,11 +90,11 @@ pub(crate) struct RunArgs {
 pub(crate) struct GotoArgs {
     /// Rig file (TOML, SI units) [env: PLUMB_RIG]
     rig: Option<String>,
-    /// Along the side from motor C to motors A and B, -100 to 100 m
+    /// Along the side from motor C to motors A and B, -100 to 100 m (needed)
     x: Option<String>,
-    /// Along the line from motor B to motor A, -100 to 100 m
+    /// Along the line from motor B to motor A, -100 to 100 m (needed)
     y: Option<String>,
-    /// Upwards, -100 to 100 m
+    /// Upwards, -100 to 100 m (needed)
     z: Option<String>,
     #[command(flatten)]
     options: Common,
@@ -256,17 +256,8 @@ fn tell_targets_at_border(goal: &Goal, rig: &Rig) {
         Goal::Waypoints(waypoints, _) => waypoints.iter().map(|it| it.target).collect(),
         Goal::Path(_) | Goal::Moving(_) | Goal::PresentPlace => return,
     };
-    let (rules, radius) = (rig.motion_rules(), rig.reached.radius.get());
-    let mut rooms = targets.into_iter().map(|target| rules.room(target)).enumerate();
-    // What rounding leaves of a radius is enough.
-    if let Some((index, room)) = rooms.find(|(_, room)| *room < radius - 1e-6) {
-        tell!(
-            "target {} is {:.0} mm from the border of the workspace: the board stops if the ball \
-             swings across it; {:.0} mm are enough",
-            index + 1,
-            room * 1e3,
-            radius * 1e3
-        );
+    if let Some(target) = rig.target_at_border(targets) {
+        tell!("target {} is {target}", target.number);
     }
 }
 

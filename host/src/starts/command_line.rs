@@ -26,8 +26,6 @@ struct Number {
     help: String,
     /// Name of the value, as in "X,Y,Z".
     value_name: String,
-    /// Number of values.
-    count: usize,
     is_positional: bool,
 }
 
@@ -48,6 +46,7 @@ fn is_number(command: &str, arg: &Arg) -> bool {
         TypeId::of::<CharucoSheet>(),
         TypeId::of::<Point2<f64>>(),
         TypeId::of::<Point3<f64>>(),
+        TypeId::of::<[f64; 3]>(),
         TypeId::of::<ImageSize>(),
     ];
     let parser = arg.get_value_parser();
@@ -90,7 +89,6 @@ fn numbers(path: &str, command: &clap::Command, found: &mut Vec<Number>) {
                 name: arg.get_long().map_or(arg.get_id().to_string(), |long| format!("--{long}")),
                 help: help.unwrap_or_default(),
                 value_name: arg.get_value_names().unwrap_or_default().join(" "),
-                count: arg.get_num_args().map_or(1, |range| range.max_values()),
                 is_positional: arg.is_positional(),
             });
         } else {
@@ -188,16 +186,7 @@ fn words(line: &str) -> Vec<String> {
 impl Number {
     /// Returns the ways to write `value` beside usual values: of one number, and of several with
     /// commas between them.
-    fn written(&self, value: &str) -> Vec<Vec<String>> {
-        if self.count > 1 {
-            let others = vec!["0.5".to_owned(); self.count];
-            let at = |i: usize| {
-                let mut values = others.clone();
-                value.clone_into(&mut values[i]);
-                values
-            };
-            return (0..self.count).map(at).collect();
-        }
+    fn written(&self, value: &str) -> Vec<String> {
         let shapes: &[&str] = match (self.value_name.split(',').count(), self.name.as_str()) {
             (2, _) => &["V,0.5", "0.1,V"],
             (3, _) => &["V,0.5,0.5", "0.5,V,0.5", "0.5,0.5,V"],
@@ -205,24 +194,21 @@ impl Number {
             (_, "--import-size") => &["Vx480", "640xV"],
             _ => &["V"],
         };
-        shapes.iter().map(|shape| vec![shape.replace('V', value)]).collect()
+        shapes.iter().map(|shape| shape.replace('V', value)).collect()
     }
 
-    /// Returns a line with these values of the number, in place of the line's own.
-    fn line(&self, base: &[String], values: &[String]) -> Vec<String> {
+    /// Returns a line with this word for the number, in place of the line's own.
+    fn line(&self, base: &[String], word: &str) -> Vec<String> {
         let mut line = base.to_vec();
         if self.is_positional {
             // The rig file comes first, the words before it name the command.
             let first = line.iter().position(|word| word.ends_with(".toml")).unwrap() + 1;
             let place = ["motor", "distance"].iter().position(|name| *name == self.name);
             let place = place.or(["x", "y", "z"].iter().position(|name| *name == self.name));
-            values[0].clone_into(&mut line[first + place.unwrap()]);
-        } else if self.count > 1 {
-            line.push(self.name.clone());
-            line.extend_from_slice(values);
+            word.clone_into(&mut line[first + place.unwrap()]);
         } else {
             line.retain(|word| !word.starts_with(&format!("{}=", self.name)));
-            line.push(format!("{}={}", self.name, values[0]));
+            line.push(format!("{}={word}", self.name));
         }
         line
     }
@@ -231,8 +217,8 @@ impl Number {
     fn try_value(&self, folder: &Folder, value: &str, watch: &mut Watch) -> (bool, Vec<String>) {
         let (mut is_taken, mut errors) = (false, Vec::new());
         for base in folder.lines(&self.command) {
-            for values in self.written(value) {
-                let line = self.line(&base, &values);
+            for word in self.written(value) {
+                let line = self.line(&base, &word);
                 let name = line.join(" ");
                 match watch.start(&name, move || begin_line(&line)) {
                     Some(Ok(end)) => {

@@ -93,15 +93,13 @@ fn the_files_are_right_for_every_size() {
         let (side, depth, share) = (random(0.3, 2.5), random(0.3, 2.0), random(0.1, 0.9));
         let bc = (depth * depth + (share * side) * (share * side)).sqrt();
         let ca = (depth * depth + ((1.0 - share) * side) * ((1.0 - share) * side)).sqrt();
-        let [ab, bc, ca] = [side, bc, ca].map(|length| format!("{length:.3}"));
+        let sides = [side, bc, ca].map(|length| format!("{length:.3}")).join(",");
         let height = format!("{:.3}", random(0.5, 3.5));
         let cable = format!("{:.4}", random(0.02, 0.5));
         let ball = format!("{:.3}", random(0.03, 0.15));
         let options = [
             "--sides",
-            &ab,
-            &bc,
-            &ca,
+            &sides,
             "--height",
             &height,
             "--cable-per-turn",
@@ -242,7 +240,7 @@ fn options_that_contradict_each_other_are_refused_with_a_reason() {
         (&["--port", "COM3"], "that is a port of Windows"),
         (&["--port", "kinect"], "--port kinect: must be a path, such as /dev/ttyACM0"),
         (&["--driver", "tmc2209", "--microsteps", "4"], "choose one of 8, 16"),
-        (&["--sides", "1", "0.2", "0.2"], "no triangle"),
+        (&["--sides", "1,0.2,0.2"], "no triangle"),
         (&["--height", "0.1"], "must be 0.4 to 3.5 m"),
         (&["--camera", "recording"], "needs --recording"),
         (&["--recording", "absent"], "absent: "),

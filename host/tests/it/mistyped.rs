@@ -109,7 +109,7 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
             "r2 is a folder, but must be a regular file: its rig file is r2/rig.toml",
         ),
         (&["plot", "runs/run-0001", "--out", "x.png"], "--out is for the errors of several runs"),
-        (&["init", "--yes", "--sides", "61", "88", "93"], "is it in centimetres?"),
+        (&["init", "--yes", "--sides", "61,88,93"], "is it in centimetres?"),
         (&["init", "--yes", "--height", "66"], "is it in centimetres?"),
         (&["check", "absent.toml", "--file-only"], "absent.toml: error: cannot be read: No such"),
     ] {

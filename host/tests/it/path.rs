@@ -47,7 +47,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("fast.csv", &[], "fast.csv: from line 2 to line 3, the path is not possible at"),
         ("none.csv", &[], "'none.csv' is no shape"),
         ("circle", &["--size", "0.5"], "that is outside the workspace of the rig file"),
-        ("circle", &["--centre", "0.2", "0.2", "0.3"], "outside the triangle of the motors"),
+        ("circle", &["--centre", "0.2,0.2,0.3"], "outside the triangle of the motors"),
         ("circle", &["--speed", "0.5"], "above `path.max_speed = 0.3` of the rig file"),
         ("circle", &["--speed", "0"], "--speed"),
         ("square", &["--tolerance", "-1"], "--tolerance"),

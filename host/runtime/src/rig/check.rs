@@ -14,6 +14,7 @@ use plumb_cameras::camera_file;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
+use plumb_config::quantity::Coordinate;
 use plumb_config::reference::{Key, keys};
 use plumb_config::toml_file::{MAX_BYTES, Mistake, diagnose, place};
 use plumb_frame::camera::Camera;
@@ -163,6 +164,9 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
     }
     findings.extend(wiring::silent_drivers(document, &wiring));
     findings.extend(targets(document, rig));
+    if rig.wrong_targets().is_empty() {
+        findings.extend(target_at_border(document, rig));
+    }
     findings
 }
 
@@ -190,6 +194,15 @@ fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
         }
     };
     rig.wrong_targets().into_iter().map(error).collect()
+}
+
+/// Returns the warning about the first target at the border of the workspace.
+fn target_at_border(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
+    let targets = rig.targets.iter().map(|target| target.map(Coordinate::get));
+    let target = rig.target_at_border(targets)?;
+    let problem = format!("put target {} {target}", target.number);
+    let keys = ["targets", "workspace.min", "workspace.max"];
+    Some(document.finding(Severity::Warning, &keys, problem))
 }
 
 /// Returns the errors of the table `[camera]`.

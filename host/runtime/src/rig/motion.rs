@@ -110,6 +110,30 @@ pub struct WrongTarget {
     pub error: MotionError,
 }
 
+/// Target so near to the border of the workspace that a ball counted as reached may be outside,
+/// where the board stops it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetAtBorder {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Distance of the target from the border, metres.
+    pub room_m: f64,
+    /// Distance that is enough, metres: the radius of "reached".
+    pub enough_m: f64,
+}
+
+impl fmt::Display for TargetAtBorder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:.0} mm from the border of the workspace: the board stops if the ball swings across \
+             it; {:.0} mm are enough",
+            self.room_m * 1e3,
+            self.enough_m * 1e3
+        )
+    }
+}
+
 /// Coordinate of a place beyond the workspace.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outside {
@@ -244,7 +268,7 @@ impl MotionRules {
 
     /// Returns the distance of a place (metres) from the border of the workspace, metres; negative
     /// outside.
-    pub fn room(&self, place: [f64; 3]) -> f64 {
+    pub(super) fn room(&self, place: [f64; 3]) -> f64 {
         let Box3 { min, max } = &self.workspace;
         let room = |i: usize| (place[i] - min[i].get()).min(max[i].get() - place[i]);
         (0..place.len()).map(room).fold(f64::INFINITY, f64::min)

@@ -7,9 +7,9 @@ use nalgebra::{Point2, Point3};
 use plumb_calibrate::board::{CharucoSheet, Placement};
 use plumb_calibrate::motors::MotorMeasures;
 use plumb_calibrate::places::{MAX_PLACES, MIN_PLACES, PLACE_SD_M};
-use plumb_config::quantity::Range;
 use plumb_page::DEFAULT_ADDRESS;
 
+use crate::commands::number_list::{list, point};
 use crate::commands::page::address;
 use crate::commands::{Failure, bad_input, numbers};
 
@@ -18,67 +18,6 @@ use crate::commands::{Failure, bad_input, numbers};
 const NOT_BOARD: [&str; 5] = ["motors", "ball", "lens", "import", "print_board"];
 const NOT_MOTORS: [&str; 5] = ["board", "ball", "lens", "import", "print_board"];
 const NOT_BALL: [&str; 5] = ["board", "motors", "lens", "import", "print_board"];
-
-/// Parses numbers of a range with commas between them.
-fn list<const N: usize>(text: &str, range: &Range) -> Result<[f64; N], String> {
-    let words: Vec<&str> = text.split(',').map(str::trim).collect();
-    if let Some(points) = with_points::<N>(&words) {
-        return Err(format!("write decimal points: {}", points.join(",")));
-    }
-    let numbers: Vec<f64> =
-        words.iter().map(|it| numbers::parse(it, range)).collect::<Result<_, _>>()?;
-    let count = numbers.len();
-    let example = if N == 3 { ", as in 0.4,0.2,0.15: decimal points, no spaces" } else { "" };
-    numbers.try_into().map_err(|_| {
-        format!(
-            "needs {N} numbers with commas between them, each {range}; {count} are given{example}"
-        )
-    })
-}
-
-/// Returns N numbers with decimal points where `words` are the parts before and behind their
-/// decimal commas: whole numbers, twice as many as are needed. `None` for other words.
-fn with_points<const N: usize>(words: &[&str]) -> Option<Vec<String>> {
-    let is_whole = |word: &&str| {
-        let digits = word.trim_start_matches('-');
-        !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
-    };
-    let are_pairs = words.len() == 2 * N && words.iter().all(is_whole);
-    are_pairs.then(|| words.chunks(2).map(|pair| pair.join(".")).collect())
-}
-
-/// Parses a place that is typed, "X Y Z" or "X,Y,Z" in metres.
-///
-/// # Errors
-/// An explanation, such as of a decimal comma or a missing number.
-pub(super) fn typed_point(text: &str) -> Result<Point3<f64>, String> {
-    let words: Vec<&str> = text.split_whitespace().collect();
-    let with_point = |word: &str| numbers::with_decimal_point(word.trim_end_matches(','));
-    let has_comma =
-        |word: &&str| word.trim_end_matches(',').contains(',') && with_point(word).is_some();
-    if words.len() > 1 && words.iter().any(has_comma) {
-        let points = words.iter().map(|word| with_point(word).unwrap_or_default());
-        let points = points.collect::<Vec<_>>().join(" ");
-        return Err(format!("write decimal points: {points}"));
-    }
-    let numbers = text.split([',', ' ', '\t']).filter(|it| !it.is_empty()).collect::<Vec<_>>();
-    match numbers.len() {
-        count @ ..3 => Err(match &["x", "y", "z"][count..] {
-            [one] => format!("{one} is missing"),
-            several => format!("{} are missing", several.join(" and ")),
-        }),
-        3 => point(&numbers.join(",")),
-        count => Err(match with_points::<3>(&numbers) {
-            Some(points) => format!("write decimal points: {}", points.join(" ")),
-            None => format!("these are {count}"),
-        }),
-    }
-}
-
-/// Parses a point, "X,Y,Z" in metres.
-pub(super) fn point(text: &str) -> Result<Point3<f64>, String> {
-    list(text, &numbers::COORDINATE).map(Point3::from)
-}
 
 /// Parses a pixel, "U,V".
 fn pixel(text: &str) -> Result<Point2<f64>, String> {
@@ -100,6 +39,7 @@ pub(super) struct BoardOptions {
     square: Option<CharucoSheet>,
     /// Place of the board's origin (its lower left corner) in the rig frame, each -100 to 100 m
     #[arg(long, value_name = "X,Y,Z", value_parser = point, conflicts_with_all = NOT_BOARD)]
+    #[arg(allow_hyphen_values = true)]
     origin: Option<Point3<f64>>,
     /// Turn of the board about the rig's z axis, -360 to 360 degrees, counter-clockwise from above
     #[arg(long, value_name = "DEGREES", value_parser = numbers::within(numbers::ANGLE))]
@@ -153,6 +93,7 @@ pub(super) struct MotorOptions {
     /// Measured place of a motor in the rig frame, each -100 to 100 m, instead of --height; three
     /// times, in the order A, B, C
     #[arg(long = "motor", value_name = "X,Y,Z", value_parser = point)]
+    #[arg(allow_hyphen_values = true)]
     #[arg(conflicts_with_all = NOT_MOTORS)]
     #[arg(conflicts_with = "height")]
     measured: Vec<Point3<f64>>,
@@ -190,6 +131,7 @@ pub(super) struct PlaceOptions {
     /// Place of the ball's centre in the rig frame, each -100 to 100 m; at least four times.
     /// Without it the places are typed
     #[arg(long = "place", value_name = "X,Y,Z", value_parser = point)]
+    #[arg(allow_hyphen_values = true)]
     #[arg(conflicts_with_all = NOT_BALL)]
     pub(super) places: Vec<Point3<f64>>,
     /// Standard deviation of the measured places along each axis, 0.01 to 1000 mm
@@ -212,41 +154,5 @@ impl PlaceOptions {
     /// Returns the standard deviation of a place, metres.
     pub(super) fn place_sd(&self) -> f64 {
         self.place_error.map_or(PLACE_SD_M, |mm| mm * 1e-3)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_typed_place_is_read_or_its_mistake_is_named() {
-        let place = Ok(Point3::new(0.5, 0.2, 0.15));
-        for text in ["0.5 0.2 0.15", "0.5,0.2,0.15", "0.5, 0.2, 0.15", "0.5,0.2 0.15"] {
-            assert_eq!(typed_point(text), place, "{text}");
-        }
-        for (text, why) in [
-            ("0,5 0,2 0,15", "write decimal points: 0.5 0.2 0.15"),
-            ("0,5, 0,2, 0,15", "write decimal points: 0.5 0.2 0.15"),
-            ("0,5,0,2,0,15", "write decimal points: 0.5 0.2 0.15"),
-            ("0.5 0.2", "z is missing"),
-            ("0.5", "y and z are missing"),
-            ("0.5 0.2 0.1 0.3", "these are 4"),
-            ("0.5 o.2 0.1", "must be a number, -100 to 100 m"),
-        ] {
-            assert_eq!(typed_point(text), Err(why.to_owned()), "{text}");
-        }
-    }
-
-    #[test]
-    fn a_place_of_an_option_with_decimal_commas_is_told_what_to_write() {
-        assert_eq!(point("0.5,0.2,0.15"), Ok(Point3::new(0.5, 0.2, 0.15)));
-        let error = point("0,5,0,2,0,15").unwrap_err();
-        assert_eq!(error, "write decimal points: 0.5,0.2,0.15");
-        // The other numbers of "0,5 0,2 0,15" are words of their own.
-        let error = point("0,5").unwrap_err();
-        let end = "; 2 are given, as in 0.4,0.2,0.15: decimal points, no spaces";
-        assert!(error.starts_with("needs 3 numbers") && error.ends_with(end), "{error}");
-        assert!(!pixel("1,2,3").unwrap_err().contains("decimal"));
     }
 }

@@ -8,8 +8,9 @@ use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::Gaussian3;
 
-use super::options::{PlaceOptions, typed_point};
+use super::options::PlaceOptions;
 use super::view::{Stage, View, last};
+use crate::commands::number_list::typed_point;
 use crate::commands::print::{message, tell};
 use crate::commands::{DetectorName, Failure, failed};
 

@@ -103,9 +103,8 @@ fn size<I: BufRead, O: Write>(
     usual: &NewRig,
     dialogue: &mut Dialogue<I, O>,
 ) -> Result<([f64; 3], f64), Failure> {
-    let given: Option<[f64; 3]> = args.sides.as_ref().and_then(|s| s.as_slice().try_into().ok());
     loop {
-        let sides = match given {
+        let sides = match args.sides {
             Some(sides) => sides,
             None => {
                 let names = ["A and B", "B and C", "C and A"];
@@ -123,7 +122,7 @@ fn size<I: BufRead, O: Write>(
         match Triangle::new(sides, height) {
             Ok(_) => return Ok((sides, height)),
             Err(error) => {
-                let is_asked = given.is_none() && args.height.is_none();
+                let is_asked = args.sides.is_none() && args.height.is_none();
                 if !(is_asked && dialogue.is_interactive()) {
                     return Err(error.into());
                 }

@@ -162,6 +162,17 @@ fn a_file_that_does_not_exist_is_named_with_the_cause_and_its_line() {
 }
 
 #[test]
+fn a_target_at_the_border_of_the_workspace_is_a_warning() {
+    let found = findings(&[("[[0.400, 0.400, 0.150]]", "[[0.4, 0.4, 0.3], [0.4, 0.4, 0.598]]")]);
+    assert_eq!(keys(&found)[0], Vec::<&str>::new());
+    let warning = found.iter().find(|finding| finding.values[0].0 == "targets").unwrap();
+    let problem = "put target 2 2 mm from the border of the workspace";
+    assert!(warning.to_string().contains(problem), "{warning}");
+    let enough = findings(&[("[[0.400, 0.400, 0.150]]", "[[0.4, 0.4, 0.59]]")]);
+    assert!(!keys(&enough)[1].contains(&"targets"));
+}
+
+#[test]
 fn a_file_without_targets_is_wrong() {
     let found = findings(&[("targets = [[0.400, 0.400, 0.150]]", "targets = []")]);
     assert_eq!(keys(&found)[0], ["targets"]);
