@@ -47,6 +47,28 @@ const TURN_SHARE: f32 = 0.7;
 /// Weight of a measurement in the mean change of the rates that a path asks for.
 const TURN_WEIGHT: f32 = 0.2;
 
+/// Way of the motors that is left to the target.
+struct Way {
+    /// Way of the ball, mm.
+    e: Vector,
+    /// Direction, with a largest entry of 1 or -1.
+    unit: Vector,
+    /// Largest entry of the way, steps.
+    steps: f32,
+    /// See [`Mixture::lateral_sigma`], along [`unit`](Self::unit).
+    lateral_sigma: f32,
+}
+
+impl Way {
+    /// Returns the way of the motors that moves the ball by `e` (mm); `None` where no motion does.
+    fn new(mixture: &Mixture, e: Vector) -> Option<Self> {
+        let way = mixture.steps(e)?;
+        let steps = largest(way);
+        let unit = scaled(way, 1.0 / steps.max(1e-9));
+        Some(Self { e, unit, steps, lateral_sigma: mixture.lateral_sigma(unit) })
+    }
+}
+
 /// A multi-model filter over the geometry, and a plan by its mixture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taut {
@@ -93,10 +115,16 @@ impl Taut {
     }
 
     /// Returns the allowed acceleration of the motors along `a` (largest entry 1), steps/s².
-    #[inline(never)]
     fn acceleration(&self, mixture: &Mixture, a: Vector) -> f32 {
+        self.acceleration_with(mixture, a, mixture.lateral_sigma(a))
+    }
+
+    /// Returns the [acceleration](Self::acceleration) along `a`, whose [lateral standard
+    /// deviation](Mixture::lateral_sigma) is known.
+    #[inline(never)]
+    fn acceleration_with(&self, mixture: &Mixture, a: Vector, lateral_sigma: f32) -> f32 {
         let unknown = (GRAVITY * MAX_SHIFT_MM / mixture.height.max(1.0)).min(MAX_UNKNOWN);
-        let known = unknown / (2.0 * mixture.lateral_sigma(a) + 1e-6);
+        let known = unknown / (2.0 * lateral_sigma + 1e-6);
         mixture.tension_factor(a).min(known).max(MIN_ACCELERATION).min(self.max_acceleration)
     }
 
@@ -105,20 +133,22 @@ impl Taut {
     fn wanted(
         &self,
         mixture: &Mixture,
-        e: Vector,
+        way: &Way,
         due: Vector,
         target: Vector,
         is_moving: bool,
     ) -> Vector {
-        let Some(steps) = mixture.steps(e) else { return [0.0; 3] };
-        let unit = scaled(steps, 1.0 / largest(steps).max(1e-9));
-        let left = mixture.steps_left(target, due, unit, largest(steps));
+        let left = mixture.steps_left(target, due, way.unit, way.steps);
         let pace = self.progress.pace();
-        let braking = pace * BRAKING_SHARE * self.acceleration(mixture, scaled(unit, -1.0));
+        // The deviation is the same in both directions.
+        let back = scaled(way.unit, -1.0);
+        let allowed = self.acceleration_with(mixture, back, way.lateral_sigma);
+        let braking = pace * BRAKING_SHARE * allowed;
         let dead_zone = if is_moving { 0.0 } else { DEAD_ZONE_MM * DEAD_ZONE_MM };
-        let weight = dot(e, e) / (dot(e, e) + dead_zone).max(1e-9);
+        let error = dot(way.e, way.e);
+        let weight = error / (error + dead_zone).max(1e-9);
         let rate = (weight * pace * GAIN * left).min(libm::sqrtf(2.0 * braking * left));
-        scaled(unit, rate.min(self.max_rate))
+        scaled(way.unit, rate.min(self.max_rate))
     }
 
     /// Returns the rates after a frame on the way from the last ones to `wanted`. Slowing down
@@ -158,18 +188,17 @@ const SPAN_SIGMAS: f32 = 12.0;
 
 /// Span of the moving average.
 impl Taut {
-    /// Returns the span for the way along `e` (mm), ms: long enough that a ball on soft cables does
+    /// Returns the span for a way, ms: long enough that a ball on soft cables does
     /// not swing where a swing makes a cable slack, and short elsewhere. A target that moves is
     /// followed with the configured span, since the reference is ahead by half of it.
     ///
     /// Rigs that become slack have a ratio above 1.5. Measured on 2 000 rigs a stiffness
     /// (docs/understand/method.md).
-    fn span_ms(&self, mixture: &Mixture, e: Vector, is_moving: bool) -> u16 {
-        let Some(steps) = mixture.steps(e).filter(|_| !is_moving) else { return MAX_MEAN_MS };
-        let unit = scaled(steps, 1.0 / largest(steps).max(1e-9));
-        let ratio = mixture.slack_ratio(scaled(unit, SPAN_ACCELERATION));
-        let moves = length(along(&mixture.j, unit)).max(1e-6);
-        let doubt = SPAN_SIGMAS * mixture.lateral_sigma(unit) / moves;
+    fn span_ms(mixture: &Mixture, way: Option<&Way>, is_moving: bool) -> u16 {
+        let Some(way) = way.filter(|_| !is_moving) else { return MAX_MEAN_MS };
+        let ratio = mixture.slack_ratio(scaled(way.unit, SPAN_ACCELERATION));
+        let moves = length(along(&mixture.j, way.unit)).max(1e-6);
+        let doubt = SPAN_SIGMAS * way.lateral_sigma / moves;
         let beyond = (ratio * (1.0 + doubt) - FREE_RATIO).max(0.0);
         // The cast saturates.
         ((MIN_SPAN_MS + SPAN_PER_RATIO_MS * beyond) as u16).min(MAX_MEAN_MS)
@@ -214,13 +243,17 @@ impl Law for Taut {
             self.filter = None;
         }
         let ahead = mixture.steps(millimetres(measurement.velocity)).unwrap_or_default();
-        let wanted = self.wanted(&mixture, e, due, target, measurement.is_moving());
+        let (way, is_moving) = (Way::new(&mixture, e), measurement.is_moving());
+        let wanted = match &way {
+            Some(way) => self.wanted(&mixture, way, due, target, is_moving),
+            None => [0.0; 3],
+        };
         let wanted = plus(ahead, wanted, 1.0);
         self.rates = self.limited(&mixture, wanted);
         let rates = MotorRates(self.rates.map(|rate| (rate * 256.0) as i32));
         Setpoint {
             ramp_us: (FRAME_S * 1e6) as u32,
-            span_ms: Some(self.span_ms(&mixture, e, measurement.is_moving())),
+            span_ms: Some(Self::span_ms(&mixture, way.as_ref(), is_moving)),
             room: self.room(&mixture, ahead),
             ..Setpoint::at_once(rates)
         }
