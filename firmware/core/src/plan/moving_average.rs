@@ -109,7 +109,7 @@ impl MovingAverage {
     /// Returns the motors' rates in a tick in which the reference moves at `reference`.
     /// [`pass`](Self::pass) then enters that tick.
     pub(super) fn rates(&self, reference: PerMotor<i32>) -> PerMotor<i32> {
-        if self.longest == 0 {
+        if self.is_off() {
             return reference;
         }
         let [a, b, c] = &self.lanes;
@@ -167,7 +167,7 @@ impl MovingAverage {
     /// Returns the ticks that the motors are behind the reference at most: the cells of the longest
     /// span, the present cell, and the one in which the rates change.
     pub(super) fn lag_ticks(&self) -> u32 {
-        if self.longest == 0 { 0 } else { (self.longest as u32 + 2) * CELL_TICKS as u32 }
+        if self.is_off() { 0 } else { (self.longest as u32 + 2) * CELL_TICKS as u32 }
     }
 
     /// Returns whether motors still follow. A sum of 0 is not enough: after a move there and back
