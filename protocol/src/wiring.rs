@@ -248,6 +248,8 @@ pub enum WiringError {
     Pin(Line, PinError),
     /// An address of a driver is above 3, or another driver's too.
     Addresses,
+    /// STEP must be high for longer than the chip's step generator can make a pulse.
+    Pulse,
 }
 
 /// A line between the board and its surroundings.
@@ -339,6 +341,9 @@ impl Wiring {
         }
         if self.drivers.tmc2209().is_some_and(|driver| !driver.has_right_addresses()) {
             report(WiringError::Addresses);
+        }
+        if self.drivers.step_dir().is_some_and(|times| times.high > board.chip.widest_pulse()) {
+            report(WiringError::Pulse);
         }
         let mut used = self.driver_pins();
         for (line, pin) in self.lines() {
