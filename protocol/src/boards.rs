@@ -45,6 +45,12 @@ impl Chip {
         }
     }
 
+    /// Returns whether an input with the chip's pull-down may stay at about 2 V (RP2350-E9,
+    /// stepping A2).
+    pub const fn has_latching_inputs(self) -> bool {
+        matches!(self, Self::Rp2350)
+    }
+
     /// Returns the clocks of a time, rounded up.
     #[inline]
     pub const fn clocks(self, time: Nanoseconds) -> u32 {

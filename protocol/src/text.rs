@@ -195,6 +195,10 @@ impl fmt::Display for WiringError {
                 "STEP must be high for longer than its chip can make a pulse (4.1 µs on an \
                  RP2040, 3.4 µs on an RP2350)",
             ),
+            Self::InvertedEmergency => f.write_str(
+                "its chip cannot see that the wire of an inverted emergency input is cut; put the \
+                 contact between the input and ground",
+            ),
         }
     }
 }

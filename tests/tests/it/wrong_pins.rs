@@ -116,6 +116,7 @@ fn key(error: WiringError) -> &'static str {
         WiringError::Pin(Line::UartTx | Line::UartRx, _) => "board.pins.uart",
         WiringError::Addresses => "motors.driver.tmc2209-uart.addresses",
         WiringError::Pulse => "motors.timing.high",
+        WiringError::InvertedEmergency => "board.inverted.emergency",
     }
 }
 

@@ -39,6 +39,18 @@ fn pulses_that_a_chip_cannot_make_are_refused_by_its_boards() {
     }
 }
 
+/// An inverted input needs a pull-down, which does not hold an RP2350's input low (RP2350-E9).
+#[test]
+fn an_inverted_emergency_input_is_refused_where_inputs_latch() {
+    for board in ALL {
+        let answer = |inverted| answer(board, |it| it.pins.emergency.inverted = inverted);
+        let refused = Err(Refusal::Wiring(WiringError::InvertedEmergency));
+        let expected = if board.kind == PICO_2.kind { refused } else { Ok(()) };
+        assert_eq!(answer(true), expected, "{}", board.name);
+        assert_eq!(answer(false), Ok(()), "{}", board.name);
+    }
+}
+
 /// The step generator of the RP2040, which these tests count with, follows the same rule.
 #[test]
 fn the_widest_pulse_is_that_of_the_step_generator() {

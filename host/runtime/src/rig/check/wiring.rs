@@ -32,6 +32,7 @@ pub(in crate::rig) fn refusal(rig: &Rig, wiring: &Wiring, error: WiringError) ->
         ),
         WiringError::Pin(line, error) => (key(line), problem(wiring, line, error)),
         WiringError::Pulse => (pulse_key(rig), wide_pulse(wiring)),
+        WiringError::InvertedEmergency => ("board.inverted.emergency", latching_input(wiring)),
     };
     OutOfRange { key, value: None, why }
 }
@@ -78,6 +79,17 @@ pub(super) fn key(line: Line) -> &'static str {
         Line::Led => "board.pins.led",
         Line::UartTx | Line::UartRx => "board.pins.uart",
     }
+}
+
+/// Returns what is wrong with an inverted emergency input of a chip whose pull-down does not hold
+/// an input low. A resistor outside would, but no program sees whether it is there.
+fn latching_input(wiring: &Wiring) -> String {
+    format!(
+        "is unsafe on {}: its pull-down does not hold an input low (erratum RP2350-E9), so that a \
+         wire that is cut may read as closed. Leave this key out, and put the contact between the \
+         pin and ground: that input has a pull-up",
+        wiring.board
+    )
 }
 
 /// Returns what is wrong with the pin of a line.
