@@ -3,6 +3,7 @@
 
 use crate::dimension::MOTORS;
 use crate::provenance::BoardKind;
+use crate::units::Nanoseconds;
 use crate::wiring::{EnablePins, EnablePolarity, Line, MotorPins, Pin, PinError, Pins};
 
 /// Number of the chips' pins: GP0 to GP29.
@@ -22,6 +23,10 @@ pub const HATS: u32 = 1 << 16 | 1 << 17;
 pub const DRIVER_UART: [u32; 2] =
     [1 << 4 | 1 << 8 | 1 << 20 | 1 << 24, 1 << 5 | 1 << 9 | 1 << 21 | 1 << 25];
 
+/// Clocks of the widest STEP pulse that the step generator makes: one, and a loop of 32 rounds of
+/// 16 clocks (`PulseWidth` in plumb-core).
+pub const WIDEST_PULSE_CLOCKS: u32 = 513;
+
 /// Chip of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Chip {
@@ -29,6 +34,33 @@ pub enum Chip {
     Rp2040,
     /// RP2350A.
     Rp2350,
+}
+
+impl Chip {
+    /// Returns the frequency of the clock that pulses are placed on, Hz.
+    pub const fn clock_hz(self) -> u32 {
+        match self {
+            Self::Rp2040 => 125_000_000,
+            Self::Rp2350 => 150_000_000,
+        }
+    }
+
+    /// Returns whether an input with the chip's pull-down may stay at about 2 V (RP2350-E9,
+    /// stepping A2).
+    pub const fn has_latching_inputs(self) -> bool {
+        matches!(self, Self::Rp2350)
+    }
+
+    /// Returns the clocks of a time, rounded up.
+    #[inline]
+    pub const fn clocks(self, time: Nanoseconds) -> u32 {
+        (time.0 as u32 * (self.clock_hz() / 1_000_000)).div_ceil(1000)
+    }
+
+    /// Returns the widest STEP pulse, rounded down: 4104 ns on an RP2040, 3420 ns on an RP2350.
+    pub const fn widest_pulse(self) -> Nanoseconds {
+        Nanoseconds((WIDEST_PULSE_CLOCKS * 1000 / (self.clock_hz() / 1_000_000)) as u16)
+    }
 }
 
 /// A pin that the board uses itself.

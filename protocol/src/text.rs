@@ -191,6 +191,14 @@ impl fmt::Display for WiringError {
             Self::Addresses => {
                 f.write_str("the addresses of the drivers are 0 to 3, each at most once")
             }
+            Self::Pulse => f.write_str(
+                "STEP must be high for longer than its chip can make a pulse (4.1 µs on an \
+                 RP2040, 3.4 µs on an RP2350)",
+            ),
+            Self::InvertedEmergency => f.write_str(
+                "its chip cannot see that the wire of an inverted emergency input is cut; put the \
+                 contact between the input and ground",
+            ),
         }
     }
 }

@@ -29,7 +29,8 @@ pub struct Pins {
     /// Level of ENABLE that gives the motors current.
     pub polarity: EnablePolarity,
     /// Emergency input: connected to ground in operation, open to stop. An inverted one is
-    /// connected to 3.3 V in operation.
+    /// connected to 3.3 V in operation; an RP2350 refuses it
+    /// ([`WiringError::InvertedEmergency`]).
     pub emergency: Pin,
     /// Light that blinks while the program runs; `None` for a board without one.
     pub led: Option<Pin>,
@@ -248,6 +249,11 @@ pub enum WiringError {
     Pin(Line, PinError),
     /// An address of a driver is above 3, or another driver's too.
     Addresses,
+    /// STEP must be high for longer than the chip's step generator can make a pulse.
+    Pulse,
+    /// The emergency input is inverted, and the chip's pull-down does not hold an input low
+    /// (RP2350-E9): it would not see that a wire is cut.
+    InvertedEmergency,
 }
 
 /// A line between the board and its surroundings.
@@ -339,6 +345,12 @@ impl Wiring {
         }
         if self.drivers.tmc2209().is_some_and(|driver| !driver.has_right_addresses()) {
             report(WiringError::Addresses);
+        }
+        if self.drivers.step_dir().is_some_and(|times| times.high > board.chip.widest_pulse()) {
+            report(WiringError::Pulse);
+        }
+        if self.pins.emergency.inverted && board.chip.has_latching_inputs() {
+            report(WiringError::InvertedEmergency);
         }
         let mut used = self.driver_pins();
         for (line, pin) in self.lines() {

@@ -1,5 +1,6 @@
 //! Time base of the step generation, and the pulse timing of a STEP/DIR driver in its clocks.
 
+use plumb_protocol::boards::{Chip, WIDEST_PULSE_CLOCKS};
 use plumb_protocol::units::Nanoseconds;
 use plumb_protocol::wiring::StepDir;
 
@@ -7,10 +8,13 @@ use plumb_protocol::wiring::StepDir;
 /// enough that planning takes a few percent of the chip.
 pub const TICK_US: u32 = 200;
 
+/// Chip whose clocks are counted.
+const CHIP: Chip = if cfg!(feature = "rp2350") { Chip::Rp2350 } else { Chip::Rp2040 };
+
 /// Frequency of the clock that pulses are placed on, Hz. It is the chip's system clock, so that a
 /// plan is exact there: 125 MHz on an RP2040, 150 MHz on an RP2350 (feature `rp2350`). The number
 /// of pulses in a tick does not depend on it.
-pub const CLOCK_HZ: u32 = if cfg!(feature = "rp2350") { 150_000_000 } else { 125_000_000 };
+pub const CLOCK_HZ: u32 = CHIP.clock_hz();
 
 /// Clocks in a microsecond.
 pub const CLOCKS_PER_US: u32 = CLOCK_HZ / 1_000_000;
@@ -37,6 +41,9 @@ pub struct DriverTiming {
     pub setup: u32,
 }
 
+// What `Wiring::check` refuses is what the generator cannot make.
+const _: () = assert!(DriverTiming::SLOWEST.high.clocks() == WIDEST_PULSE_CLOCKS);
+
 impl DriverTiming {
     /// The slowest timing that the generator can make: safe for any driver while none is
     /// configured.
@@ -47,7 +54,7 @@ impl DriverTiming {
     /// generator cannot make pulses so wide (above 513 clocks: 4.1 µs on an RP2040, 3.4 µs on an
     /// RP2350).
     pub fn new(driver: &StepDir) -> Option<Self> {
-        let clocks = |ns: Nanoseconds| (u32::from(ns.0) * CLOCKS_PER_US).div_ceil(1000);
+        let clocks = |ns: Nanoseconds| CHIP.clocks(ns);
         let high = PulseWidth::at_least(clocks(driver.high))?;
         let hold = clocks(driver.hold).max(high.clocks());
         // The next segment, whose direction may be another, begins once DIR was held.

@@ -10,7 +10,7 @@ use plumb_core::{Board, BuildLimits, TICK_US, Tick};
 use plumb_protocol::diagnostics::ChipCounts;
 use plumb_protocol::message::{DriverFault, Refusal, StartCause, State};
 use plumb_protocol::units::Micros;
-use plumb_protocol::{Config, Wiring};
+use plumb_protocol::{Config, MOTORS, PerMotor, Wiring};
 
 use crate::harness::{Harness, LawDelay};
 use crate::plant::{Plant, RigError};
@@ -34,7 +34,7 @@ pub struct EmulatedBoard {
     harness: Harness,
     plant: Option<Box<dyn Plant + Send>>,
     /// Positions of the rig's motors at the board's last start, full steps since the rig's start.
-    origin: [f64; 3],
+    origin: PerMotor<f64>,
     /// Link between the host and the board; `None` for a direct connection.
     link: Option<Link>,
     now: Micros,
@@ -51,7 +51,7 @@ impl EmulatedBoard {
         Self {
             harness: Harness::new(build, LawDelay::SameTick),
             plant: None,
-            origin: [0.0; 3],
+            origin: [0.0; MOTORS],
             link: None,
             now: Micros(0),
             waiting: Vec::new(),
@@ -153,7 +153,7 @@ impl EmulatedBoard {
 
     /// Returns the motor positions, full steps since the board's last start, + pays out. Home does
     /// not change them.
-    pub fn motors(&self) -> [f64; 3] {
+    pub fn motors(&self) -> PerMotor<f64> {
         self.harness.motors()
     }
 
@@ -169,7 +169,7 @@ impl EmulatedBoard {
     }
 
     /// Returns the motor rates, full steps/s, + pays out.
-    pub fn rates(&self) -> [f64; 3] {
+    pub fn rates(&self) -> PerMotor<f64> {
         self.harness.rates()
     }
 
@@ -184,13 +184,13 @@ impl EmulatedBoard {
     }
 
     /// Returns which cables are slack, order A, B, C; all `false` without a rig.
-    pub fn slack(&self) -> [bool; 3] {
-        self.plant.as_ref().map_or([false; 3], |p| p.slack())
+    pub fn slack(&self) -> PerMotor<bool> {
+        self.plant.as_ref().map_or([false; MOTORS], |p| p.slack())
     }
 
     /// Returns the tension of each cable over the ball's weight, order A, B, C; `None` without a
     /// rig, or for a rig without forces.
-    pub fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    pub fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         self.plant.as_ref()?.tensions_per_weight()
     }
 
@@ -205,9 +205,9 @@ impl EmulatedBoard {
     }
 
     /// Returns the rig's motor positions, full steps since the rig's start, + pays out.
-    fn rig_motors(&self) -> [f64; 3] {
+    fn rig_motors(&self) -> PerMotor<f64> {
         let motors = self.motors();
-        [0, 1, 2].map(|i| self.origin[i] + motors[i])
+        std::array::from_fn(|i| self.origin[i] + motors[i])
     }
 
     /// Restarts the board if one of the link's reboots is due.
@@ -230,7 +230,7 @@ impl EmulatedBoard {
     /// Stops the board for its emergency input, which is open: each motor is `missing` pulses short
     /// of the last tick's plan, as in [`Board::on_emergency_stop`]. Call this before every tick as
     /// long as the input is open.
-    pub fn open_emergency(&mut self, missing: [i32; 3]) {
+    pub fn open_emergency(&mut self, missing: PerMotor<i32>) {
         self.harness.on_emergency_stop(self.now, missing);
         self.collect();
     }
@@ -278,7 +278,7 @@ pub struct MotorSample {
     /// Time on the board's clock.
     pub time: Micros,
     /// Motor positions, full steps since the rig's start, + pays out; order A, B, C.
-    pub motors: [f64; 3],
+    pub motors: PerMotor<f64>,
 }
 
 /// Samples that wait to be taken.
@@ -297,7 +297,7 @@ impl Sampler {
     }
 
     /// Adds a sample where one is due at `time`.
-    fn note(&mut self, time: Micros, motors: [f64; 3]) {
+    fn note(&mut self, time: Micros, motors: PerMotor<f64>) {
         if time < self.next {
             return;
         }
@@ -330,7 +330,7 @@ mod tests {
         assert_eq!((times, dropped), (vec![0, 5000, 10_000, 15_000, 20_000], 0));
         assert_eq!(samples[3].motors, [15.0, 0.0, 0.0]);
         for tick in 21..=(21 + 5 * 2010) {
-            sampler.note(Micros(tick * 1000), [0.0; 3]);
+            sampler.note(Micros(tick * 1000), [0.0; MOTORS]);
         }
         let (samples, dropped) = sampler.take();
         assert_eq!((samples.len(), dropped), (WAITING_SAMPLES_MAX, 10));

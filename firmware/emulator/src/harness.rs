@@ -10,7 +10,7 @@ use plumb_protocol::message::{
     Command, DriverFault, DriverReading, FromBoard, Hello, StartCause, ToBoard,
 };
 use plumb_protocol::units::{Micros, Rate, Steps16};
-use plumb_protocol::{Config, MOTORS, Wiring};
+use plumb_protocol::{Config, MOTORS, PerMotor, Wiring};
 
 /// Time from a request to the law worker to its response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -183,12 +183,12 @@ impl Harness {
 
     /// Returns the motor positions, full steps since the board's start, + pays out. Home does not
     /// change them.
-    pub fn motors(&self) -> [f64; 3] {
+    pub fn motors(&self) -> PerMotor<f64> {
         self.board.positions().map(|p| Steps16(p).to_si())
     }
 
     /// Returns the motor rates, full steps/s, + pays out.
-    pub fn rates(&self) -> [f64; 3] {
+    pub fn rates(&self) -> PerMotor<f64> {
         self.board.rates().map(|r| Rate(r).to_si())
     }
 
@@ -203,7 +203,7 @@ impl Harness {
     }
 
     /// Stops the board for its emergency input. See [`Board::on_emergency_stop`].
-    pub fn on_emergency_stop(&mut self, now: Micros, missing: [i32; 3]) {
+    pub fn on_emergency_stop(&mut self, now: Micros, missing: PerMotor<i32>) {
         self.board.on_emergency_stop(now, missing, &mut self.outbox);
     }
 

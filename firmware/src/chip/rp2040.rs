@@ -33,8 +33,8 @@ pub(crate) const TIMER: pac::timer::Timer = pac::TIMER;
 pub(crate) const RESET_ALL: u32 = 0x0001_fffc;
 /// Vectors of a Cortex-M0+: the stack, 15 exceptions and 32 interrupts.
 pub(crate) const VECTORS: usize = 48;
-/// Whether an input with its pull-down may stay at about 2 V (RP2350-E9).
-pub(crate) const HAS_LATCHING_INPUTS: bool = false;
+/// See [`Chip::has_latching_inputs`].
+pub(crate) const HAS_LATCHING_INPUTS: bool = CHIP.has_latching_inputs();
 
 /// The refused addresses: the 64 MiB below RAM. The region's base is a multiple of its size, 2 to
 /// the power of `SIZE` + 1 bytes (ARMv6-M Architecture Reference Manual, B3.5.9). The registers of

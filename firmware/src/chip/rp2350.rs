@@ -33,8 +33,8 @@ pub(crate) const TIMER: pac::timer::Timer = pac::TIMER0;
 pub(crate) const RESET_ALL: u32 = 0x01ff_fff3;
 /// Vectors of the chip: the stack, 15 exceptions and 52 interrupts.
 pub(crate) const VECTORS: usize = 68;
-/// Whether an input with its pull-down may stay at about 2 V (RP2350-E9, stepping A2).
-pub(crate) const HAS_LATCHING_INPUTS: bool = true;
+/// See [`Chip::has_latching_inputs`].
+pub(crate) const HAS_LATCHING_INPUTS: bool = CHIP.has_latching_inputs();
 
 /// Makes a stack pointer below the stack a fault of the processor. Nothing is left to do: the
 /// program's first instructions have set MSPLIM (cortex-m-rt's `set-msplim`).

@@ -11,6 +11,7 @@ use nalgebra::{
 };
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
+use plumb_protocol::{MOTORS, PerMotor};
 
 use crate::calibration::{Calibration, CalibrationError, Sample};
 use crate::depth::{depth_near, depth_sd};
@@ -18,7 +19,7 @@ use crate::least_squares::{Minimum, minimise};
 use crate::rigid::{self, Handedness};
 
 /// Letters of the motors.
-pub const LETTERS: [char; 3] = ['A', 'B', 'C'];
+pub const LETTERS: PerMotor<char> = ['A', 'B', 'C'];
 /// Standard deviation of a pixel that a person chose, pixels.
 const PIXEL_SD: f64 = 1.5;
 /// Standard deviation of the depth of a motor's surface against its measured point, metres: where
@@ -47,7 +48,7 @@ pub enum MotorMeasures {
     /// motor B in y.
     Height(f64),
     /// Places of motors A, B, C in the rig frame, metres.
-    Places([Point3<f64>; 3]),
+    Places(PerMotor<Point3<f64>>),
 }
 
 /// Returns the motors at three pixels (column and row of A, B, C), with the median of their depths
@@ -57,8 +58,8 @@ pub enum MotorMeasures {
 /// If a motor has no depth.
 pub fn see_motors(
     frames: &[RgbdFrame],
-    pixels: [Point2<f64>; 3],
-) -> Result<[SeenMotor; 3], CalibrationError> {
+    pixels: PerMotor<Point2<f64>>,
+) -> Result<PerMotor<SeenMotor>, CalibrationError> {
     let [a, b, c] = LETTERS;
     let [at_a, at_b, at_c] = pixels;
     Ok([see_motor(frames, a, at_a)?, see_motor(frames, b, at_b)?, see_motor(frames, c, at_c)?])
@@ -87,7 +88,7 @@ pub fn see_motor<'a>(
 /// # Errors
 /// If the motors are on a line, or are not where their letters put them.
 pub fn pose_from_motors(
-    motors: &[SeenMotor; 3],
+    motors: &PerMotor<SeenMotor>,
     measures: &MotorMeasures,
     intrinsics: &Intrinsics,
 ) -> Result<Calibration, CalibrationError> {
@@ -121,13 +122,13 @@ pub fn pose_from_motors(
         pose: minimum.pose,
         position_sd: minimum.position_sd(),
         rotation_sd: minimum.rotation_sd(),
-        samples: [0, 1, 2].map(sample).to_vec(),
+        samples: (0..MOTORS).map(sample).collect(),
         findings: findings(&seen, &known, measures),
     })
 }
 
 /// Returns the pose that the convention of the rig frame gives, with the motors at height 0.
-fn from_frame_convention([a, b, c]: &[Point3<f64>; 3]) -> Isometry3<f64> {
+fn from_frame_convention([a, b, c]: &PerMotor<Point3<f64>>) -> Isometry3<f64> {
     let y = (a - b).normalize();
     // From C to the side BA, across it.
     let x = (b - c) - (b - c).dot(&y) * y;
@@ -140,7 +141,10 @@ fn from_frame_convention([a, b, c]: &[Point3<f64>; 3]) -> Isometry3<f64> {
 }
 
 /// Checks that z points up in the picture and that C is between B and A.
-fn check_letters(seen: &[Point3<f64>; 3], own: &Isometry3<f64>) -> Result<(), CalibrationError> {
+fn check_letters(
+    seen: &PerMotor<Point3<f64>>,
+    own: &Isometry3<f64>,
+) -> Result<(), CalibrationError> {
     let [a, b, c] = seen.map(|p| own * p);
     // The camera's y axis points down.
     let down = own.rotation * Vector3::y();
@@ -155,7 +159,7 @@ fn check_letters(seen: &[Point3<f64>; 3], own: &Isometry3<f64>) -> Result<(), Ca
 }
 
 /// Checks measured places against the convention of the rig frame.
-fn check_places([a, b, c]: &[Point3<f64>; 3]) -> Result<(), CalibrationError> {
+fn check_places([a, b, c]: &PerMotor<Point3<f64>>) -> Result<(), CalibrationError> {
     let reason = if a.y <= b.y {
         "the measured place of motor A has not the larger y of A and B"
     } else if c.x >= a.x.min(b.x) {
@@ -168,17 +172,17 @@ fn check_places([a, b, c]: &[Point3<f64>; 3]) -> Result<(), CalibrationError> {
 
 /// Returns the pose with the least squares, weighted with the errors of pixels and depths.
 fn refined(
-    motors: &[SeenMotor; 3],
-    seen: &[Point3<f64>; 3],
-    known: &[Point3<f64>; 3],
+    motors: &PerMotor<SeenMotor>,
+    seen: &PerMotor<Point3<f64>>,
+    known: &PerMotor<Point3<f64>>,
     intrinsics: &Intrinsics,
 ) -> Option<Minimum> {
-    let pairs = [0, 1, 2].map(|k| (seen[k], known[k]));
+    let pairs: PerMotor<_> = std::array::from_fn(|k| (seen[k], known[k]));
     let start = rigid::fit(&pairs, Handedness::Kept)?.isometry();
     let centre = rigid::centroid(seen.iter().copied());
     let to_centre = Translation3::from(centre);
     let mut minimum = minimise(start * to_centre, |pose| {
-        let residuals = [0, 1, 2].map(|k| {
+        let residuals: PerMotor<_> = std::array::from_fn(|k| {
             let difference =
                 pose.inverse_transform_point(&known[k]).coords + centre.coords - seen[k].coords;
             let z = motors[k].depth;
@@ -198,8 +202,8 @@ fn refined(
 
 /// Compares the triangle's sides, and says which errors three points cannot show.
 fn findings(
-    seen: &[Point3<f64>; 3],
-    known: &[Point3<f64>; 3],
+    seen: &PerMotor<Point3<f64>>,
+    known: &PerMotor<Point3<f64>>,
     measures: &MotorMeasures,
 ) -> Vec<String> {
     let mut findings = Vec::new();

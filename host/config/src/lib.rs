@@ -2,8 +2,8 @@
 //!
 //! - [`toml_file`]: configuration files; every mistake comes with its file, line and key;
 //!   [`toml_text`]: change of values in their text.
-//! - [`quantity`]: numbers with a range and a unit; [`reference`](mod@reference): the keys of a
-//!   file, from its reference page in the book.
+//! - [`quantity`]: numbers with a range and a unit; [`any_case`](mod@any_case): names in any case;
+//!   [`reference`](mod@reference): the keys of a file, from its reference page in the book.
 //! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
 //!   records are whole, also where the disk is full.
 //! - [`error_chain`]: the message of an error with its causes; [`type_words`]: types in messages of
@@ -12,6 +12,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod any_case;
 pub mod bounded_read;
 pub mod error_chain;
 pub mod quantity;

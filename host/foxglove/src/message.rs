@@ -1,6 +1,6 @@
 //! JSON messages of a run. Their schemas are in `host/foxglove/schemas/`.
 
-use plumb_runtime::board_report::BoardReport;
+use plumb_runtime::board_report::{BoardReport, driver_warnings};
 use plumb_runtime::observer::{FrameRecord, PathPoint};
 use serde::Serialize;
 
@@ -86,6 +86,8 @@ pub(crate) struct TelemetryMessage {
     /// |e| of the filtered position, metres; `None` without a target, and before the board has
     /// accepted a position of the ball.
     pub(crate) filtered_error_m: Option<f64>,
+    /// Warnings of drivers on a UART in words; `None` of other drivers.
+    pub(crate) driver_warnings: Option<String>,
 }
 
 impl TelemetryMessage {
@@ -98,6 +100,73 @@ impl TelemetryMessage {
             advice: record.board_fault().map(|fault| fault.advice()),
             error_m: filtered_error_m.map(|_| board.error),
             filtered_error_m,
+            driver_warnings: board.drivers.as_ref().map(driver_warnings),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use nalgebra::Point3;
+    use plumb_protocol::message::{DriverReading, State};
+    use serde_json::{Value, json, to_value};
+
+    use super::*;
+
+    /// Returns the message of a board at rest with these readings of its drivers.
+    fn message(drivers: Option<[DriverReading; 3]>) -> Value {
+        let board = BoardReport {
+            time: 0.0,
+            state: State::Ready,
+            configuration: None,
+            target: None,
+            sequence: None,
+            motors: [0.0; 3],
+            rates: [0.0; 3],
+            error: [0.0; 3],
+            bad_frames: 0,
+            tensions: None,
+            reference: None,
+            drivers,
+        };
+        let record = FrameRecord {
+            number: 0,
+            time: 0.0,
+            frame: None,
+            observation: None,
+            target: Point3::origin(),
+            board: Some(board),
+            fault_cause: None,
+            state: None,
+            filtered_error: None,
+            ground_truth: None,
+            path: None,
+        };
+        to_value(TelemetryMessage::new(&record, &board)).unwrap()
+    }
+
+    #[test]
+    fn the_warnings_of_drivers_are_in_the_telemetry() {
+        let cool = DriverReading::default();
+        let hot = DriverReading { is_hot: true, ..cool };
+        let open = DriverReading { has_open_load: true, ..cool };
+        let warnings = |drivers| message(drivers)["driver_warnings"].clone();
+        assert_eq!(warnings(Some([hot, cool, open])), json!("A hot, C open coil"));
+        assert_eq!(warnings(Some([cool; 3])), json!("none"));
+        assert_eq!(warnings(None), Value::Null, "other drivers");
+    }
+
+    #[test]
+    fn the_telemetry_has_the_fields_of_its_schema() {
+        let schema: Value =
+            serde_json::from_slice(include_bytes!("../schemas/telemetry.json")).unwrap();
+        let message = message(None);
+        let fields: BTreeSet<&str> = message.as_object().unwrap().keys().map(|it| &**it).collect();
+        let properties = schema["properties"].as_object().unwrap();
+        assert_eq!(fields, properties.keys().map(|it| &**it).collect());
+        let required = schema["required"].as_array().unwrap();
+        assert_eq!(fields, required.iter().map(|it| it.as_str().unwrap()).collect());
     }
 }

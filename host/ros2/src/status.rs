@@ -3,8 +3,10 @@
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use nalgebra::Point3;
-use plumb_protocol::message::State;
+use plumb_protocol::PerMotor;
+use plumb_protocol::message::{DriverReading, State};
 use plumb_runtime::board_fault::BoardFault;
+use plumb_runtime::board_report::driver_warnings;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, Stop};
 use plumb_runtime::run::{StopReason, Summary};
@@ -32,6 +34,8 @@ pub(crate) struct RunStatus {
     /// State of the board; `None` before its telemetry about a new target.
     state: Option<State>,
     fault: Option<BoardFault>,
+    /// Newest readings of the motor drivers; `None` of drivers without a UART.
+    drivers: Option<PerMotor<DriverReading>>,
     /// The target that the rig drives to, holds or follows.
     present_target: Option<Point3<f64>>,
     /// Whether the present target has moved: it is that of a path or of a moving target.
@@ -60,6 +64,7 @@ impl RunStatus {
             has_begun: false,
             state: None,
             fault: None,
+            drivers: None,
             present_target: None,
             has_moved: false,
             error: None,
@@ -102,6 +107,7 @@ impl RunStatus {
         self.state = if self.present_target.is_some() { record.state } else { newest };
         if newest.is_some() {
             self.fault = record.board_fault();
+            self.drivers = record.board.and_then(|board| board.drivers);
         }
     }
 
@@ -170,6 +176,7 @@ impl RunStatus {
         add("state", self.state.map(|state| state.to_string()));
         add("target m", self.present_target.map(|p| format!("{:.3} {:.3} {:.3}", p.x, p.y, p.z)));
         add("error mm", self.error.map(|error| format!("{:.1}", error * 1e3)));
+        add("driver warnings", self.drivers.as_ref().map(driver_warnings));
         add("last target", self.last_leg.clone());
         add("last loss", self.last_loss.clone());
         add("advice", self.fault.map(|fault| fault.advice().to_owned()));
@@ -193,7 +200,13 @@ impl RunStatus {
         let state = self
             .state
             .map_or_else(|| "waiting for the board".to_owned(), |state| state.to_string());
-        (Level::Ok, state)
+        let has_warning = |driver: &DriverReading| driver.is_hot || driver.has_open_load;
+        match &self.drivers {
+            Some(drivers) if drivers.iter().any(has_warning) => {
+                (Level::Warn, format!("{state}; motor drivers: {}", driver_warnings(drivers)))
+            }
+            _ => (Level::Ok, state),
+        }
     }
 
     /// Returns the report about the commands. `is_stopped` says whether targets are refused since a

@@ -179,8 +179,18 @@ impl Rig {
     /// Returns the wiring of the board.
     ///
     /// # Errors
-    /// The first value that is beyond the range of the wire. The board checks the pins.
+    /// The first value that is beyond the range of the wire, or that the board refuses.
     pub fn wiring(&self) -> Result<wiring::Wiring, OutOfRange> {
+        let wiring = self.unchecked_wiring()?;
+        let refused = |error| check::wiring::refusal(self, &wiring, error);
+        wiring.check(None).map_err(refused).map(|()| wiring)
+    }
+
+    /// Returns the wiring of the board, also one that the board refuses.
+    ///
+    /// # Errors
+    /// The first value that is beyond the range of the wire.
+    pub(crate) fn unchecked_wiring(&self) -> Result<wiring::Wiring, OutOfRange> {
         Conversion::first_error(|conversion| self.convert_wiring(conversion))
     }
 

@@ -8,7 +8,7 @@ use plumb_path::trajectory::Moment;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, Refusal, State};
 use plumb_protocol::units::{Micros, Point};
-use plumb_protocol::{Config, Wiring};
+use plumb_protocol::{Config, PerAxis, PerMotor, Wiring};
 use plumb_runtime::reference::{keep_inside, reference};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -24,17 +24,17 @@ pub struct Request {
     /// Measured position of the ball in a frame that arrives at `t`; `null` without a frame or
     /// without a ball.
     #[serde(default)]
-    pub position: Option<[f64; 3]>,
+    pub position: Option<PerAxis<f64>>,
     /// Age of that frame.
     #[serde(default)]
     pub age: f64,
     /// New target of the ball; `null` keeps the present one.
     #[serde(default)]
-    pub target: Option<[f64; 3]>,
+    pub target: Option<PerAxis<f64>>,
     /// Velocity of `target`, m/s: the ball follows a target that moves. Give both in every line
     /// that brings a picture; without a new one the ball comes to rest within a second.
     #[serde(default)]
-    pub target_velocity: Option<[f64; 3]>,
+    pub target_velocity: Option<PerAxis<f64>>,
 }
 
 /// Motion and state of the board.
@@ -44,9 +44,9 @@ pub struct Answer {
     pub t: f64,
     /// Motor positions at even intervals over the span, the last at its end: full steps since the
     /// start, + pays cable out; A, B, C.
-    pub steps: Vec<[f64; 3]>,
+    pub steps: Vec<PerMotor<f64>>,
     /// Motor rates at the end, full steps/s.
-    pub rates: [f64; 3],
+    pub rates: PerMotor<f64>,
     /// State of the board, for people.
     pub state: String,
     /// Whether the present target has been reached.
@@ -182,7 +182,7 @@ impl Cosim {
     }
 
     /// Sends a new target.
-    fn set_target(&mut self, target: [f64; 3]) -> Result<(), CosimError> {
+    fn set_target(&mut self, target: PerAxis<f64>) -> Result<(), CosimError> {
         let point = point("target", target)?;
         (self.target, self.reached) = (Some(point), false);
         self.send(Command::Target(point))
@@ -190,7 +190,7 @@ impl Cosim {
 
     /// Has the ball follow a target that is at `target` (metres) with `velocity` (m/s). A board
     /// that has lost the ball, or has not seen it yet, follows with a later line.
-    fn follow(&mut self, target: [f64; 3], velocity: [f64; 3]) -> Result<(), CosimError> {
+    fn follow(&mut self, target: PerAxis<f64>, velocity: PerAxis<f64>) -> Result<(), CosimError> {
         let _in_range = point("target", target)?;
         for speed in velocity {
             check("target_velocity", speed, speed.abs() <= MAX_SPEED, "within 2 m/s")?;
@@ -211,7 +211,7 @@ impl Cosim {
     }
 
     /// Sends a position. A board that stopped for a lost position gets its target again.
-    fn on_position(&mut self, ball: [f64; 3], age: f64) -> Result<(), CosimError> {
+    fn on_position(&mut self, ball: PerAxis<f64>, age: f64) -> Result<(), CosimError> {
         check("age", age, (0.0..=60.0).contains(&age), "0 to 60 s")?;
         if self.harness.board.state() == State::Fault(Fault::PositionLost) {
             let _still_moving = self.send(Command::ClearFault);
@@ -264,7 +264,7 @@ fn check(key: &'static str, value: f64, holds: bool, why: &'static str) -> Resul
 }
 
 /// Converts a point in metres to the wire's units.
-fn point(key: &'static str, metres: [f64; 3]) -> Result<Point, CosimError> {
+fn point(key: &'static str, metres: PerAxis<f64>) -> Result<Point, CosimError> {
     let farthest = metres.into_iter().fold(0.0, |a, b| if b.abs() > f64::abs(a) { b } else { a });
     Point::from_metres(metres).ok_or(CosimError::Number {
         key,

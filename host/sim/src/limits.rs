@@ -2,6 +2,7 @@
 
 use plumb_protocol::config::{Config, Deadlines, JogLimits, Law, Motor, Reached, Workspace};
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
+use plumb_protocol::{AXES, MOTORS};
 
 /// Limits of each motor of a rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,11 +37,11 @@ impl RigLimits {
         let example = Config::example();
         Config {
             law,
-            motors: [motor; 3],
+            motors: [motor; MOTORS],
             microsteps: 16,
             workspace: Workspace {
-                min: Point([Micrometres(-MAX_WORKSPACE); 3]),
-                max: Point([Micrometres(MAX_WORKSPACE); 3]),
+                min: Point([Micrometres(-MAX_WORKSPACE); AXES]),
+                max: Point([Micrometres(MAX_WORKSPACE); AXES]),
             },
             reached: Reached { radius: Micrometres((threshold_m * 1e6) as i32), frames: 4 },
             deadlines: Deadlines {

@@ -13,6 +13,7 @@ use plumb_frame::camera::Camera;
 use plumb_frame::clock::LiveClock;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::source::{CameraSource, SourceError};
+use plumb_protocol::{MOTORS, PerMotor};
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::{Rig, Simulation};
 use thiserror::Error;
@@ -63,7 +64,7 @@ pub fn check_simulation(
 ) -> Result<(), SimulationError> {
     let plant = QuasiStatic::new(geometry(simulation)?, simulation.start())?;
     let plant = HilPlant::new(wired(rig, simulation, Box::new(plant)));
-    plant.observer().board_stands([0.0; 3])?;
+    plant.observer().board_stands([0.0; MOTORS])?;
     Ok(SyntheticCamera::check(&rendered(simulation, camera), &RenderOptions::default())?)
 }
 
@@ -113,7 +114,7 @@ impl Default for Timing {
 pub struct SimulatedCamera<C> {
     rig: C,
     camera: SyntheticCamera,
-    motors: [Point3<f64>; 3],
+    motors: PerMotor<Point3<f64>>,
     timing: Timing,
     next_capture: f64,
     /// Frames between capture and arrival.
@@ -132,7 +133,12 @@ struct Capture {
 
 impl<C: SimClock> SimulatedCamera<C> {
     /// Creates a camera that looks at `rig` with motors at `motors` (metres, rig frame).
-    pub fn new(rig: C, camera: SyntheticCamera, motors: [Point3<f64>; 3], timing: Timing) -> Self {
+    pub fn new(
+        rig: C,
+        camera: SyntheticCamera,
+        motors: PerMotor<Point3<f64>>,
+        timing: Timing,
+    ) -> Self {
         let next_capture = rig.now();
         Self { rig, camera, motors, timing, next_capture, in_transit: VecDeque::new() }
     }
@@ -223,7 +229,7 @@ mod tests {
         for (first, second) in plants().into_iter().zip(plants()) {
             let [first, second] = [first, second].map(HilPlant::new);
             let mut follower = first.observer();
-            follower.board_moved([0.0; 3]).unwrap();
+            follower.board_moved([0.0; MOTORS]).unwrap();
             assert!((first.ball() - start).norm() < 1e-3, "{}", first.ball());
             follower.board_stands([100.0, -50.0, 7.0]).unwrap();
             assert!((first.ball() - start).norm() > 1e-2, "{}", first.ball());

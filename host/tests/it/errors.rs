@@ -101,7 +101,8 @@ fn camera_errors() -> Vec<Box<dyn Error>> {
 }
 
 fn runtime_errors() -> Vec<Box<dyn Error>> {
-    let rig_file = OutOfRange { key: "law.gamma", value: 1e9, why: "is out of the board's range" };
+    let why = "is out of the board's range".to_owned();
+    let rig_file = OutOfRange { key: "law.gamma", value: Some(1e9), why };
     let figure = RunLogError::Io { action: "make", path: "run".into(), source: io_error() };
     vec![
         Box::new(lost()),

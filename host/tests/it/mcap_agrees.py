@@ -85,6 +85,8 @@ def check_telemetry(messages, rows):
             for name, tension in zip("abc", newest["tensions_weights"] or [None] * 3):
                 column = row[f"tension_{name}_weights"]
                 assert column == "" if tension is None else abs(tension - float(column)) < 1e-3, row
+        if int(row["frame"]) in by_frame:
+            assert (newest["driver_warnings"] or "") == row["driver_warnings"], row
 
 
 def check_pictures(messages, frames):

@@ -4,6 +4,8 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use plumb_protocol::{AXES, PerAxis};
+
 use crate::Interval;
 
 /// Result of a minimisation.
@@ -83,7 +85,7 @@ impl Patch {
     /// Returns the three faces.
     fn faces() -> Vec<Self> {
         let side = Interval::new(-1.0, 1.0);
-        (0..3).map(|face| Self { face, sides: [side; 2] }).collect()
+        (0..AXES).map(|face| Self { face, sides: [side; 2] }).collect()
     }
 
     /// Splits the patch across its wider side.
@@ -98,20 +100,20 @@ impl Patch {
     }
 
     /// Returns the vector with `one` in the face's coordinate and `sides` in the other two.
-    fn at<T: Copy>(&self, one: T, sides: [T; 2]) -> [T; 3] {
-        let mut e = [one; 3];
-        e[(self.face + 1) % 3] = sides[0];
-        e[(self.face + 2) % 3] = sides[1];
+    fn at<T: Copy>(&self, one: T, sides: [T; 2]) -> PerAxis<T> {
+        let mut e = [one; AXES];
+        e[(self.face + 1) % AXES] = sides[0];
+        e[(self.face + 2) % AXES] = sides[1];
         e
     }
 
     /// Returns the box that contains every e of the patch.
-    pub(super) fn e(&self) -> [Interval; 3] {
+    pub(super) fn e(&self) -> PerAxis<Interval> {
         self.at(Interval::point(1.0), self.sides)
     }
 
     /// Returns the e at the midpoint.
-    pub(super) fn centre(&self) -> [f64; 3] {
+    pub(super) fn centre(&self) -> PerAxis<f64> {
         self.at(1.0, self.sides.map(Interval::midpoint))
     }
 }

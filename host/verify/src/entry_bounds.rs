@@ -149,11 +149,13 @@ pub fn closed_form_bounds(rigs: &RigFamily) -> EntryBounds {
 mod tests {
     use nalgebra::Point3;
     use plumb_emulator::plant::Geometry;
+    use plumb_protocol::{PerAxis, PerMotor};
     use proptest::prelude::*;
 
     use super::*;
 
-    const MOTORS: [[f64; 3]; 3] = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
+    const MOTORS: PerMotor<PerAxis<f64>> =
+        [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
     const BELOW: Interval = Interval::new(0.1, 0.665);
 
     /// docs/understand/proofs.md: 30, 42, 79, 181 for λ >= 0.10, 0.05, 0.023, 0.01, and 36.5 from

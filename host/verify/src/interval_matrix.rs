@@ -1,6 +1,8 @@
 //! Interval matrices: the families of Jacobians that law `interval` is configured with, and the
 //! arithmetic of vectors and 3 × 3 matrices of intervals.
 
+use plumb_protocol::{AXES, MOTORS, PerAxis, PerMotor};
+
 use super::branch_and_bound::relative_width;
 use crate::Interval;
 use crate::branch_and_bound::{Patch, minimise_over_directions};
@@ -14,14 +16,14 @@ const MAX_PATCHES: usize = 2_000_000;
 
 /// All matrices whose entries lie in these intervals: rows x, y, z, columns A, B, C.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IntervalMatrix(pub [[Interval; 3]; 3]);
+pub struct IntervalMatrix(pub PerAxis<PerMotor<Interval>>);
 
 impl IntervalMatrix {
     /// Returns the matrices with the sign pattern (12) and α <= |J_ik| <= β (13).
     #[must_use]
     pub fn with_signs(alpha: f64, beta: f64) -> Self {
         let (plus, minus) = (Interval::new(alpha, beta), Interval::new(-beta, -alpha));
-        Self([[minus, minus, plus], [minus, plus, Interval::point(0.0)], [minus; 3]])
+        Self([[minus, minus, plus], [minus, plus, Interval::point(0.0)], [minus; MOTORS]])
     }
 
     /// Checks that no member is singular.
@@ -38,27 +40,30 @@ impl IntervalMatrix {
 
     /// Returns the corners of the box, by rows; 512 if no interval is a point.
     #[must_use]
-    pub fn vertices(&self) -> Vec<[[f64; 3]; 3]> {
-        let narrow: u32 =
-            (0..9).filter(|n| self.0[n / 3][n % 3].width() == 0.0).map(|n| 1 << n).sum();
+    pub fn vertices(&self) -> Vec<PerAxis<PerMotor<f64>>> {
+        let narrow: u32 = (0..AXES * MOTORS)
+            .filter(|n| self.0[n / MOTORS][n % MOTORS].width() == 0.0)
+            .map(|n| 1 << n)
+            .sum();
         (0..512).filter(|corner| corner & narrow == 0).map(|corner| self.vertex(corner)).collect()
     }
 
     /// Returns the corner with the upper bounds where `bits` are set, row by row.
-    fn vertex(&self, bits: u32) -> [[f64; 3]; 3] {
+    fn vertex(&self, bits: u32) -> PerAxis<PerMotor<f64>> {
         let end = |n: usize| {
-            let entry = self.0[n / 3][n % 3];
+            let entry = self.0[n / MOTORS][n % MOTORS];
             if bits >> n & 1 == 0 { entry.lo } else { entry.hi }
         };
-        [0, 3, 6].map(|row| [row, row + 1, row + 2].map(end))
+        std::array::from_fn(|i| std::array::from_fn(|k| end(MOTORS * i + k)))
     }
 
     /// Returns v(e), eqs. (7) and (8): for each column, the number nearest to zero in the interval
     /// of e'J. v has the unit of e.
     #[must_use]
-    pub fn v(&self, e: [f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|k| {
-            let ends = [0, 1, 2].map(|i| [e[i] * self.0[i][k].lo, e[i] * self.0[i][k].hi]);
+    pub fn v(&self, e: PerAxis<f64>) -> PerMotor<f64> {
+        std::array::from_fn(|k| {
+            let ends: PerAxis<_> =
+                std::array::from_fn(|i| [e[i] * self.0[i][k].lo, e[i] * self.0[i][k].hi]);
             let lower: f64 = ends.iter().map(|[a, b]| a.min(*b)).sum();
             let upper: f64 = ends.iter().map(|[a, b]| a.max(*b)).sum();
             lower.max(0.0) + upper.min(0.0)
@@ -74,7 +79,8 @@ impl IntervalMatrix {
     pub fn min_v(&self) -> Interval {
         let enclosure = |patch: &Patch| {
             let (e, centre) = (patch.e(), patch.centre());
-            let v = [0, 1, 2].map(|k| dot(e, [0, 1, 2].map(|i| self.0[i][k])).magnitude());
+            let column = |k: usize| std::array::from_fn(|i| self.0[i][k]);
+            let v: Vector = std::array::from_fn(|k| dot(e, column(k)).magnitude());
             let reached =
                 norm(self.v(centre).map(Interval::point)) / norm(centre.map(Interval::point));
             let lower = norm(v.map(|v| Interval::point(v.lo))) / norm(e);
@@ -85,18 +91,21 @@ impl IntervalMatrix {
     }
 }
 
+/// A vector with an entry for each axis, or for each motor: they are as many.
+type Vector = PerAxis<Interval>;
+
 /// Returns |x|.
-pub(super) fn norm(x: [Interval; 3]) -> Interval {
+pub(super) fn norm(x: Vector) -> Interval {
     (x[0].square() + x[1].square() + x[2].square()).sqrt()
 }
 
 /// Returns x · y.
-pub(super) fn dot(x: [Interval; 3], y: [Interval; 3]) -> Interval {
+pub(super) fn dot(x: Vector, y: Vector) -> Interval {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
 
 /// Returns the determinant of a matrix by rows.
-pub(super) fn determinant(m: &[[Interval; 3]; 3]) -> Interval {
+pub(super) fn determinant(m: &PerAxis<PerMotor<Interval>>) -> Interval {
     let minor = |r: usize, s: usize| m[1][r] * m[2][s] - m[1][s] * m[2][r];
     m[0][0] * minor(1, 2) - m[0][1] * minor(0, 2) + m[0][2] * minor(0, 1)
 }

@@ -1,5 +1,7 @@
 //! Straight paths of the ball in one rig.
 
+use plumb_protocol::{PerAxis, PerMotor};
+
 use super::{Interval, RigFamily, RigFamilyError};
 use crate::rig_family::Cell;
 
@@ -21,14 +23,14 @@ impl BallPath {
     /// [`RigFamilyError`] if the motors are not a rig, or if an end of the path is outside their
     /// triangle or not below them.
     pub fn new(
-        motors: &[[f64; 3]; 3],
-        start: [f64; 3],
-        target: [f64; 3],
+        motors: &PerMotor<PerAxis<f64>>,
+        start: PerAxis<f64>,
+        target: PerAxis<f64>,
     ) -> Result<Self, RigFamilyError> {
         let below = Interval::point(motors[0][2] - start[2].min(target[2]));
         let rig = RigFamily::around(motors, 0.0, 0.0, below)?;
         let [a, b, _] = motors.map(|motor| motor.map(Interval::point));
-        let normalised = |p: [f64; 3]| {
+        let normalised = |p: PerAxis<f64>| {
             let [x, y, z] = p.map(Interval::point);
             let lambda_c = (a[0] - x) / rig.width;
             let lambda_a = (y - b[1]) / rig.depth - lambda_c * rig.apex;
@@ -56,7 +58,8 @@ impl BallPath {
 mod tests {
     use super::*;
 
-    const MOTORS: [[f64; 3]; 3] = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
+    const MOTORS: PerMotor<PerAxis<f64>> =
+        [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
 
     #[test]
     fn a_path_that_leaves_the_triangle_is_refused() {

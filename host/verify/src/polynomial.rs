@@ -5,8 +5,10 @@
 use std::collections::BTreeMap;
 use std::ops::{Add, Mul, Sub};
 
+use plumb_protocol::{AXES, MOTORS, PerAxis, PerMotor};
+
 /// Exponents of the |J_ik|, row by row.
-type Exponents = [u8; 9];
+type Exponents = [u8; AXES * MOTORS];
 
 /// A sum of monomials. No stored coefficient is 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -15,8 +17,8 @@ pub(super) struct Polynomial(BTreeMap<Exponents, i64>);
 impl Polynomial {
     /// Returns `coefficient` times |J_ik|.
     pub(super) fn magnitude(i: usize, k: usize, coefficient: i64) -> Self {
-        let mut exponents = [0; 9];
-        exponents[3 * i + k] = 1;
+        let mut exponents = [0; AXES * MOTORS];
+        exponents[MOTORS * i + k] = 1;
         Self::default() + &Self(BTreeMap::from([(exponents, coefficient)]))
     }
 
@@ -69,8 +71,8 @@ impl Mul for &Polynomial {
     }
 }
 
-type Signs = [[i8; 3]; 3];
-type Matrix = [[Polynomial; 3]; 3];
+type Signs = PerAxis<PerMotor<i8>>;
+type Matrix = PerAxis<PerAxis<Polynomial>>;
 
 /// Number of monomials of each Routh-Hurwitz condition; all of them have positive coefficients.
 ///
@@ -112,22 +114,22 @@ pub fn routh_hurwitz(jacobian: Signs, law: Signs) -> Option<RouthHurwitz> {
 }
 
 /// Returns |det Σ| Σ⁻¹, whose entries are integers; `None` if Σ is singular.
-fn scaled_inverse(signs: Signs) -> Option<[[i64; 3]; 3]> {
+fn scaled_inverse(signs: Signs) -> Option<PerMotor<PerAxis<i64>>> {
     let s = signs.map(|row| row.map(i64::from));
     let next = |i: usize, by: usize| (i + by) % 3;
     let cofactor = |i: usize, k: usize| {
         s[next(i, 1)][next(k, 1)] * s[next(i, 2)][next(k, 2)]
             - s[next(i, 1)][next(k, 2)] * s[next(i, 2)][next(k, 1)]
     };
-    let determinant: i64 = (0..3).map(|k| s[0][k] * cofactor(0, k)).sum();
-    (determinant != 0)
-        .then(|| [0, 1, 2].map(|i| [0, 1, 2].map(|k| determinant.signum() * cofactor(k, i))))
+    let determinant: i64 = (0..MOTORS).map(|k| s[0][k] * cofactor(0, k)).sum();
+    let entry = |i: usize, k: usize| determinant.signum() * cofactor(k, i);
+    (determinant != 0).then(|| std::array::from_fn(|i| std::array::from_fn(|k| entry(i, k))))
 }
 
 /// Returns J times `right`, where J_ik = σ_ik |J_ik|.
-fn product(signs: Signs, right: [[i64; 3]; 3]) -> Matrix {
+fn product(signs: Signs, right: PerMotor<PerAxis<i64>>) -> Matrix {
     let entry = |i: usize, j: usize| {
-        (0..3).fold(Polynomial::default(), |sum, k| {
+        (0..MOTORS).fold(Polynomial::default(), |sum, k| {
             sum + &Polynomial::magnitude(i, k, i64::from(signs[i][k]) * right[k][j])
         })
     };

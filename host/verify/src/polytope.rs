@@ -5,6 +5,7 @@
 //! so that u̇ = -γ v decreases |e|. No M is singular if and only if v(e) is not 0 for any e other
 //! than 0.
 
+use plumb_protocol::{AXES, MOTORS, PerAxis, PerMotor};
 use thiserror::Error;
 
 use super::Interval;
@@ -30,7 +31,7 @@ const VERTEX_WEIGHT: f64 = 0.01;
 /// 10⁹.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polytope {
-    vertices: Vec<[[f64; 3]; 3]>,
+    vertices: Vec<PerAxis<PerMotor<f64>>>,
     /// Largest absolute value of an entry.
     largest: f64,
 }
@@ -77,7 +78,7 @@ pub struct Robustness {
     /// Enclosure of the minimum of |v(e)|/|e|.
     pub min_v: Interval,
     /// Unit vector e near the minimum.
-    pub direction: [f64; 3],
+    pub direction: PerAxis<f64>,
     /// Number of patches of directions visited.
     pub patches: usize,
 }
@@ -87,7 +88,7 @@ impl Polytope {
     ///
     /// # Errors
     /// [`PolytopeError`] if there is no vertex, or if an entry is not a number of at most 10⁹.
-    pub fn new(vertices: Vec<[[f64; 3]; 3]>) -> Result<Self, PolytopeError> {
+    pub fn new(vertices: Vec<PerAxis<PerMotor<f64>>>) -> Result<Self, PolytopeError> {
         if vertices.is_empty() {
             return Err(PolytopeError::Empty);
         }
@@ -115,7 +116,7 @@ impl Polytope {
     ///
     /// # Errors
     /// [`QpError`] if the solver stops without a solution.
-    pub fn minimum_norm(&self, e: [f64; 3]) -> Result<MinimumNorm, QpError> {
+    pub fn minimum_norm(&self, e: PerAxis<f64>) -> Result<MinimumNorm, QpError> {
         let points: Vec<_> = self.vertices.iter().map(|m| transposed_times(m, e)).collect();
         minimum_norm(&points)
     }
@@ -177,13 +178,13 @@ impl Polytope {
     /// Each matrix is a positive multiple of a member near S, whatever the sum of the weights is;
     /// negative weights count as 0. If all weights are 0, it is a multiple of the vertex.
     fn determinants(&self, weights: &[f64]) -> Vec<Interval> {
-        let times = |w: f64, m: &[[f64; 3]; 3]| {
+        let times = |w: f64, m: &PerAxis<PerMotor<f64>>| {
             m.map(|row| row.map(|x| Interval::point(w) * Interval::point(x)))
         };
-        let plus = |a: [[Interval; 3]; 3], b: [[Interval; 3]; 3]| {
-            [0, 1, 2].map(|i| [0, 1, 2].map(|k| a[i][k] + b[i][k]))
+        let plus = |a: PerAxis<PerMotor<Interval>>, b: PerAxis<PerMotor<Interval>>| {
+            std::array::from_fn(|i| std::array::from_fn(|k| a[i][k] + b[i][k]))
         };
-        let zero = [[Interval::point(0.0); 3]; 3];
+        let zero = [[Interval::point(0.0); MOTORS]; AXES];
         let weighted = self.vertices.iter().zip(weights);
         let sum = weighted.fold(zero, |sum, (m, w)| plus(sum, times(w.max(0.0), m)));
         let near_sum = |m| determinant(&plus(sum, times(VERTEX_WEIGHT, m)));
@@ -197,8 +198,8 @@ fn have_both_signs(determinants: &[Interval]) -> bool {
 }
 
 /// Returns M'e.
-fn transposed_times(m: &[[f64; 3]; 3], e: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| (0..3).map(|i| m[i][k] * e[i]).sum())
+fn transposed_times(m: &PerAxis<PerMotor<f64>>, e: PerAxis<f64>) -> PerMotor<f64> {
+    std::array::from_fn(|k| (0..AXES).map(|i| m[i][k] * e[i]).sum())
 }
 
 #[cfg(test)]

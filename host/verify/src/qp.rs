@@ -4,6 +4,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverError, SolverStatus,
 };
+use plumb_protocol::{MOTORS, PerMotor};
 use thiserror::Error;
 
 /// Tolerance of the duality gap if the largest coordinate of the points is 1: the smallest that the
@@ -14,7 +15,7 @@ const GAP: f64 = 1e-12;
 #[derive(Debug, Clone, PartialEq)]
 pub struct MinimumNorm {
     /// v(e), in the unit of M'e.
-    pub v: [f64; 3],
+    pub v: PerMotor<f64>,
     /// w: v = Σ w_k M_k'e, with w >= 0 and Σ w = 1.
     pub weights: Vec<f64>,
     /// Upper bound of |v - v(e)|, which does not depend on the solver.
@@ -37,12 +38,12 @@ pub enum QpError {
 }
 
 /// Returns the shortest vector in the convex hull of `points`.
-pub(super) fn minimum_norm(points: &[[f64; 3]]) -> Result<MinimumNorm, QpError> {
+pub(super) fn minimum_norm(points: &[PerMotor<f64>]) -> Result<MinimumNorm, QpError> {
     let scale = points.as_flattened().iter().fold(0.0, |s: f64, x| s.max(x.abs()));
     let weights = if scale > 0.0 { hull_weights(points, scale)? } else { vec![1.0; points.len()] };
     let sum: f64 = weights.iter().sum();
     let weights: Vec<_> = weights.into_iter().map(|w| w / sum).collect();
-    let v = [0, 1, 2].map(|i| points.iter().zip(&weights).map(|(x, w)| w * x[i]).sum());
+    let v = std::array::from_fn(|i| points.iter().zip(&weights).map(|(x, w)| w * x[i]).sum());
     let lowest = points.iter().map(|x| inner(*x, v)).fold(f64::INFINITY, f64::min);
     Ok(MinimumNorm { v, weights, error: (inner(v, v) - lowest).max(0.0).sqrt() })
 }
@@ -52,11 +53,11 @@ pub(super) fn minimum_norm(points: &[[f64; 3]]) -> Result<MinimumNorm, QpError> 
 ///
 /// The dual problem has four unknowns: min |v|²/2 - t over (v, t) with t <= x_k·v. Its v is the
 /// shortest vector, and its multipliers are the weights.
-fn hull_weights(points: &[[f64; 3]], scale: f64) -> Result<Vec<f64>, QpError> {
+fn hull_weights(points: &[PerMotor<f64>], scale: f64) -> Result<Vec<f64>, QpError> {
     let count = points.len();
     let objective = CscMatrix::new(4, 4, vec![0, 1, 2, 3, 3], vec![0, 1, 2], vec![1.0; 3]);
     let mut columns: Vec<f64> =
-        (0..3).flat_map(|i| points.iter().map(move |x| -x[i] / scale)).collect();
+        (0..MOTORS).flat_map(|i| points.iter().map(move |x| -x[i] / scale)).collect();
     columns.extend(vec![1.0; count]);
     let starts = (0..=4).map(|k| k * count).collect();
     let rows = (0..4).flat_map(|_| 0..count).collect();
@@ -88,6 +89,6 @@ fn hull_weights(points: &[[f64; 3]], scale: f64) -> Result<Vec<f64>, QpError> {
 }
 
 /// Returns a · b.
-pub(super) fn inner(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn inner(a: PerMotor<f64>, b: PerMotor<f64>) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,6 +1,7 @@
 //! Families of rigs: boxes of motor positions and of ball positions, and the normalised geometry of
 //! a box, with D = 1.
 
+use plumb_protocol::{PerAxis, PerMotor};
 use thiserror::Error;
 
 use crate::Interval;
@@ -34,7 +35,7 @@ impl RigFamily {
     /// # Errors
     /// [`RigFamilyError`] if the motors are not in the rig frame, or as [`RigFamily::check`].
     pub fn around(
-        motors: &[[f64; 3]; 3],
+        motors: &PerMotor<PerAxis<f64>>,
         tolerance: f64,
         min_lambda: f64,
         below: Interval,
@@ -106,7 +107,7 @@ pub enum RigFamilyError {
     Lambda(f64),
     /// A path leaves the workspace.
     #[error("the path from {0:?} to {1:?} leaves the triangle of motors or the space below it")]
-    Outside([f64; 3], [f64; 3]),
+    Outside(PerAxis<f64>, PerAxis<f64>),
 }
 
 /// A box of normalised rigs and ball positions: w = W/D, t, λ_A, λ_C, h/D.
@@ -120,9 +121,9 @@ pub(super) struct Geometry {
     /// t.
     pub(super) t: Interval,
     /// λ of A, B, C.
-    pub(super) lambda: [Interval; 3],
+    pub(super) lambda: PerMotor<Interval>,
     /// Cable lengths of A, B, C.
-    pub(super) lengths: [Interval; 3],
+    pub(super) lengths: PerMotor<Interval>,
     /// h/D.
     pub(super) h: Interval,
 }

@@ -110,11 +110,13 @@ fn is_positive_definite([xx, yy, zz, xy, xz, yz]: [Interval; 6]) -> Option<bool>
 mod tests {
     use nalgebra::{Matrix3, Point3};
     use plumb_emulator::plant::Geometry;
+    use plumb_protocol::{PerAxis, PerMotor};
 
     use super::*;
 
     /// Motors of the paper's rig, metres.
-    const MOTORS: [[f64; 3]; 3] = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
+    const MOTORS: PerMotor<PerAxis<f64>> =
+        [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
 
     /// docs/understand/proofs.md claims descent from h = 0.1 m on. That takes six seconds, so that
     /// `plumb verify --wide` checks it, and this test starts at 0.2 m.

@@ -4,8 +4,8 @@
 //! protocol <- core <- { firmware, emulator }
 //! { config, frame } <- { openni, realsense, webcam } <- cameras
 //! cameras <- runtime <- { page, foxglove, ros2 } <- plumb
-//! { path, protocol } <- runtime;   cameras <- calibrate <- plumb
-//! frame <- import <- plumb;   image <- plumb
+//! { path, protocol } <- runtime;   { cameras, protocol } <- calibrate <- plumb
+//! protocol <- verify;   frame <- import <- plumb;   image <- plumb
 //! frame <- vision <- { bench, plumb, tests }
 //! { emulator, frame, cameras, path, runtime } <- sim <- { bench, plumb, tests }
 //! ```
@@ -80,7 +80,7 @@ const CRATES: &[Rule] = &[
     },
     Rule {
         name: "plumb-calibrate",
-        uses: &["plumb-cameras", "plumb-config", "plumb-frame", "plumb-pictures"],
+        uses: &["plumb-cameras", "plumb-config", "plumb-frame", "plumb-pictures", "plumb-protocol"],
         tests_use: &[],
     },
     Rule { name: "plumb-import", uses: &["plumb-frame"], tests_use: &[] },
@@ -140,9 +140,10 @@ const CRATES: &[Rule] = &[
     },
     Rule {
         name: "plumb-verify",
-        uses: &[],
+        // The numbers of motors and of axes.
+        uses: &["plumb-protocol"],
         // References: the board's law and the kinematics of the emulated rig.
-        tests_use: &["plumb-core", "plumb-emulator", "plumb-protocol"],
+        tests_use: &["plumb-core", "plumb-emulator"],
     },
     Rule {
         name: "plumb-bench",

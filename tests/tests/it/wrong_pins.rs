@@ -13,7 +13,7 @@ use plumb_protocol::boards::{ALL, Board, Chip, PIN_COUNT};
 use plumb_protocol::message::{Answer, Command, FromBoard, Hello, Refusal, State};
 use plumb_protocol::units::Micros;
 use plumb_protocol::wiring::{EnablePins, Line, Pins, Wiring, WiringError};
-use plumb_runtime::fuzzing::check_rig_text;
+use plumb_runtime::fuzzing::{check_rig_text, unchecked_wiring};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::check::Severity;
 use rand::{RngExt, SeedableRng};
@@ -115,6 +115,8 @@ fn key(error: WiringError) -> &'static str {
         WiringError::Pin(Line::Led, _) => "board.pins.led",
         WiringError::Pin(Line::UartTx | Line::UartRx, _) => "board.pins.uart",
         WiringError::Addresses => "motors.driver.tmc2209-uart.addresses",
+        WiringError::Pulse => "motors.timing.high",
+        WiringError::InvertedEmergency => "board.inverted.emergency",
     }
 }
 
@@ -152,7 +154,7 @@ fn ten_thousand_wrong_pin_maps_are_refused_with_their_keys_by_host_and_board() {
         let map = Map::random(&mut random);
         let text = map.text();
         let rig = parse_toml::<Rig>(Path::new("rig.toml"), &text).expect("a rig file");
-        let wiring = rig.wiring().expect("a wiring");
+        let wiring = unchecked_wiring(&rig).expect("a wiring");
         let mut errors = Vec::new();
         wiring.each_error(Some(map.board.chip), |error| errors.push(error));
         let expected: BTreeSet<&str> = errors.iter().map(|error| key(*error)).collect();
@@ -163,6 +165,8 @@ fn ten_thousand_wrong_pin_maps_are_refused_with_their_keys_by_host_and_board() {
             .map(|finding| finding.values[0].0.as_str())
             .collect();
         assert_eq!(found, expected, "{errors:?} in\n{text}");
+        let refused = rig.wiring().err().map(|refused| refused.key);
+        assert_eq!(refused, errors.first().map(|first| key(*first)), "before a run");
         let Some(first) = errors.first() else {
             right += 1;
             continue;

@@ -25,3 +25,4 @@ mod soft_float;
 mod states;
 mod stops;
 mod telemetry;
+mod wiring;

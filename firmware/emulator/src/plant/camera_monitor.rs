@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::{Point3, Vector3};
+use plumb_protocol::{AXES, PerAxis};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -19,7 +20,7 @@ pub struct CameraMonitorParameters {
     /// uniform between them.
     pub latency_frames: (f64, f64),
     /// Standard deviation of the white noise on x, y, z; metres, >= 0.
-    pub noise_sd_m: [f64; 3],
+    pub noise_sd_m: PerAxis<f64>,
     /// Slow noise on the depth axis, in addition to the white noise.
     pub depth_drift: Option<DepthDrift>,
     /// Probability that a frame shows no ball, independent for each frame.
@@ -64,7 +65,7 @@ impl CameraMonitorParameters {
         Self {
             rate_hz,
             latency_frames: (0.0, 0.0),
-            noise_sd_m: [0.0; 3],
+            noise_sd_m: [0.0; AXES],
             depth_drift: None,
             dropout_probability: 0.0,
             burst_probability: 0.0,
@@ -227,7 +228,7 @@ impl CameraMonitor {
     /// Draws the outlier of one frame as an offset from the ball, metres; zero if there is none.
     fn outlier(&mut self) -> Vector3<f64> {
         let chance: f64 = self.outliers.random();
-        let direction: [f64; 3] = rand_distr::UnitSphere.sample(&mut self.outliers);
+        let direction: PerAxis<f64> = rand_distr::UnitSphere.sample(&mut self.outliers);
         if chance < self.parameters.outlier_probability {
             Vector3::from(direction) * self.parameters.outlier_size_m
         } else {

@@ -5,6 +5,7 @@
 mod tests;
 
 use nalgebra::{Matrix3, Point3, Vector3};
+use plumb_protocol::{MOTORS, PerMotor};
 
 use super::forward::lowest_point;
 use super::geometry::{Geometry, check_lengths};
@@ -24,13 +25,13 @@ const PARTS_AT_A_JUMP: u32 = 32;
 pub struct Elastic {
     geometry: Geometry,
     parameters: ElasticParameters,
-    damping_n_s_m: [f64; 3],
+    damping_n_s_m: PerMotor<f64>,
     substep_s: f64,
-    start_lengths_m: [f64; 3],
-    lengths_m: [f64; 3],
+    start_lengths_m: PerMotor<f64>,
+    lengths_m: PerMotor<f64>,
     position: Point3<f64>,
     velocity: Vector3<f64>,
-    tensions_n: [f64; 3],
+    tensions_n: PerMotor<f64>,
 }
 
 impl Elastic {
@@ -64,7 +65,7 @@ impl Elastic {
     pub fn with_lengths(
         geometry: Geometry,
         parameters: ElasticParameters,
-        lengths_m: [f64; 3],
+        lengths_m: PerMotor<f64>,
     ) -> Result<Self, RigError> {
         parameters.check()?;
         check_lengths(lengths_m)?;
@@ -76,7 +77,7 @@ impl Elastic {
     fn with_position(
         geometry: Geometry,
         parameters: ElasticParameters,
-        lengths_m: [f64; 3],
+        lengths_m: PerMotor<f64>,
         position: Point3<f64>,
     ) -> Result<Self, RigError> {
         check_lengths(lengths_m)?;
@@ -90,9 +91,9 @@ impl Elastic {
             lengths_m,
             position,
             velocity: Vector3::zeros(),
-            tensions_n: [0.0; 3],
+            tensions_n: [0.0; MOTORS],
         };
-        rig.tensions_n = rig.pull(&rig.position, &rig.velocity, lengths_m, [0.0; 3]).0;
+        rig.tensions_n = rig.pull(&rig.position, &rig.velocity, lengths_m, [0.0; MOTORS]).0;
         Ok(rig)
     }
 
@@ -110,7 +111,7 @@ impl Elastic {
 
     /// Returns the tension of each cable, newtons, >= 0; order A, B, C.
     #[must_use]
-    pub fn tensions_n(&self) -> [f64; 3] {
+    pub fn tensions_n(&self) -> PerMotor<f64> {
         self.tensions_n
     }
 
@@ -120,12 +121,12 @@ impl Elastic {
         &self,
         p: &Point3<f64>,
         v: &Vector3<f64>,
-        lengths: [f64; 3],
-        rates: [f64; 3],
-    ) -> ([f64; 3], Vector3<f64>) {
-        let mut tensions = [0.0; 3];
+        lengths: PerMotor<f64>,
+        rates: PerMotor<f64>,
+    ) -> (PerMotor<f64>, Vector3<f64>) {
+        let mut tensions = [0.0; MOTORS];
         let mut force = Vector3::z() * (-GRAVITY_M_S2 * self.parameters.mass_kg);
-        for i in 0..3 {
+        for i in 0..MOTORS {
             let from = p - self.geometry.motors()[i];
             let distance = from.norm();
             let stretch = distance - lengths[i];
@@ -142,14 +143,14 @@ impl Elastic {
     }
 
     /// Returns which cables pull while their lengths grow at `rates` (m/s).
-    fn pulling(&self, rates: [f64; 3]) -> [bool; 3] {
+    fn pulling(&self, rates: PerMotor<f64>) -> PerMotor<bool> {
         self.pull(&self.position, &self.velocity, self.lengths_m, rates)
             .0
             .map(|tension| tension > 0.0)
     }
 
     /// Integrates `h` seconds: one sub-step, or smaller parts if a cable goes slack or taut in it.
-    fn careful_substep(&mut self, h: f64, rates: [f64; 3]) {
+    fn careful_substep(&mut self, h: f64, rates: PerMotor<f64>) {
         let before = (self.position, self.velocity, self.lengths_m);
         let pulling = self.pulling(rates);
         self.substep(h, rates);
@@ -163,9 +164,10 @@ impl Elastic {
 
     /// Integrates one Runge-Kutta sub-step of `h` seconds, in which the cable lengths grow from
     /// `self.lengths_m` at `rates` (m/s).
-    fn substep(&mut self, h: f64, rates: [f64; 3]) {
+    fn substep(&mut self, h: f64, rates: PerMotor<f64>) {
         let (p, v, start) = (self.position, self.velocity, self.lengths_m);
-        let lengths = |t: f64| -> [f64; 3] { std::array::from_fn(|i| start[i] + rates[i] * t) };
+        let lengths =
+            |t: f64| -> PerMotor<f64> { std::array::from_fn(|i| start[i] + rates[i] * t) };
         let (middle, end) = (lengths(h / 2.0), lengths(h));
         let a1 = self.pull(&p, &v, start, rates).1;
         let v2 = v + a1 * (h / 2.0);
@@ -183,10 +185,10 @@ impl Elastic {
 impl Plant for Elastic {
     /// Implements [`Plant::advance`]. The cable lengths change linearly. With `dt_s` = 0 the motors
     /// jump and the ball does not move.
-    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+    fn advance(&mut self, dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError> {
         check_advance(dt_s, motors)?;
         let goal = self.geometry.paid_out_m(self.start_lengths_m, motors)?;
-        let mut rates = [0.0; 3];
+        let mut rates = [0.0; MOTORS];
         if dt_s > 0.0 {
             rates = std::array::from_fn(|i| (goal[i] - self.lengths_m[i]) / dt_s);
             let substeps = (dt_s / self.substep_s).ceil().max(1.0);
@@ -202,13 +204,13 @@ impl Plant for Elastic {
         Ok(())
     }
 
-    fn settle(&mut self, motors: [f64; 3]) -> Result<(), RigError> {
+    fn settle(&mut self, motors: PerMotor<f64>) -> Result<(), RigError> {
         check_advance(0.0, motors)?;
         let goal = self.geometry.paid_out_m(self.start_lengths_m, motors)?;
         self.lengths_m = goal;
         self.position = equilibrium(&self.geometry, &self.parameters, goal);
         self.velocity = Vector3::zeros();
-        self.tensions_n = self.pull(&self.position, &self.velocity, goal, [0.0; 3]).0;
+        self.tensions_n = self.pull(&self.position, &self.velocity, goal, [0.0; MOTORS]).0;
         Ok(())
     }
 
@@ -216,11 +218,11 @@ impl Plant for Elastic {
         self.position
     }
 
-    fn slack(&self) -> [bool; 3] {
+    fn slack(&self) -> PerMotor<bool> {
         self.tensions_n.map(|tension| tension <= 0.0)
     }
 
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         let weight_n = self.parameters.mass_kg * GRAVITY_M_S2;
         Some(self.tensions_n.map(|tension| tension / weight_n))
     }
@@ -241,7 +243,7 @@ pub struct ElasticParameters {
     /// Mass of the ball, kg; > 0.
     pub mass_kg: f64,
     /// Stiffness of each cable, N/m, independent of its length; > 0; order A, B, C.
-    pub stiffness_n_m: [f64; 3],
+    pub stiffness_n_m: PerMotor<f64>,
     /// Damping ratio ζ of the ball on a single cable: damping 2ζ√(km) of the stretch rate; 0 to
     /// 10.
     pub damping_ratio: f64,
@@ -250,7 +252,7 @@ pub struct ElasticParameters {
 impl Default for ElasticParameters {
     /// Returns 0.2 kg, 800 N/m, ζ = 0.1: the stiffer of the control notes' two rigs.
     fn default() -> Self {
-        Self { mass_kg: 0.2, stiffness_n_m: [800.0; 3], damping_ratio: 0.1 }
+        Self { mass_kg: 0.2, stiffness_n_m: [800.0; MOTORS], damping_ratio: 0.1 }
     }
 }
 
@@ -280,7 +282,7 @@ impl ElasticParameters {
 fn equilibrium(
     geometry: &Geometry,
     parameters: &ElasticParameters,
-    lengths: [f64; 3],
+    lengths: PerMotor<f64>,
 ) -> Point3<f64> {
     let weight = parameters.mass_kg * GRAVITY_M_S2;
     let softest = parameters.stiffness_n_m.iter().fold(f64::INFINITY, |a, k| a.min(*k));
@@ -322,7 +324,7 @@ struct Potential {
 fn potential(
     geometry: &Geometry,
     parameters: &ElasticParameters,
-    lengths: [f64; 3],
+    lengths: PerMotor<f64>,
     p: &Point3<f64>,
 ) -> Potential {
     let weight = parameters.mass_kg * GRAVITY_M_S2;

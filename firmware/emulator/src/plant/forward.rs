@@ -7,6 +7,7 @@
 //! slack: their multiplier, which is their tension, is zero.
 
 use nalgebra::{Point3, Vector3};
+use plumb_protocol::{MOTORS, PerMotor};
 
 use super::geometry::{Geometry, check_lengths};
 use super::interface::{NAMES, RigError};
@@ -20,7 +21,7 @@ pub struct Hang {
     /// Centre of the ball, metres in the rig frame.
     pub ball: Point3<f64>,
     /// Whether each cable is slack; order A, B, C.
-    pub slack: [bool; 3],
+    pub slack: PerMotor<bool>,
 }
 
 /// Returns the lowest point within reach of three inextensible cables of these lengths (metres;
@@ -30,7 +31,7 @@ pub struct Hang {
 /// [`RigError::NoCable`] for a length of zero or less, [`RigError::TooShort`] or
 /// [`RigError::TooShortTogether`] where no point is within reach of all three,
 /// [`RigError::OutOfRange`] for a length that is not finite.
-pub fn lowest_point(geometry: &Geometry, lengths_m: [f64; 3]) -> Result<Hang, RigError> {
+pub fn lowest_point(geometry: &Geometry, lengths_m: PerMotor<f64>) -> Result<Hang, RigError> {
     check_lengths(lengths_m)?;
     let motors = geometry.motors();
     let within_reach = |p: &Point3<f64>| {
@@ -51,9 +52,9 @@ pub fn lowest_point(geometry: &Geometry, lengths_m: [f64; 3]) -> Result<Hang, Ri
 
 /// Returns the seven candidates for the lowest point, each with its slack cables.
 fn candidates(
-    motors: &[Point3<f64>; 3],
-    lengths: [f64; 3],
-) -> [(Option<Point3<f64>>, [bool; 3]); 7] {
+    motors: &PerMotor<Point3<f64>>,
+    lengths: PerMotor<f64>,
+) -> [(Option<Point3<f64>>, PerMotor<bool>); 7] {
     let below = |i: usize| Some(motors[i] - Vector3::z() * lengths[i]);
     let pair =
         |i: usize, j: usize| lowest_on_circle((motors[i], lengths[i]), (motors[j], lengths[j]));
@@ -64,7 +65,7 @@ fn candidates(
         (pair(0, 1), [false, false, true]),
         (pair(1, 2), [true, false, false]),
         (pair(2, 0), [false, true, false]),
-        (lower_intersection(motors, lengths), [false; 3]),
+        (lower_intersection(motors, lengths), [false; MOTORS]),
     ]
 }
 
@@ -89,7 +90,10 @@ fn lowest_on_circle(first: (Point3<f64>, f64), second: (Point3<f64>, f64)) -> Op
 
 /// Returns the lower of the two points where three spheres meet (trilateration in a frame in the
 /// motors' plane).
-fn lower_intersection(motors: &[Point3<f64>; 3], lengths: [f64; 3]) -> Option<Point3<f64>> {
+fn lower_intersection(
+    motors: &PerMotor<Point3<f64>>,
+    lengths: PerMotor<f64>,
+) -> Option<Point3<f64>> {
     let [ab, ac] = [motors[1] - motors[0], motors[2] - motors[0]];
     let apart = ab.norm();
     let ex = ab.try_normalize(1e-9)?;
@@ -106,7 +110,7 @@ fn lower_intersection(motors: &[Point3<f64>; 3], lengths: [f64; 3]) -> Option<Po
 }
 
 /// Returns the error that names the cables that cannot meet.
-fn too_short(motors: &[Point3<f64>; 3], lengths_m: [f64; 3]) -> RigError {
+fn too_short(motors: &PerMotor<Point3<f64>>, lengths_m: PerMotor<f64>) -> RigError {
     for (i, j) in [(0, 1), (1, 2), (2, 0)] {
         let (sum_m, apart_m) = (lengths_m[i] + lengths_m[j], (motors[i] - motors[j]).norm());
         if sum_m < apart_m {
@@ -122,16 +126,16 @@ mod tests {
     use crate::plant::proptest_config;
     use proptest::prelude::*;
 
-    fn rig(heights: [f64; 3]) -> Geometry {
+    fn rig(heights: PerMotor<f64>) -> Geometry {
         let [a, b, c] = *Geometry::paper().motors();
         let up = |m: Point3<f64>, h| Point3::new(m.x, m.y, m.z + h);
-        Geometry::new([up(a, heights[0]), up(b, heights[1]), up(c, heights[2])], [0.015; 3])
+        Geometry::new([up(a, heights[0]), up(b, heights[1]), up(c, heights[2])], [0.015; MOTORS])
             .unwrap()
     }
 
     /// Solves Σ a_i (M_i - p) = ẑ for the taut cables by least squares; returns (a, residual).
     fn multipliers(g: &Geometry, hang: &Hang) -> (Vec<f64>, f64) {
-        let taut = (0..3).filter(|i| !hang.slack[*i]).map(|i| g.motors()[i] - hang.ball);
+        let taut = (0..MOTORS).filter(|i| !hang.slack[*i]).map(|i| g.motors()[i] - hang.ball);
         let e = nalgebra::DMatrix::from_columns(
             &taut.map(|c| nalgebra::DVector::from_column_slice(c.as_slice())).collect::<Vec<_>>(),
         );
@@ -160,7 +164,7 @@ mod tests {
     fn a_motor_right_below_another_one() {
         let [a, _, c] = *Geometry::paper().motors();
         let beside = Point3::new(a.x + 1e-3, a.y - 0.01, a.z - 0.5);
-        let g = Geometry::new([a, beside, c], [0.015; 3]).unwrap();
+        let g = Geometry::new([a, beside, c], [0.015; MOTORS]).unwrap();
         let hang = lowest_point(&g, [0.8, 0.1, 2.0]).unwrap();
         assert_eq!(hang.slack, [true, false, true], "the lower motor's short cable holds the ball");
         assert!((hang.ball - (beside - Vector3::z() * 0.1)).norm() < 1e-12);
@@ -226,7 +230,7 @@ mod tests {
             let ball = Point3::from(weighted.sum::<Vector3<f64>>()) - Vector3::z() * h;
             let hang = lowest_point(&g, g.cable_lengths_m(&ball)).unwrap();
             prop_assert!((hang.ball - ball).norm() < 1e-8, "{} is not {ball}", hang.ball);
-            prop_assert_eq!(hang.slack, [false; 3]);
+            prop_assert_eq!(hang.slack, [false; MOTORS]);
         }
 
         /// Checks that 1 µm of cable moves the ball only a little, also where a cable goes slack
@@ -249,11 +253,11 @@ mod tests {
     }
 
     /// Searches a point within reach by relaxation of the most exceeded cable.
-    fn some_point_within(g: &Geometry, lengths: [f64; 3]) -> bool {
+    fn some_point_within(g: &Geometry, lengths: PerMotor<f64>) -> bool {
         let mut p = g.motors()[0];
         for _ in 0..20_000 {
             let over = |i: usize| (p - g.motors()[i]).norm() - lengths[i];
-            let Some(worst) = (0..3).max_by(|i, j| over(*i).total_cmp(&over(*j))) else {
+            let Some(worst) = (0..MOTORS).max_by(|i, j| over(*i).total_cmp(&over(*j))) else {
                 return false;
             };
             let excess = over(worst);

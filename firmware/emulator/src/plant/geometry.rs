@@ -1,6 +1,7 @@
 //! Positions of the motors, cable per step, and the exact kinematics.
 
 use nalgebra::{Matrix3, Point3, Vector3};
+use plumb_protocol::{MOTORS, PerMotor};
 
 use super::interface::{NAMES, RigError, check};
 
@@ -14,8 +15,8 @@ const LEAST_AREA_M2: f64 = 1e-6;
 /// pulley radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Geometry {
-    motors: [Point3<f64>; 3],
-    pulley_radii_m: [f64; 3],
+    motors: PerMotor<Point3<f64>>,
+    pulley_radii_m: PerMotor<f64>,
 }
 
 impl Geometry {
@@ -25,7 +26,10 @@ impl Geometry {
     /// # Errors
     /// If a number is not finite, a radius is not positive, or the motors are on one line as seen
     /// from above.
-    pub fn new(motors: [Point3<f64>; 3], pulley_radii_m: [f64; 3]) -> Result<Self, RigError> {
+    pub fn new(
+        motors: PerMotor<Point3<f64>>,
+        pulley_radii_m: PerMotor<f64>,
+    ) -> Result<Self, RigError> {
         for coordinate in motors.iter().flat_map(|m| m.iter()) {
             check("motor coordinate (m)", *coordinate, "a finite number", |_| true)?;
         }
@@ -49,32 +53,32 @@ impl Geometry {
                 Point3::new(0.850, 0.0, 0.665),
                 Point3::new(0.0, 0.240, 0.665),
             ],
-            pulley_radii_m: [0.015; 3],
+            pulley_radii_m: [0.015; MOTORS],
         }
     }
 
     /// Returns the motor points A, B, C; metres, rig frame.
     #[must_use]
-    pub fn motors(&self) -> &[Point3<f64>; 3] {
+    pub fn motors(&self) -> &PerMotor<Point3<f64>> {
         &self.motors
     }
 
     /// Returns the pulley radii r, metres; order A, B, C.
     #[must_use]
-    pub fn pulley_radii_m(&self) -> [f64; 3] {
+    pub fn pulley_radii_m(&self) -> PerMotor<f64> {
         self.pulley_radii_m
     }
 
     /// Returns the cable per full step of each motor: 2πr/200, metres; order A, B, C.
     #[must_use]
-    pub fn step_lengths_m(&self) -> [f64; 3] {
+    pub fn step_lengths_m(&self) -> PerMotor<f64> {
         self.pulley_radii_m.map(|r| std::f64::consts::TAU * r / FULL_STEPS_PER_REVOLUTION)
     }
 
     /// Returns the lengths of three straight cables from the motors to a ball at `ball` (metres,
     /// rig frame); metres.
     #[must_use]
-    pub fn cable_lengths_m(&self, ball: &Point3<f64>) -> [f64; 3] {
+    pub fn cable_lengths_m(&self, ball: &Point3<f64>) -> PerMotor<f64> {
         self.motors.map(|m| (ball - m).norm())
     }
 
@@ -84,9 +88,9 @@ impl Geometry {
     /// [`RigError::NoCable`] if a length would be zero or less.
     pub(crate) fn paid_out_m(
         &self,
-        start_m: [f64; 3],
-        motors: [f64; 3],
-    ) -> Result<[f64; 3], RigError> {
+        start_m: PerMotor<f64>,
+        motors: PerMotor<f64>,
+    ) -> Result<PerMotor<f64>, RigError> {
         let steps = self.step_lengths_m();
         let lengths = std::array::from_fn(|i| start_m[i] + steps[i] * motors[i]);
         check_lengths(lengths)?;
@@ -110,7 +114,7 @@ impl Geometry {
     /// -J'ẑ (rigid cables). A negative tension means that the cable would have to push. Returns
     /// `None` in the plane of the motors.
     #[must_use]
-    pub fn tensions_per_weight(&self, ball: &Point3<f64>) -> Option<[f64; 3]> {
+    pub fn tensions_per_weight(&self, ball: &Point3<f64>) -> Option<PerMotor<f64>> {
         let j = self.jacobian(ball)?;
         Some([-j[(2, 0)], -j[(2, 1)], -j[(2, 2)]])
     }
@@ -118,7 +122,7 @@ impl Geometry {
     /// Returns the barycentric coordinates λ of the ball's projection in the triangle of motors as
     /// seen from above. Inside, all are positive; their sum is 1.
     #[must_use]
-    pub fn barycentric(&self, ball: &Point3<f64>) -> [f64; 3] {
+    pub fn barycentric(&self, ball: &Point3<f64>) -> PerMotor<f64> {
         let cross = |i: usize, j: usize| (self.motors[i] - ball).cross(&(self.motors[j] - ball)).z;
         let parts = [cross(1, 2), cross(2, 0), cross(0, 1)];
         let sum: f64 = parts.iter().sum();
@@ -127,11 +131,11 @@ impl Geometry {
 
     /// Checks that the ball can rest at `ball` on three taut cables. Returns their tensions per
     /// weight.
-    pub(crate) fn check_hangs(&self, ball: &Point3<f64>) -> Result<[f64; 3], RigError> {
+    pub(crate) fn check_hangs(&self, ball: &Point3<f64>) -> Result<PerMotor<f64>, RigError> {
         for coordinate in ball.iter() {
             check("ball coordinate (m)", *coordinate, "a finite number", |_| true)?;
         }
-        let tensions = self.tensions_per_weight(ball).unwrap_or([-1.0; 3]);
+        let tensions = self.tensions_per_weight(ball).unwrap_or([-1.0; MOTORS]);
         match tensions.iter().position(|t| t.is_nan() || *t < 0.0) {
             Some(i) => Err(RigError::CannotHang { motor: NAMES[i], ball_m: (*ball).into() }),
             None => Ok(tensions),
@@ -140,7 +144,7 @@ impl Geometry {
 }
 
 /// Checks that all cable lengths are finite and above zero.
-pub(crate) fn check_lengths(lengths_m: [f64; 3]) -> Result<(), RigError> {
+pub(crate) fn check_lengths(lengths_m: PerMotor<f64>) -> Result<(), RigError> {
     for (motor, length_m) in NAMES.into_iter().zip(lengths_m) {
         check("cable length (m)", length_m, "a finite number", |_| true)?;
         if length_m <= 0.0 {
@@ -208,13 +212,13 @@ mod tests {
     #[test]
     fn invalid_rigs_are_refused() {
         let [a, b, c] = *Geometry::paper().motors();
-        let line = Geometry::new([a, b, Point3::new(0.85, 0.3, 1.0)], [0.015; 3]);
+        let line = Geometry::new([a, b, Point3::new(0.85, 0.3, 1.0)], [0.015; MOTORS]);
         assert!(matches!(line, Err(RigError::Flat { .. })), "{line:?}");
         for radius in [0.0, -0.01, f64::NAN, f64::INFINITY] {
             let rig = Geometry::new([a, b, c], [0.015, radius, 0.015]);
             assert!(matches!(rig, Err(RigError::OutOfRange { .. })), "{rig:?}");
         }
-        let nan = Geometry::new([a, b, Point3::new(f64::NAN, 0.3, 1.0)], [0.015; 3]);
+        let nan = Geometry::new([a, b, Point3::new(f64::NAN, 0.3, 1.0)], [0.015; MOTORS]);
         assert!(matches!(nan, Err(RigError::OutOfRange { .. })), "{nan:?}");
         assert!(
             Geometry::paper().jacobian(&Point3::new(0.5, 0.2, 0.665)).is_none(),

@@ -1,6 +1,7 @@
 //! Interface of the plant models, and their errors.
 
 use nalgebra::Point3;
+use plumb_protocol::{PerAxis, PerMotor};
 use thiserror::Error;
 
 /// Longest time step of [`Plant::advance`], seconds.
@@ -16,14 +17,14 @@ pub trait Plant {
     /// # Errors
     /// If a number is not finite or out of range, a cable is reeled in completely, or rigid cables
     /// are too short to meet. The plant is then unchanged.
-    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError>;
+    fn advance(&mut self, dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError>;
 
     /// Places the motors at `motors` and lets the ball come to rest. The default is for a plant
     /// whose ball is always at rest.
     ///
     /// # Errors
     /// The errors of [`advance`](Self::advance).
-    fn settle(&mut self, motors: [f64; 3]) -> Result<(), RigError> {
+    fn settle(&mut self, motors: PerMotor<f64>) -> Result<(), RigError> {
         self.advance(0.0, motors)
     }
 
@@ -31,11 +32,11 @@ pub trait Plant {
     fn ball(&self) -> Point3<f64>;
 
     /// Returns which cables are slack; order A, B, C.
-    fn slack(&self) -> [bool; 3];
+    fn slack(&self) -> PerMotor<bool>;
 
     /// Returns the tension of each cable over the ball's weight, >= 0; order A, B, C. `None` for a
     /// model without forces, which is the default.
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         None
     }
 }
@@ -95,7 +96,7 @@ pub enum RigError {
     )]
     TooShortTogether {
         /// The cable lengths, metres; order A, B, C.
-        lengths_m: [f64; 3],
+        lengths_m: PerMotor<f64>,
     },
     /// A ball cannot be at rest at the point: a cable would have to push.
     #[error(
@@ -107,12 +108,12 @@ pub enum RigError {
         /// The motor whose cable would push.
         motor: char,
         /// The point, metres in the rig frame.
-        ball_m: [f64; 3],
+        ball_m: PerAxis<f64>,
     },
 }
 
 /// Names of the motors in their order.
-pub(crate) const NAMES: [char; 3] = ['A', 'B', 'C'];
+pub(crate) const NAMES: PerMotor<char> = ['A', 'B', 'C'];
 
 /// Returns `value` if it is finite and `good` holds for it, otherwise [`RigError::OutOfRange`].
 pub(crate) fn check(
@@ -129,7 +130,7 @@ pub(crate) fn check(
 }
 
 /// Checks the arguments of [`super::Plant::advance`].
-pub(crate) fn check_advance(dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+pub(crate) fn check_advance(dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError> {
     check("dt_s (time step, s)", dt_s, "between 0 and 10", |dt| {
         (0.0..=LONGEST_STEP_S).contains(&dt)
     })?;

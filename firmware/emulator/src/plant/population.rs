@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
+use plumb_protocol::PerMotor;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -136,7 +137,7 @@ impl Population {
 
     /// Draws barycentric coordinates, uniform in the part of the triangle where all are at least
     /// `least_lambda`.
-    fn lambda(&self, rng: &mut ChaCha8Rng) -> [f64; 3] {
+    fn lambda(&self, rng: &mut ChaCha8Rng) -> PerMotor<f64> {
         // Two uniform cuts of the unit interval give three parts that are uniform on the triangle.
         let cuts: [f64; 2] = [rng.random(), rng.random()];
         let (first, second) = (cuts[0].min(cuts[1]), cuts[0].max(cuts[1]));
@@ -147,7 +148,7 @@ impl Population {
 
 /// Returns the place with these barycentric coordinates in the triangle of the motors, `below`
 /// metres under it.
-fn place(motors: &[Point3<f64>; 3], lambda: [f64; 3], below: f64) -> Point3<f64> {
+fn place(motors: &PerMotor<Point3<f64>>, lambda: PerMotor<f64>, below: f64) -> Point3<f64> {
     let above: Vector3<f64> = motors.iter().zip(lambda).map(|(m, l)| m.coords * l).sum();
     Point3::from(above - Vector3::z() * below)
 }
@@ -157,9 +158,9 @@ impl Variations {
     fn apply(
         &self,
         rng: &mut ChaCha8Rng,
-        motors: [Point3<f64>; 3],
+        motors: PerMotor<Point3<f64>>,
         radius: f64,
-    ) -> ([Point3<f64>; 3], [f64; 3]) {
+    ) -> (PerMotor<Point3<f64>>, PerMotor<f64>) {
         let yaw = self.yaw_rad * symmetric(rng);
         let tilt = self.tilt_rad * rng.random::<f64>();
         let heading = std::f64::consts::PI * symmetric(rng);
@@ -187,6 +188,8 @@ fn symmetric(rng: &mut ChaCha8Rng) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use plumb_protocol::MOTORS;
+
     use super::*;
     use crate::plant::{Plant, QuasiStatic};
 
@@ -217,7 +220,7 @@ mod tests {
         fills("t", spread(&|t| shape(&t.geometry).2), 0.15, 0.85);
         fills("r", spread(&|t| t.geometry.pulley_radii_m()[1]), 0.005, 0.030);
         fills("h", spread(&|t| t.geometry.motors()[0].z - t.target.z), 0.1, 1.0);
-        for corner in 0..3 {
+        for corner in 0..MOTORS {
             let mean = tasks.iter().map(|t| t.geometry.barycentric(&t.start)[corner]).sum::<f64>()
                 / 2000.0;
             assert!((mean - 1.0 / 3.0).abs() < 0.02, "λ is {mean} in the mean at corner {corner}");
@@ -225,7 +228,7 @@ mod tests {
         for task in &tasks {
             for p in [task.start, task.target] {
                 assert!(task.geometry.barycentric(&p).iter().all(|l| *l > 0.05 - 1e-9));
-                assert_eq!(QuasiStatic::new(task.geometry, p).unwrap().slack(), [false; 3]);
+                assert_eq!(QuasiStatic::new(task.geometry, p).unwrap().slack(), [false; MOTORS]);
             }
         }
     }
@@ -299,7 +302,7 @@ mod tests {
             for p in [task.start, task.target] {
                 assert_eq!(
                     QuasiStatic::new(task.geometry, p).unwrap().slack(),
-                    [false; 3],
+                    [false; MOTORS],
                     "task {index}"
                 );
             }

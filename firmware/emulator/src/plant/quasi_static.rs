@@ -1,6 +1,7 @@
 //! Plant model whose ball is always at rest: slow motors and inextensible cables.
 
 use nalgebra::{Matrix3, Point3, Vector3};
+use plumb_protocol::PerMotor;
 
 use super::forward::{Hang, lowest_point};
 use super::geometry::Geometry;
@@ -14,7 +15,7 @@ const RANK_TOLERANCE: f64 = 1e-9;
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuasiStatic {
     geometry: Geometry,
-    start_lengths_m: [f64; 3],
+    start_lengths_m: PerMotor<f64>,
     hang: Hang,
 }
 
@@ -34,7 +35,7 @@ impl QuasiStatic {
     ///
     /// # Errors
     /// The errors of [`lowest_point`].
-    pub fn with_lengths(geometry: Geometry, lengths_m: [f64; 3]) -> Result<Self, RigError> {
+    pub fn with_lengths(geometry: Geometry, lengths_m: PerMotor<f64>) -> Result<Self, RigError> {
         Ok(Self { geometry, start_lengths_m: lengths_m, hang: lowest_point(&geometry, lengths_m)? })
     }
 
@@ -46,7 +47,7 @@ impl QuasiStatic {
 }
 
 impl Plant for QuasiStatic {
-    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+    fn advance(&mut self, dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError> {
         check_advance(dt_s, motors)?;
         self.hang =
             lowest_point(&self.geometry, self.geometry.paid_out_m(self.start_lengths_m, motors)?)?;
@@ -57,16 +58,18 @@ impl Plant for QuasiStatic {
         self.hang.ball
     }
 
-    fn slack(&self) -> [bool; 3] {
+    fn slack(&self) -> PerMotor<bool> {
         self.hang.slack
     }
 
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         let Hang { ball, slack } = self.hang;
         let motors = self.geometry.motors();
         // Columns: directions of the taut cables. The solution is 0 for the zero columns.
-        let directions = [0, 1, 2]
-            .map(|i| if slack[i] { Vector3::zeros() } else { (motors[i] - ball).normalize() });
+        let directions: PerMotor<_> = std::array::from_fn(|i| match slack[i] {
+            true => Vector3::zeros(),
+            false => (motors[i] - ball).normalize(),
+        });
         let svd = Matrix3::from_columns(&directions).svd(true, true);
         svd.solve(&Vector3::z(), RANK_TOLERANCE).ok().map(Into::into)
     }
@@ -74,6 +77,8 @@ impl Plant for QuasiStatic {
 
 #[cfg(test)]
 mod tests {
+    use plumb_protocol::MOTORS;
+
     use super::*;
 
     #[test]
@@ -89,7 +94,7 @@ mod tests {
             "{} for {expected}",
             rig.ball() - start
         );
-        rig.advance(0.01, [0.0; 3]).unwrap();
+        rig.advance(0.01, [0.0; MOTORS]).unwrap();
         assert!((rig.ball() - start).norm() < 1e-12, "steps are counted from the start");
     }
 
@@ -98,11 +103,11 @@ mod tests {
         let (g, start) = (Geometry::paper(), Point3::new(0.54, 0.22, 0.459));
         let mut rig = QuasiStatic::new(g, start).unwrap();
         let mut numbers = Vec::new();
-        for motors in [[0.0; 3], [900.0, 0.0, 0.0], [900.0, 0.0, 900.0]] {
+        for motors in [[0.0; MOTORS], [900.0, 0.0, 0.0], [900.0, 0.0, 900.0]] {
             rig.advance(0.01, motors).unwrap();
             let tensions = rig.tensions_per_weight().unwrap();
             let force: Vector3<f64> =
-                (0..3).map(|i| (g.motors()[i] - rig.ball()).normalize() * tensions[i]).sum();
+                (0..MOTORS).map(|i| (g.motors()[i] - rig.ball()).normalize() * tensions[i]).sum();
             assert!((force - Vector3::z()).norm() < 1e-6, "{tensions:?} for {motors:?}");
             for (slack, tension) in rig.slack().into_iter().zip(tensions) {
                 assert_eq!(slack, tension.abs() < 1e-9, "{tensions:?} for {motors:?}");
@@ -121,7 +126,7 @@ mod tests {
             Err(RigError::NoCable { motor: 'A', .. })
         ));
         assert!(matches!(rig.advance(0.01, [-700.0, -400.0, 0.0]), Err(RigError::TooShort { .. })));
-        assert!(matches!(rig.advance(f64::NAN, [0.0; 3]), Err(RigError::OutOfRange { .. })));
+        assert!(matches!(rig.advance(f64::NAN, [0.0; MOTORS]), Err(RigError::OutOfRange { .. })));
         assert!(matches!(
             rig.advance(0.01, [0.0, f64::INFINITY, 0.0]),
             Err(RigError::OutOfRange { .. })

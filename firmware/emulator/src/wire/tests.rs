@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Command, FromBoard, Hello, State, ToBoard};
+use plumb_protocol::{MOTORS, PerMotor};
 
 use super::*;
 use crate::plant::{Plant, QuasiStatic, RigError, Task};
@@ -57,10 +58,10 @@ fn an_answer_takes_the_latency_of_both_directions() {
 }
 
 /// Plant that publishes its motor positions.
-struct MonitoredPlant(QuasiStatic, std::sync::Arc<std::sync::Mutex<[f64; 3]>>);
+struct MonitoredPlant(QuasiStatic, std::sync::Arc<std::sync::Mutex<PerMotor<f64>>>);
 
 impl Plant for MonitoredPlant {
-    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+    fn advance(&mut self, dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError> {
         *self.1.lock().expect("a lock") = motors;
         self.0.advance(dt_s, motors)
     }
@@ -69,7 +70,7 @@ impl Plant for MonitoredPlant {
         self.0.ball()
     }
 
-    fn slack(&self) -> [bool; 3] {
+    fn slack(&self) -> PerMotor<bool> {
         self.0.slack()
     }
 }
@@ -81,7 +82,7 @@ fn a_reboot_keeps_the_rigs_position() {
     use plumb_protocol::message::Jog;
     use plumb_protocol::units::{Milliseconds, Rate, Steps16};
     let task = Task::paper();
-    let motors = std::sync::Arc::new(std::sync::Mutex::new([0.0; 3]));
+    let motors = std::sync::Arc::new(std::sync::Mutex::new([0.0; MOTORS]));
     let plant = QuasiStatic::new(task.geometry, task.start).expect("a rig");
     let reboots =
         [1_000_000, 2_000_000].map(|at| Reboot { at: Micros(at), cause: StartCause::Requested });
@@ -110,7 +111,7 @@ fn a_reboot_keeps_the_rigs_position() {
     assert_eq!(before, [100.0, 0.0, 0.0]);
     board.read();
     board.run_to(Micros(1_500_000)).expect("a rig that follows");
-    assert_eq!((board.state(), board.motors()), (State::Unconfigured, [0.0; 3]));
+    assert_eq!((board.state(), board.motors()), (State::Unconfigured, [0.0; MOTORS]));
     assert_eq!(*motors.lock().expect("a lock"), before);
     assert_eq!(board.ball(), Some(ball));
     assert_eq!(board.now(), Micros(1_500_000));
@@ -121,7 +122,7 @@ fn a_reboot_keeps_the_rigs_position() {
     jog(&mut board, 1);
     board.run_to(Micros(2_100_000)).expect("a rig that follows");
     assert_eq!(*motors.lock().expect("a lock"), [100.0, 100.0, 0.0]);
-    assert_eq!((board.state(), board.motors()), (State::Unconfigured, [0.0; 3]));
+    assert_eq!((board.state(), board.motors()), (State::Unconfigured, [0.0; MOTORS]));
 }
 
 #[test]

@@ -9,6 +9,7 @@ use plumb_calibrate::motors::{MotorMeasures, SeenMotor, pose_from_motors};
 use plumb_calibrate::places::{BallPlace, PLACE_SD_M, pose_from_places};
 use plumb_calibrate::render::draw_board;
 use plumb_emulator::plant::{RigError, Task};
+use plumb_protocol::PerMotor;
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::{FrameError, RgbdFrame};
 use plumb_vision::observation::Gaussian3;
@@ -176,14 +177,14 @@ fn vector(sd: f64, random: &mut ChaCha8Rng) -> Vector3<f64> {
 }
 
 /// Returns the middle of the rig's workspace, 0.25 m below the motors.
-pub(super) fn middle(motors: &[Point3<f64>; 3]) -> Point3<f64> {
+pub(super) fn middle(motors: &PerMotor<Point3<f64>>) -> Point3<f64> {
     let sum: Vector3<f64> = motors.iter().map(|motor| motor.coords / 3.0).sum();
     Point3::from(sum) - Vector3::z() * 0.25
 }
 
 /// Returns the pose of a camera that looks at the rig from any side, level or from above, as near
 /// as it sees all motors.
-fn camera_pose(motors: &[Point3<f64>; 3], random: &mut ChaCha8Rng) -> Isometry3<f64> {
+fn camera_pose(motors: &PerMotor<Point3<f64>>, random: &mut ChaCha8Rng) -> Isometry3<f64> {
     let azimuth: f64 = random.random_range(0.0..std::f64::consts::TAU);
     let elevation: f64 = random.random_range(0.0..0.5);
     let middle = middle(motors) + vector(0.03, random);
@@ -229,7 +230,7 @@ impl View<'_> {
     }
 
     /// Calibrates with a board that stands 0.6 to 1.1 m before the camera.
-    fn board(&mut self, motors: &[Point3<f64>; 3]) -> Result<Calibration, TrialError> {
+    fn board(&mut self, motors: &PerMotor<Point3<f64>>) -> Result<Calibration, TrialError> {
         let eye = Point3::from(self.true_pose.translation.vector);
         let way = middle(motors) - eye;
         let place = eye + way.normalize() * self.random.random_range(0.6..1.1);
@@ -275,7 +276,7 @@ impl View<'_> {
     }
 
     /// Calibrates with pixels that a person chooses and a measured height.
-    fn motors(&mut self, motors: &[Point3<f64>; 3]) -> Result<Calibration, TrialError> {
+    fn motors(&mut self, motors: &PerMotor<Point3<f64>>) -> Result<Calibration, TrialError> {
         let seen = motors.map(|motor| {
             let p = self.true_pose.inverse_transform_point(&motor);
             let pixel = INTRINSICS.project(&p).unwrap_or_default();
@@ -288,7 +289,7 @@ impl View<'_> {
     }
 
     /// Calibrates with places of the ball that are spread over the workspace.
-    fn ball(&mut self, motors: &[Point3<f64>; 3]) -> Result<Calibration, TrialError> {
+    fn ball(&mut self, motors: &PerMotor<Point3<f64>>) -> Result<Calibration, TrialError> {
         let mut places = Vec::with_capacity(PLACES);
         for number in 0..PLACES {
             // Near each motor in turn, high and low.

@@ -2,10 +2,10 @@
 
 use nalgebra::Point3;
 use plumb_emulator::{EMULATED, Harness, LawDelay};
-use plumb_protocol::Config;
 use plumb_protocol::Wiring;
 use plumb_protocol::message::{Command, Fault, Position, State};
 use plumb_protocol::units::{Micros, Point};
+use plumb_protocol::{Config, PerMotor};
 
 use super::simulate::Controller;
 
@@ -75,7 +75,7 @@ impl Controller for BoardController {
         self.reached |= self.harness.board.state() == State::Holding;
     }
 
-    fn tick(&mut self, now: Micros) -> [f64; 3] {
+    fn tick(&mut self, now: Micros) -> PerMotor<f64> {
         self.harness.tick(now);
         self.harness.outbox.clear();
         self.harness.motors()

@@ -3,6 +3,7 @@
 
 use nalgebra::{Point3, Vector3};
 use plumb_emulator::plant::{Plant, RigError};
+use plumb_protocol::PerMotor;
 
 use super::kinematic::Kinematic;
 
@@ -36,7 +37,7 @@ impl Bounce {
 }
 
 impl Plant for Bounce {
-    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+    fn advance(&mut self, dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError> {
         self.rig.advance(dt_s, motors)?;
         let parts = (dt_s / SUBSTEP_S).ceil().max(1.0);
         let h = dt_s / parts;
@@ -56,7 +57,7 @@ impl Plant for Bounce {
         self.ball
     }
 
-    fn slack(&self) -> [bool; 3] {
+    fn slack(&self) -> PerMotor<bool> {
         self.rig.slack()
     }
 }

@@ -14,6 +14,7 @@ use plumb_sim::limits::RigLimits;
 
 use adaptive::Adaptive;
 use interval::Interval;
+use plumb_protocol::{PerAxis, PerMotor};
 use sign::Sign;
 
 /// Names of the laws with a reference. The law `taut` uses floating point on the board, too.
@@ -56,8 +57,8 @@ pub(super) struct FloatMeasurement {
 
 impl From<&Measurement> for FloatMeasurement {
     fn from(measurement: &Measurement) -> Self {
-        let millimetres = |p: [i32; 3]| Vector3::from(p.map(|c| f64::from(c) * 1e-3));
-        let steps = |p: [i32; 3]| Vector3::from(p.map(|c| f64::from(c) / 16.0));
+        let millimetres = |p: PerAxis<i32>| Vector3::from(p.map(|c| f64::from(c) * 1e-3));
+        let steps = |p: PerMotor<i32>| Vector3::from(p.map(|c| f64::from(c) / 16.0));
         Self {
             ball: millimetres(measurement.ball),
             motors: steps(measurement.motors),
@@ -70,7 +71,7 @@ impl From<&Measurement> for FloatMeasurement {
 
 /// Returns the immediate setpoint for `rates` (full steps/s), rounded to 1/256 step/s.
 pub(super) fn setpoint(rates: Vector3<f64>) -> Setpoint {
-    let rates: [f64; 3] = rates.into();
+    let rates: PerMotor<f64> = rates.into();
     Setpoint::at_once(MotorRates(rates.map(|rate| (rate * 256.0).round() as i32)))
 }
 

@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use plumb_emulator::plant::{Geometry, Plant, RigError};
+use plumb_protocol::{MOTORS, PerMotor};
 
 /// A ball at the common end of three rigid rods of variable length. [`Plant::slack`] reports a rod
 /// under pressure, which would be a slack cable; the ball moves as if the cable were a rod. If the
@@ -10,7 +11,7 @@ use plumb_emulator::plant::{Geometry, Plant, RigError};
 #[derive(Debug, Clone)]
 pub(super) struct Kinematic {
     geometry: Geometry,
-    start_m: [f64; 3],
+    start_m: PerMotor<f64>,
     ball: Point3<f64>,
 }
 
@@ -23,7 +24,7 @@ impl Kinematic {
     /// Returns the lower of the two points with these distances (metres) from motors A, B and C.
     /// The spheres around A and B and around A and C give its projection into the motors' plane;
     /// the length of A's cable gives its distance below the plane.
-    fn lowest_point(&self, lengths: [f64; 3]) -> Option<Point3<f64>> {
+    fn lowest_point(&self, lengths: PerMotor<f64>) -> Option<Point3<f64>> {
         let [a, b, c] = *self.geometry.motors();
         let normal = (b - a).cross(&(c - a)).normalize();
         let down = if normal.z > 0.0 { -normal } else { normal };
@@ -41,9 +42,9 @@ impl Kinematic {
 }
 
 impl Plant for Kinematic {
-    fn advance(&mut self, _dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+    fn advance(&mut self, _dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError> {
         let steps = self.geometry.step_lengths_m();
-        let lengths_m = [0, 1, 2].map(|i| self.start_m[i] + steps[i] * motors[i]);
+        let lengths_m = std::array::from_fn(|i| self.start_m[i] + steps[i] * motors[i]);
         self.ball = self.lowest_point(lengths_m).ok_or(RigError::TooShortTogether { lengths_m })?;
         Ok(())
     }
@@ -52,9 +53,9 @@ impl Plant for Kinematic {
         self.ball
     }
 
-    fn slack(&self) -> [bool; 3] {
+    fn slack(&self) -> PerMotor<bool> {
         self.geometry
             .tensions_per_weight(&self.ball)
-            .map_or([true; 3], |tensions| tensions.map(|t| t < 0.0))
+            .map_or([true; MOTORS], |tensions| tensions.map(|t| t < 0.0))
     }
 }

@@ -7,6 +7,7 @@ use plumb_core::law_worker::LawResponse;
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
 use plumb_core::servo::{BallPosition, MotorPositions, Servo};
+use plumb_protocol::PerMotor;
 use plumb_protocol::config::Config;
 use plumb_protocol::message::{Fault, Reference, ReferenceState};
 use plumb_protocol::units::{Micros, Point, Steps16};
@@ -152,7 +153,7 @@ impl Controller for LawController {
         self.guarded = self.guarded.or(progress.fault);
     }
 
-    fn tick(&mut self, now: Micros) -> [f64; 3] {
+    fn tick(&mut self, now: Micros) -> PerMotor<f64> {
         self.changed |= self.servo.apply_response(now, &self.params) == Ok(true);
         let setpoint = self.setpoint(now);
         // The board sets the rates only after an event, which rounds less than in every tick.

@@ -2,6 +2,7 @@
 //! limits allow.
 
 use plumb_emulator::plant::{RigError, Task, lowest_point};
+use plumb_protocol::PerMotor;
 use plumb_sim::limits::RigLimits;
 
 /// Time resolution, seconds.
@@ -10,11 +11,11 @@ pub(super) const STEP_S: f64 = 1e-3;
 /// A straight path from start to target in the space of cable lengths.
 pub(super) struct Path {
     /// Cable lengths at the start, metres.
-    start_m: [f64; 3],
+    start_m: PerMotor<f64>,
     /// Steps of each motor from start to target.
-    pub(super) steps: [f64; 3],
+    pub(super) steps: PerMotor<f64>,
     /// Cable length of a step of each motor, metres.
-    pub(super) step_m: [f64; 3],
+    pub(super) step_m: PerMotor<f64>,
 }
 
 impl Path {
@@ -25,7 +26,7 @@ impl Path {
             task.geometry.cable_lengths_m(&task.target),
         );
         let step_m = task.geometry.step_lengths_m();
-        Self { start_m, steps: [0, 1, 2].map(|i| (end[i] - start_m[i]) / step_m[i]), step_m }
+        Self { start_m, steps: std::array::from_fn(|i| (end[i] - start_m[i]) / step_m[i]), step_m }
     }
 
     /// Returns the greatest number of steps of a motor.
@@ -34,8 +35,8 @@ impl Path {
     }
 
     /// Returns the cable lengths (metres) at a fraction of the path, 0 to 1.
-    pub(super) fn lengths(&self, fraction: f64) -> [f64; 3] {
-        [0, 1, 2].map(|i| self.start_m[i] + fraction * self.steps[i] * self.step_m[i])
+    pub(super) fn lengths(&self, fraction: f64) -> PerMotor<f64> {
+        std::array::from_fn(|i| self.start_m[i] + fraction * self.steps[i] * self.step_m[i])
     }
 }
 
@@ -81,7 +82,7 @@ pub(crate) fn time_s(task: &Task, limits: &RigLimits, threshold_m: f64) -> Resul
 }
 
 /// Returns the oracle's plan: motor positions in full steps, one row a millisecond.
-pub(crate) fn trapezoids(task: &Task, limits: &RigLimits) -> Vec<[f64; 3]> {
+pub(crate) fn trapezoids(task: &Task, limits: &RigLimits) -> Vec<PerMotor<f64>> {
     let path = Path::new(task);
     let length = path.longest();
     let fractions = (0u32..).map(|k| match length {

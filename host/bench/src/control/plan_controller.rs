@@ -1,6 +1,7 @@
 //! A controller that plays back a motion plan without feedback.
 
 use nalgebra::Point3;
+use plumb_protocol::PerMotor;
 use plumb_protocol::units::Micros;
 
 use super::simulate::Controller;
@@ -9,7 +10,7 @@ use super::suite::Clock;
 /// Playback of a motion plan from the start of the clock.
 pub(crate) struct PlanController {
     /// Motor positions, full steps; one row a millisecond.
-    rows: Vec<[f64; 3]>,
+    rows: Vec<PerMotor<f64>>,
     start: Option<Micros>,
     /// Time since the start, milliseconds.
     elapsed_ms: u64,
@@ -17,7 +18,7 @@ pub(crate) struct PlanController {
 
 impl PlanController {
     /// Creates the playback of `rows`: motor positions in full steps, one row a millisecond.
-    pub(crate) fn new(rows: Vec<[f64; 3]>, clock: Clock) -> Self {
+    pub(crate) fn new(rows: Vec<PerMotor<f64>>, clock: Clock) -> Self {
         Self { rows, start: (clock == Clock::Target).then_some(Micros(0)), elapsed_ms: 0 }
     }
 }
@@ -27,7 +28,7 @@ impl Controller for PlanController {
         self.start.get_or_insert(now);
     }
 
-    fn tick(&mut self, now: Micros) -> [f64; 3] {
+    fn tick(&mut self, now: Micros) -> PerMotor<f64> {
         self.elapsed_ms = self.start.map_or(0, |start| now.since(start) / 1000);
         let row = self.rows.get(self.elapsed_ms as usize).or(self.rows.last());
         row.copied().unwrap_or_default()

@@ -6,6 +6,7 @@ use nalgebra::Point3;
 use plumb_core::TICK_US;
 use plumb_emulator::plant::{CameraMonitor, Plant, Task};
 use plumb_protocol::units::Micros;
+use plumb_protocol::{MOTORS, PerMotor};
 
 use super::BenchError;
 use super::frame_error::Frame;
@@ -36,7 +37,7 @@ pub(crate) trait Controller {
     fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>);
     /// Runs the motors for the tick that begins at `now`. Returns their positions at its end, full
     /// steps; + pays cable out.
-    fn tick(&mut self, now: Micros) -> [f64; 3];
+    fn tick(&mut self, now: Micros) -> PerMotor<f64>;
     /// Returns whether the controller has reported that the ball reached its target.
     fn reached(&self) -> bool;
     /// Drives to another target from `now` on, metres in the rig frame. A controller whose kind
@@ -110,7 +111,7 @@ struct Monitor {
     /// First arrival within the threshold, seconds on the suite's clock.
     arrived_s: Option<f64>,
     /// Total time that each cable was slack, seconds.
-    slack_s: [f64; 3],
+    slack_s: PerMotor<f64>,
     /// First report of "reached", seconds.
     reached_s: Option<f64>,
     outcome: Outcome,
@@ -126,7 +127,7 @@ impl Monitor {
             start_s,
             limit_s,
             arrived_s: None,
-            slack_s: [0.0; 3],
+            slack_s: [0.0; MOTORS],
             reached_s: None,
             outcome: Outcome::default(),
         }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use plumb_emulator::plant::{ElasticParameters, GRAVITY_M_S2, Task, lowest_point};
+use plumb_protocol::{MOTORS, PerMotor};
 use plumb_sim::limits::RigLimits;
 
 use super::oracle::{Path, STEP_S};
@@ -24,7 +25,7 @@ pub(crate) fn slack_free(
     limits: &RigLimits,
     mean_s: f64,
     elasticity: Option<ElasticParameters>,
-) -> Vec<[f64; 3]> {
+) -> Vec<PerMotor<f64>> {
     let path = Path::new(task);
     let fractions = progress(&fastest(task, &path, limits));
     let window = ((mean_s / STEP_S) as usize).max(1);
@@ -37,7 +38,7 @@ pub(crate) fn slack_free(
         .map(|k| {
             let fraction = mean(k);
             let elongation = elongation_steps(task, &path, fraction, elasticity);
-            [0, 1, 2].map(|i| path.steps[i] * fraction - (elongation[i] - initial[i]))
+            std::array::from_fn(|i| path.steps[i] * fraction - (elongation[i] - initial[i]))
         })
         .collect()
 }
@@ -64,13 +65,15 @@ fn elongation_steps(
     path: &Path,
     fraction: f64,
     elasticity: Option<ElasticParameters>,
-) -> [f64; 3] {
+) -> PerMotor<f64> {
     let at_rest = || {
         let parameters = elasticity?;
         let ball = lowest_point(&task.geometry, path.lengths(fraction)).ok()?.ball;
         let tensions = task.geometry.tensions_per_weight(&ball)?;
         let weight = parameters.mass_kg * GRAVITY_M_S2;
-        Some([0, 1, 2].map(|i| tensions[i] * weight / parameters.stiffness_n_m[i] / path.step_m[i]))
+        Some(std::array::from_fn(|i| {
+            tensions[i] * weight / parameters.stiffness_n_m[i] / path.step_m[i]
+        }))
     };
     at_rest().unwrap_or_default()
 }
@@ -117,7 +120,7 @@ fn accelerations(
 ) -> (f64, f64) {
     let Some(j) = task.geometry.jacobian(&ball) else { return (0.0, 0.0) };
     let (mut least, mut most) = (-limit, limit);
-    for k in 0..3 {
+    for k in 0..MOTORS {
         // T/m = -J'(g ẑ + a) >= MIN_TENSION · (-J' g ẑ)
         // <=>  J_k·a <= (1 - MIN_TENSION) g |J_zk|
         let column = j.column(k);

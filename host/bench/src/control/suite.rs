@@ -9,6 +9,7 @@ use plumb_emulator::plant::{
     CameraMonitorParameters, DepthDrift, Elastic, ElasticParameters, Plant, Population,
     QuasiStatic, RigError, Task, Variations,
 };
+use plumb_protocol::MOTORS;
 use plumb_runtime::rig::{CableSettings, Stiffness};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -163,7 +164,7 @@ impl Suite {
         rng.set_stream(MASS_STREAM | id.rig);
         Some(ElasticParameters {
             mass_kg: MIN_MASS_KG + MASS_RANGE_KG * rng.random::<f64>(),
-            stiffness_n_m: [stiffnesses[id.rig as usize % stiffnesses.len()]; 3],
+            stiffness_n_m: [stiffnesses[id.rig as usize % stiffnesses.len()]; MOTORS],
             damping_ratio: ELASTIC_DAMPING_RATIO,
         })
     }

@@ -8,6 +8,7 @@ use plumb_calibrate::motors::{MotorMeasures, SeenMotor, pose_from_motors};
 use plumb_calibrate::places::{BallPlace, PLACE_SD_M, mean_of, pose_from_places};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::observation::Gaussian3;
+use plumb_protocol::{PerAxis, PerMotor};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -22,10 +23,11 @@ const INTRINSICS: Intrinsics = Intrinsics {
 };
 
 /// The paper's motors A, B, C.
-const MOTORS: [[f64; 3]; 3] = [[0.850, 0.610, 0.665], [0.850, 0.0, 0.665], [0.0, 0.240, 0.665]];
+const MOTORS: PerMotor<PerAxis<f64>> =
+    [[0.850, 0.610, 0.665], [0.850, 0.0, 0.665], [0.0, 0.240, 0.665]];
 
 /// Places of the ball with measured coordinates.
-const PLACES: [[f64; 3]; 6] = [
+const PLACES: [PerAxis<f64>; 6] = [
     [0.2, 0.2, 0.1],
     [0.7, 0.1, 0.1],
     [0.7, 0.5, 0.1],
@@ -43,7 +45,7 @@ fn pose() -> Isometry3<f64> {
 }
 
 /// Returns a place as the camera sees it, with an error of the standard deviation `sd`, metres.
-fn place(known: [f64; 3], sd: f64, random: &mut ChaCha8Rng) -> BallPlace {
+fn place(known: PerAxis<f64>, sd: f64, random: &mut ChaCha8Rng) -> BallPlace {
     let known = Point3::from(known);
     let normal = Normal::new(0.0, sd).unwrap();
     let mean = pose().inverse_transform_point(&known).map(|x| x + normal.sample(random));
@@ -96,7 +98,7 @@ fn a_wrong_place_is_named_and_left_out() {
 #[test]
 fn sets_of_places_that_do_not_determine_the_pose_are_refused() {
     let mut random = ChaCha8Rng::seed_from_u64(4);
-    let mut refusal = |known: &[[f64; 3]]| {
+    let mut refusal = |known: &[PerAxis<f64>]| {
         let places: Vec<_> = known.iter().map(|&it| place(it, 0.001, &mut random)).collect();
         pose_from_places(&places).unwrap_err()
     };
@@ -150,7 +152,7 @@ fn the_mean_of_observations_ignores_a_wrong_frame() {
 }
 
 /// Returns the motors as the camera sees them.
-fn seen_motors(motors: [[f64; 3]; 3]) -> [SeenMotor; 3] {
+fn seen_motors(motors: PerMotor<PerAxis<f64>>) -> PerMotor<SeenMotor> {
     motors.map(|motor| {
         let p = pose().inverse_transform_point(&Point3::from(motor));
         let (u, v) = INTRINSICS.project(&p).unwrap();

@@ -1,7 +1,10 @@
 //! Tests of the status.
 
 use nalgebra::Vector3;
+use plumb_frame::observation::{BallObservation, Circle, Gaussian3};
+use plumb_protocol::MOTORS;
 use plumb_protocol::message::Fault;
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::PathPoint;
 use plumb_runtime::operator::CommandRefusal;
 use plumb_runtime::rig::{Outside, Side};
@@ -60,6 +63,51 @@ fn the_state_before_a_new_target_is_not_that_of_the_drive_to_it() {
     assert!(!keys(&status));
     status.note_frame(&record(None), now);
     assert!(!keys(&status));
+}
+
+/// Returns the report of a board at rest.
+fn board(drivers: Option<PerMotor<DriverReading>>) -> BoardReport {
+    BoardReport {
+        time: 0.0,
+        state: State::Ready,
+        configuration: None,
+        target: None,
+        sequence: None,
+        motors: [0.0; MOTORS],
+        rates: [0.0; MOTORS],
+        error: [0.0; 3],
+        bad_frames: 0,
+        tensions: None,
+        reference: None,
+        drivers,
+    }
+}
+
+#[test]
+fn a_warning_of_a_driver_is_a_warning_of_the_run() {
+    let now = Instant::now();
+    let mut status = RunStatus::new(now);
+    let cool = DriverReading::default();
+    let hot = DriverReading { is_hot: true, ..cool };
+    let open = DriverReading { has_open_load: true, ..cool };
+    let circle = Circle::rough(1.0, 1.0, 1.0);
+    let position = Some(Gaussian3 { mean: target(0.4), covariance: nalgebra::zero() });
+    let ball = BallObservation { stamp: 0.0, circle, score: 1.0, position };
+    let mut report = |drivers| {
+        let board = Some(board(drivers));
+        let record = FrameRecord { board, observation: Some(ball), ..record(None) };
+        status.note_frame(&record, now);
+        status.run(now)
+    };
+    let warned = report(Some([cool, hot, open]));
+    assert_eq!(warned.level, Level::Warn);
+    assert!(warned.message.ends_with("motor drivers: B hot, C open coil"), "{}", warned.message);
+    assert!(warned.values.contains(&KeyValue::new("driver warnings", "B hot, C open coil")));
+    let cooled = report(Some([cool; MOTORS]));
+    assert_eq!(cooled.level, Level::Ok);
+    assert!(cooled.values.contains(&KeyValue::new("driver warnings", "none")));
+    let others = report(None);
+    assert!(others.values.iter().all(|value| value.key != "driver warnings"), "{others:?}");
 }
 
 #[test]

@@ -2,11 +2,12 @@
 
 use std::array;
 
+use plumb_config::any_case::any_case;
 use plumb_protocol::boards::{self, Board};
 use plumb_protocol::dimension::PerMotor;
 use plumb_protocol::provenance::BoardKind;
 use plumb_protocol::wiring::{EnablePins, EnablePolarity, MotorPins, Pin, Pins};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::motors::Driver;
 use super::quantity;
@@ -21,7 +22,7 @@ pub struct BoardSettings {
     #[serde(default = "default_baud", deserialize_with = "quantity::baud")]
     pub baud: u32,
     /// Its kind, from which its pins follow.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "kind")]
     pub kind: BoardName,
     /// Effect of ENABLE; without it that of the drivers.
     pub enable: Option<EnableName>,
@@ -59,6 +60,11 @@ pub enum BoardName {
     /// BIGTREETECH SKR Pico.
     #[serde(rename = "skr-pico")]
     SkrPico,
+}
+
+/// Reads the kind of a board. Its name may be written in any case.
+fn kind<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BoardName, D::Error> {
+    any_case(deserializer, &[boards::PICO.name, boards::PICO_2.name, boards::SKR_PICO.name])
 }
 
 impl BoardName {

@@ -5,7 +5,7 @@ pub(super) mod size;
 #[cfg(test)]
 mod tests;
 mod view;
-mod wiring;
+pub(super) mod wiring;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -154,7 +154,7 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
                     reported.extend(keys.iter().map(|key| (*key).to_owned()));
                 }
             }
-            Refusal::Wiring(error) => findings.push(wiring::finding(document, &wiring, &error)),
+            Refusal::Wiring(error) => findings.push(wiring::finding(document, rig, &wiring, error)),
             other => findings.push(document.finding(
                 Severity::Error,
                 &["board.kind"],

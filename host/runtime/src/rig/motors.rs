@@ -1,12 +1,13 @@
 //! Limits and drivers of the motors, as in rig files.
 
+use plumb_config::any_case::any_case;
 use plumb_protocol::config::Motor;
 use plumb_protocol::dimension::PerMotor;
 use plumb_protocol::units::{
     Acceleration, Milliamperes, Milliohms, Milliseconds, Nanoseconds, Rate, Steps16,
 };
 use plumb_protocol::wiring::{Chopper, Coils, Drivers, StepDir, Tmc2209};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::board::{BoardSettings, EnableName};
 use super::quantity::{
@@ -30,7 +31,7 @@ pub struct Motors {
     #[serde(default)]
     pub reversed: PerMotor<bool>,
     /// The drivers of the motors.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "driver")]
     pub driver: Driver,
     /// Times of the driver's inputs in place of its own.
     #[serde(default)]
@@ -149,6 +150,14 @@ pub enum Driver {
         /// The share of the supply's voltage that a coil gets at most, up to 1.
         duty: Duty,
     },
+}
+
+/// Names of the drivers without settings: those that are no table of the file.
+const NAMES: [&str; 5] = ["a4988", "drv8825", "tmc2209", "tb6600", "dm542"];
+
+/// Reads a driver. Its name may be written in any case, as on the driver itself.
+fn driver<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Driver, D::Error> {
+    any_case(deserializer, &NAMES)
 }
 
 /// Settings of TMC2209 on a UART.

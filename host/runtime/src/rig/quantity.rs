@@ -85,16 +85,16 @@ pub(super) fn frames<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u8, D
     FRAMES.deserialize_whole(deserializer)
 }
 
-/// Value that the board cannot be sent.
+/// Value that the board cannot be sent, or that every board of this kind refuses.
 #[derive(Debug, Clone, Error, PartialEq)]
-#[error("`{key}` = {value} {why}")]
+#[error("`{key}`{} {why}", .value.map_or_else(String::new, |value| format!(" = {value}")))]
 pub struct OutOfRange {
     /// The key in the rig file.
     pub key: &'static str,
-    /// Its value.
-    pub value: f64,
+    /// Its value; `None` where the reason names it.
+    pub value: Option<f64>,
     /// Reason.
-    pub why: &'static str,
+    pub why: String,
 }
 
 /// Reason of a value that is beyond the range of the wire.
@@ -121,7 +121,7 @@ impl Conversion {
 
     /// Adds an error.
     pub(super) fn report(&mut self, key: &'static str, value: f64, why: &'static str) {
-        self.errors.push(OutOfRange { key, value, why });
+        self.errors.push(OutOfRange { key, value: Some(value), why: why.to_owned() });
     }
 
     /// Converts `value` of `key`. A value out of range becomes 0 and is reported.

@@ -55,6 +55,40 @@ fn the_papers_travel_fits_its_workspace() {
     assert!((1.0..1.3).contains(&(max / largest)), "{max} for {largest}");
 }
 
+/// Drivers and boards have their names in capitals on them.
+#[test]
+fn names_of_drivers_and_boards_are_read_in_any_case() {
+    let drivers = [
+        ("A4988", Driver::A4988),
+        ("DRV8825", Driver::Drv8825),
+        ("TMC2209", Driver::Tmc2209),
+        ("Tb6600", Driver::Tb6600),
+        ("DM542", Driver::Dm542),
+        ("dm542", Driver::Dm542),
+    ];
+    for (name, driver) in drivers {
+        let text = PAPER.replacen("\"a4988\"", &format!("{name:?}"), 1);
+        assert_eq!(parse(&text).motors.driver, driver, "{name}");
+    }
+    let named = |name: &str| format!("[board]\nkind = {name:?}");
+    for board in BoardName::ALL {
+        let name = board.board().name.to_uppercase();
+        let text = PAPER.replacen("[board]", &named(&name), 1);
+        assert_eq!(parse(&text).board.kind, board, "{name}");
+    }
+    // An unknown name is told as it is written, and the names of tables are keys.
+    let error = |from: &str, to: &str| {
+        let text = PAPER.replacen(from, to, 1);
+        Rig::parse(Path::new("rig.toml"), &text).unwrap_err().to_string()
+    };
+    let unknown = error("\"a4988\"", "\"TMC2208\"");
+    assert!(unknown.contains("`TMC2208`") && unknown.contains("`tmc2209`?"), "{unknown}");
+    let key = error("\"a4988\"", "{ COILS = { duty = 0.5 } }");
+    assert!(key.contains("`COILS`"), "{key}");
+    let kind = error("[board]", &named("PICO3"));
+    assert!(kind.contains("`PICO3`") && kind.contains("`pico2`"), "{kind}");
+}
+
 /// Stiff cables shorten the running mean of `taut` only, and never lengthen it.
 #[test]
 fn stiff_cables_shorten_the_running_mean() {

@@ -1,5 +1,6 @@
 use nalgebra::Point3;
 use plumb_emulator::plant::{Elastic, ElasticParameters, Plant, Task};
+use plumb_protocol::AXES;
 use plumb_runtime::rig::{LawName, LawSettings};
 
 use super::*;
@@ -123,7 +124,7 @@ fn a_moving_target_is_followed_without_a_lag() {
 #[test]
 fn a_velocity_needs_a_target_and_has_a_range() {
     let mut cosim = cosim(LawName::Adaptive);
-    let alone = Request { target_velocity: Some([0.0; 3]), ..request(0.0, 0.1) };
+    let alone = Request { target_velocity: Some([0.0; AXES]), ..request(0.0, 0.1) };
     assert_eq!(cosim.step(&alone, 1), Err(CosimError::VelocityAlone));
     let target = Some([0.5, 0.3, 0.2]);
     let fast = Request { target, target_velocity: Some([0.0, -2.1, 0.0]), ..request(0.0, 0.1) };

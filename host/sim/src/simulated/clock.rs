@@ -10,6 +10,7 @@ use nalgebra::Point3;
 use plumb_emulator::plant::RigError;
 use plumb_emulator::{EmulatedBoard, Served};
 use plumb_frame::clock::LiveClock;
+use plumb_protocol::PerMotor;
 use plumb_protocol::units::Micros;
 
 /// The clock of a simulated rig, and the position of its ball.
@@ -28,7 +29,7 @@ pub trait SimClock {
 
     /// Returns the present tension of each cable over the ball's weight, order A, B, C; `None` for
     /// a rig without forces.
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         None
     }
 
@@ -56,7 +57,7 @@ impl SimClock for VirtualRig {
         self.board.borrow().ball().unwrap_or_else(Point3::origin)
     }
 
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         self.board.borrow().tensions_per_weight()
     }
 }
@@ -67,7 +68,7 @@ pub trait RealTimeBall {
     fn ball(&self) -> Point3<f64>;
 
     /// See [`SimClock::tensions_per_weight`].
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         None
     }
 }
@@ -101,7 +102,7 @@ impl RealTimeBall for Arc<Served> {
         self.board().ball().unwrap_or_else(Point3::origin)
     }
 
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         self.board().tensions_per_weight()
     }
 }
@@ -120,7 +121,7 @@ impl<B: RealTimeBall> SimClock for RealTimeRig<B> {
         self.ball.ball()
     }
 
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         self.ball.tensions_per_weight()
     }
 

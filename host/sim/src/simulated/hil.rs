@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nalgebra::Point3;
 use plumb_emulator::plant::{LONGEST_STEP_S, Plant};
 use plumb_frame::source::BoxedError;
+use plumb_protocol::PerMotor;
 use plumb_runtime::observer::{FrameRecord, Observer};
 
 use super::SimulationError;
@@ -48,7 +49,7 @@ impl RealTimeBall for Arc<Mutex<HilRig>> {
         lock(self).plant.ball()
     }
 
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         lock(self).plant.tensions_per_weight()
     }
 }
@@ -59,7 +60,7 @@ impl HilObserver {
     ///
     /// # Errors
     /// If the rig cannot follow them.
-    pub fn board_stands(&mut self, motors: [f64; 3]) -> Result<(), SimulationError> {
+    pub fn board_stands(&mut self, motors: PerMotor<f64>) -> Result<(), SimulationError> {
         let mut rig = lock(&self.rig);
         rig.plant.settle(motors)?;
         rig.moved = self.clock.now();
@@ -72,7 +73,7 @@ impl HilObserver {
     ///
     /// # Errors
     /// If the rig cannot follow them.
-    pub fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SimulationError> {
+    pub fn board_moved(&mut self, motors: PerMotor<f64>) -> Result<(), SimulationError> {
         let mut rig = lock(&self.rig);
         let now = self.clock.now();
         let seconds = now - rig.moved;
@@ -105,6 +106,7 @@ fn lock(rig: &Mutex<HilRig>) -> MutexGuard<'_, HilRig> {
 #[cfg(test)]
 mod tests {
     use plumb_emulator::plant::{Elastic, ElasticParameters, QuasiStatic, Task};
+    use plumb_protocol::MOTORS;
 
     use super::*;
     use crate::simulated::SimClock;
@@ -119,7 +121,7 @@ mod tests {
         for plant in plants {
             let rig = HilPlant::new(plant);
             let mut observer = rig.observer();
-            observer.board_stands([0.0; 3]).unwrap();
+            observer.board_stands([0.0; MOTORS]).unwrap();
             let before = rig.ball();
             lock(&observer.rig).moved -= 60.0;
             observer.board_moved([50.0, 0.0, 0.0]).unwrap();

@@ -2,12 +2,13 @@
 
 use nalgebra::Point3;
 use plumb_emulator::plant::{Plant, RigError};
+use plumb_protocol::{MOTORS, PerMotor};
 use plumb_runtime::rig::{Rig, Simulation};
 
 /// Plant whose motors are wired to the outputs of a board.
 struct Wired {
     plant: Box<dyn Plant + Send>,
-    outputs: [Output; 3],
+    outputs: PerMotor<Output>,
 }
 
 /// Motor on an output of the board.
@@ -29,7 +30,7 @@ pub fn wired(
     plant: Box<dyn Plant + Send>,
 ) -> Box<dyn Plant + Send> {
     let motors = simulation.wiring.motors();
-    let outputs = [0, 1, 2].map(|output| {
+    let outputs = std::array::from_fn(|output| {
         let motor = motors[output];
         let is_reversed = rig.motors.reversed[output] != simulation.reversed[motor];
         Output { motor, sign: if is_reversed { -1.0 } else { 1.0 } }
@@ -39,8 +40,8 @@ pub fn wired(
 
 impl Wired {
     /// Returns the positions of the rig's motors for those of the board's outputs, full steps.
-    fn turned(&self, outputs: [f64; 3]) -> [f64; 3] {
-        let mut turned = [0.0; 3];
+    fn turned(&self, outputs: PerMotor<f64>) -> PerMotor<f64> {
+        let mut turned = [0.0; MOTORS];
         for (output, steps) in self.outputs.iter().zip(outputs) {
             turned[output.motor] = output.sign * steps;
         }
@@ -48,17 +49,17 @@ impl Wired {
     }
 
     /// Returns the values of the cables in the order of the board's outputs.
-    fn of_outputs<T: Copy>(&self, cables: [T; 3]) -> [T; 3] {
+    fn of_outputs<T: Copy>(&self, cables: PerMotor<T>) -> PerMotor<T> {
         self.outputs.map(|output| cables[output.motor])
     }
 }
 
 impl Plant for Wired {
-    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+    fn advance(&mut self, dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError> {
         self.plant.advance(dt_s, self.turned(motors))
     }
 
-    fn settle(&mut self, motors: [f64; 3]) -> Result<(), RigError> {
+    fn settle(&mut self, motors: PerMotor<f64>) -> Result<(), RigError> {
         self.plant.settle(self.turned(motors))
     }
 
@@ -66,11 +67,11 @@ impl Plant for Wired {
         self.plant.ball()
     }
 
-    fn slack(&self) -> [bool; 3] {
+    fn slack(&self) -> PerMotor<bool> {
         self.of_outputs(self.plant.slack())
     }
 
-    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+    fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         self.plant.tensions_per_weight().map(|tensions| self.of_outputs(tensions))
     }
 }
@@ -86,7 +87,7 @@ mod tests {
 
     /// Cable lengths after the board's motors have turned to these steps, with the lines `text` in
     /// the table `[simulation]` of the paper's rig, and these reversed outputs.
-    fn lengths(text: &str, reversed: [bool; 3], steps: [f64; 3]) -> [f64; 3] {
+    fn lengths(text: &str, reversed: PerMotor<bool>, steps: PerMotor<f64>) -> PerMotor<f64> {
         let paper = include_str!("../../../rigs/paper.toml");
         let mut rig: Rig = parse_toml(Path::new("rig.toml"), &format!("{paper}\n{text}")).unwrap();
         rig.motors.reversed = reversed;
@@ -97,7 +98,7 @@ mod tests {
         plant.advance(0.1, steps).unwrap();
         let before = geometry.cable_lengths_m(&start);
         let after = geometry.cable_lengths_m(&plant.ball());
-        [0, 1, 2].map(|i| ((after[i] - before[i]) / geometry.step_lengths_m()[i]).round())
+        std::array::from_fn(|i| ((after[i] - before[i]) / geometry.step_lengths_m()[i]).round())
     }
 
     #[test]
@@ -114,21 +115,21 @@ mod tests {
 
     #[test]
     fn a_rig_is_wired_rightly_by_default() {
-        assert_eq!(lengths("", [false; 3], [30.0, 20.0, 10.0]), [30.0, 20.0, 10.0]);
+        assert_eq!(lengths("", [false; MOTORS], [30.0, 20.0, 10.0]), [30.0, 20.0, 10.0]);
     }
 
     #[test]
     fn a_swapped_motor_turns_with_the_other_output() {
         let swapped = "wiring = ['C', 'B', 'A']";
-        assert_eq!(lengths(swapped, [false; 3], [30.0, 20.0, 10.0]), [10.0, 20.0, 30.0]);
+        assert_eq!(lengths(swapped, [false; MOTORS], [30.0, 20.0, 10.0]), [10.0, 20.0, 30.0]);
         let turned = "wiring = ['B', 'C', 'A']";
-        assert_eq!(lengths(turned, [false; 3], [30.0, 20.0, 10.0]), [10.0, 30.0, 20.0]);
+        assert_eq!(lengths(turned, [false; MOTORS], [30.0, 20.0, 10.0]), [10.0, 30.0, 20.0]);
     }
 
     #[test]
     fn the_rig_file_reverses_an_output_and_so_corrects_a_reversed_motor() {
         let reversed = "wiring = ['B', 'A', 'C']\nreversed = [false, true, false]";
-        assert_eq!(lengths(reversed, [false; 3], [30.0, 20.0, 10.0]), [20.0, -30.0, 10.0]);
+        assert_eq!(lengths(reversed, [false; MOTORS], [30.0, 20.0, 10.0]), [20.0, -30.0, 10.0]);
         let corrected = [true, false, false];
         assert_eq!(lengths(reversed, corrected, [30.0, 20.0, 10.0]), [20.0, 30.0, 10.0]);
         assert_eq!(lengths("", corrected, [30.0, 20.0, 10.0]), [-30.0, 20.0, 10.0]);

@@ -1,6 +1,7 @@
 //! The content of a frame.
 
 use nalgebra::Point3;
+use plumb_protocol::PerMotor;
 
 use super::light::Material;
 
@@ -12,7 +13,7 @@ pub struct Scene {
     /// Material of the ball.
     pub ball_material: Material,
     /// Where the three cables leave motors A, B, C; `None` for a ball without cables and motors.
-    pub motors: Option<[Point3<f64>; 3]>,
+    pub motors: Option<PerMotor<Point3<f64>>>,
     /// Diameter of the cables, metres.
     pub cable_diameter: f64,
     /// Material of the cables.
@@ -47,7 +48,7 @@ impl Default for Scene {
 
 impl Scene {
     /// The rig with its ball at `ball` and its cables from `motors` A, B, C (rig frame, metres).
-    pub fn rig(ball: Point3<f64>, motors: [Point3<f64>; 3]) -> Self {
+    pub fn rig(ball: Point3<f64>, motors: PerMotor<Point3<f64>>) -> Self {
         Self { ball: Some(ball), motors: Some(motors), ..Self::default() }
     }
 

@@ -1,6 +1,7 @@
 use nalgebra::Point3;
 
 use plumb_cameras::camera_file;
+use plumb_protocol::{MOTORS, PerMotor};
 use plumb_runtime::rig::Rig;
 
 use super::*;
@@ -204,7 +205,7 @@ fn a_ball_outside_the_frame_is_drawn_as_far_as_it_is_visible() {
         let strand =
             Strand { from: nowhere, to: nowhere, diameter: 0.001, material: Material::red_ball() };
         camera
-            .render(0.0, &Scene { strands: vec![strand], ..Scene::rig(P0, [nowhere; 3]) })
+            .render(0.0, &Scene { strands: vec![strand], ..Scene::rig(P0, [nowhere; MOTORS]) })
             .unwrap();
     }
 }
@@ -284,6 +285,6 @@ fn what_cannot_be_is_refused() {
     assert!(matches!(camera.render(f64::NAN, &Scene::default()), Err(SyntheticError::Frame(_))));
 }
 
-fn paper_motors() -> [Point3<f64>; 3] {
+fn paper_motors() -> PerMotor<Point3<f64>> {
     Rig::paper().unwrap().simulation.unwrap().motors()
 }

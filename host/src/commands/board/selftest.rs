@@ -21,7 +21,7 @@ pub(super) struct Args {
     #[command(flatten)]
     board: BoardArgs,
     /// Kind of the board, whose STEP and DIR pins are tested
-    #[arg(long, value_enum, default_value = "pico")]
+    #[arg(long, value_enum, ignore_case = true, default_value = "pico")]
     kind: BoardOption,
     /// The motors' supply is off: do not ask
     #[arg(long)]

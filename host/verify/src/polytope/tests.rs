@@ -1,9 +1,9 @@
 use plumb_core::BuildLimits;
 use plumb_core::law::{Interval as FixedPoint, LawTicks, V_FRACTION_BITS};
 use plumb_core::params::Params;
-use plumb_protocol::Wiring;
 use plumb_protocol::config::{self, Config};
 use plumb_protocol::units::{Bound, Gain};
+use plumb_protocol::{MOTORS, PerAxis, PerMotor, Wiring};
 use proptest::prelude::*;
 
 use super::*;
@@ -18,7 +18,7 @@ fn board_families() -> impl Strategy<Value = config::Interval> {
             |f: &dyn Fn(usize) -> u32| [0, 3, 6].map(|r| [r, r + 1, r + 2].map(|n| Bound(f(n))));
         let mut signs = [0, 3, 6].map(|r| [r, r + 1, r + 2].map(|n| signs[n]));
         // Every column has an entry that is not zero.
-        let idle: Vec<_> = (0..3).filter(|&k| signs.iter().all(|row| row[k] == 0)).collect();
+        let idle: Vec<_> = (0..MOTORS).filter(|&k| signs.iter().all(|row| row[k] == 0)).collect();
         idle.into_iter().for_each(|k| signs[k][k] = -1);
         let (alpha, beta) = (at(&|n| bounds[n].0), at(&|n| bounds[n].0 + bounds[n].1));
         config::Interval { signs, alpha, beta, gain: Gain(1 << 16) }
@@ -47,7 +47,7 @@ fn interval_matrix(board: &config::Interval) -> IntervalMatrix {
             _ => Interval::new(-b, -a),
         }
     };
-    IntervalMatrix([0, 1, 2].map(|i| [0, 1, 2].map(|k| entry(i, k))))
+    IntervalMatrix(std::array::from_fn(|i| std::array::from_fn(|k| entry(i, k))))
 }
 
 /// Interval matrices with entries of any sign, so that v is often 0.
@@ -60,12 +60,12 @@ fn any_family() -> impl Strategy<Value = IntervalMatrix> {
 }
 
 /// Matrices with entries from -1 to 1.
-fn matrices() -> impl Strategy<Value = [[f64; 3]; 3]> {
+fn matrices() -> impl Strategy<Value = PerAxis<PerMotor<f64>>> {
     proptest::array::uniform3(proptest::array::uniform3(-1.0f64..1.0))
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let d = [0, 1, 2].map(|k| a[k] - b[k]);
+fn distance(a: PerMotor<f64>, b: PerMotor<f64>) -> f64 {
+    let d = std::array::from_fn(|k| a[k] - b[k]);
     inner(d, d).sqrt()
 }
 
@@ -144,7 +144,7 @@ proptest! {
     }
 }
 
-fn diagonal(x: f64, y: f64, z: f64) -> [[f64; 3]; 3] {
+fn diagonal(x: f64, y: f64, z: f64) -> PerAxis<PerMotor<f64>> {
     [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]
 }
 
@@ -182,6 +182,6 @@ fn errors_name_the_invalid_entry() {
     let nan = Polytope::new(vec![diagonal(1.0, 1.0, 1.0), diagonal(1.0, f64::NAN, 1.0)]);
     assert!(matches!(nan, Err(PolytopeError::Entry { vertex: 2, .. })), "{nan:?}");
     let zero = Polytope::new(vec![diagonal(0.0, 0.0, 0.0)]).unwrap();
-    assert_eq!(zero.minimum_norm([1.0, 2.0, 3.0]).unwrap().v, [0.0; 3]);
+    assert_eq!(zero.minimum_norm([1.0, 2.0, 3.0]).unwrap().v, [0.0; MOTORS]);
     assert_eq!(zero.robustness(100).nonsingularity, Nonsingularity::Undecided);
 }

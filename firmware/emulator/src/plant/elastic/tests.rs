@@ -1,12 +1,13 @@
+use plumb_protocol::{MOTORS, PerAxis};
 use proptest::prelude::*;
 
 use super::*;
 use crate::plant::{QuasiStatic, proptest_config};
 
-const START: [f64; 3] = [0.54, 0.22, 0.459];
+const START: PerAxis<f64> = [0.54, 0.22, 0.459];
 
 fn parameters(stiffness: f64, damping_ratio: f64) -> ElasticParameters {
-    ElasticParameters { mass_kg: 0.2, stiffness_n_m: [stiffness; 3], damping_ratio }
+    ElasticParameters { mass_kg: 0.2, stiffness_n_m: [stiffness; MOTORS], damping_ratio }
 }
 
 fn rig(stiffness: f64, damping_ratio: f64) -> Elastic {
@@ -23,10 +24,10 @@ fn energy(rig: &Elastic) -> f64 {
 fn at_rest_it_stays_at_rest() {
     let mut rig = rig(800.0, 0.1);
     for _ in 0..100 {
-        rig.advance(0.01, [0.0; 3]).unwrap();
+        rig.advance(0.01, [0.0; MOTORS]).unwrap();
     }
     assert!((rig.ball() - Point3::from(START)).norm() < 1e-10, "{}", rig.ball());
-    assert_eq!(rig.slack(), [false; 3]);
+    assert_eq!(rig.slack(), [false; MOTORS]);
     let per_weight = rig.geometry.tensions_per_weight(&rig.ball()).unwrap();
     for (tension, share) in rig.tensions_n().into_iter().zip(per_weight) {
         assert!((tension - share * 0.2 * GRAVITY_M_S2).abs() < 1e-7);
@@ -49,10 +50,10 @@ fn a_symmetric_rig_sags_as_computed_by_hand() {
     let (radius, h, k) = (0.5, 0.4, 800.0);
     let at = |angle: f64| Point3::new(radius * angle.cos(), radius * angle.sin(), 1.0);
     let third = std::f64::consts::TAU / 3.0;
-    let g = Geometry::new([at(0.0), at(third), at(2.0 * third)], [0.015; 3]).unwrap();
+    let g = Geometry::new([at(0.0), at(third), at(2.0 * third)], [0.015; MOTORS]).unwrap();
     let r = f64::hypot(radius, h);
     let l = r - 0.2 * GRAVITY_M_S2 * r / (3.0 * k * h);
-    let rig = Elastic::with_lengths(g, parameters(k, 0.1), [l; 3]).unwrap();
+    let rig = Elastic::with_lengths(g, parameters(k, 0.1), [l; MOTORS]).unwrap();
     assert!((rig.ball() - Point3::new(0.0, 0.0, 1.0 - h)).norm() < 1e-9, "{}", rig.ball());
 }
 
@@ -60,15 +61,15 @@ fn a_symmetric_rig_sags_as_computed_by_hand() {
 fn without_taut_cables_it_falls_freely() {
     let mut rig = rig(800.0, 0.1);
     // The motors jump by a metre of cable, so that all cables are slack.
-    rig.advance(0.0, [2200.0; 3]).unwrap();
-    assert_eq!(rig.slack(), [true; 3]);
+    rig.advance(0.0, [2200.0; MOTORS]).unwrap();
+    assert_eq!(rig.slack(), [true; MOTORS]);
     for _ in 0..20 {
-        rig.advance(0.01, [2200.0; 3]).unwrap();
+        rig.advance(0.01, [2200.0; MOTORS]).unwrap();
     }
     let fallen = Vector3::z() * (-0.5 * GRAVITY_M_S2 * 0.2 * 0.2);
     assert!((rig.ball() - Point3::from(START) - fallen).norm() < 1e-12, "{}", rig.ball());
     assert!((rig.velocity().z + GRAVITY_M_S2 * 0.2).abs() < 1e-12);
-    assert_eq!(rig.slack(), [true; 3]);
+    assert_eq!(rig.slack(), [true; MOTORS]);
 }
 
 #[test]
@@ -102,7 +103,7 @@ fn damping_ratio_is_that_of_one_cable() {
     // A velocity that makes the motion purely exp(-ζωt) cos(ω_d t).
     rig.velocity.z = -0.1 * omega * 1e-3;
     let period = std::f64::consts::TAU / (omega * (1.0f64 - 0.01).sqrt());
-    rig.advance(3.0 * period, [0.0; 3]).unwrap();
+    rig.advance(3.0 * period, [0.0; MOTORS]).unwrap();
     let expected = 1e-3 * (-0.1 * omega * 3.0 * period).exp();
     assert!(
         (rig.ball().z - rest - expected).abs() < 1e-8,
@@ -119,7 +120,7 @@ fn energy_is_constant_without_damping_and_falls_with_it() {
         let (before, bounce) = (energy(&rig), 0.5 * 0.2 * rig.velocity.norm_squared());
         let mut last = before;
         for _ in 0..1000 {
-            rig.advance(0.01, [0.0; 3]).unwrap();
+            rig.advance(0.01, [0.0; MOTORS]).unwrap();
             assert!(
                 energy(&rig) < last + 1e-5 * bounce,
                 "energy grows from {last} to {}",
@@ -179,7 +180,7 @@ fn smooth_motion_converges_with_fourth_order() {
             rig.substep_s = 2e-3 / division;
             rig.velocity = Vector3::new(0.02, 0.01, 0.05);
             rig.advance(0.1, [2.0, 1.0, 0.5]).unwrap();
-            assert_eq!(rig.slack(), [false; 3]);
+            assert_eq!(rig.slack(), [false; MOTORS]);
             rig.ball()
         };
         (run(division) - run(64.0)).norm()
@@ -225,7 +226,7 @@ fn invalid_parameters_and_steps_are_refused() {
     let mut rig = rig(800.0, 0.1);
     let before = rig.clone();
     for dt in [-0.1, f64::NAN, 1e9] {
-        assert!(matches!(rig.advance(dt, [0.0; 3]), Err(RigError::OutOfRange { .. })));
+        assert!(matches!(rig.advance(dt, [0.0; MOTORS]), Err(RigError::OutOfRange { .. })));
     }
     assert!(matches!(
         rig.advance(0.1, [-3000.0, 0.0, 0.0]),
@@ -247,7 +248,8 @@ proptest! {
         let parameters =
             ElasticParameters { mass_kg, stiffness_n_m: stiffness, damping_ratio: 0.1 };
         let rig = Elastic::with_lengths(Geometry::paper(), parameters, lengths).unwrap();
-        let (tensions, acceleration) = rig.pull(&rig.position, &rig.velocity, lengths, [0.0; 3]);
+        let still = [0.0; MOTORS];
+        let (tensions, acceleration) = rig.pull(&rig.position, &rig.velocity, lengths, still);
         let (size, ball) = (acceleration.norm(), rig.position);
         prop_assert!(size < 1e-6, "{acceleration} at {ball} under {tensions:?}");
     }

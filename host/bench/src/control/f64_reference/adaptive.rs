@@ -4,23 +4,25 @@
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::config::SIGNS;
+use plumb_protocol::{AXES, PerAxis, PerMotor};
 use plumb_sim::limits::RigLimits;
 
 use super::sign::direction;
 use super::{FloatMeasurement, setpoint};
 
 /// Initial |J|, mm/step.
-const INITIAL_J: [[f64; 3]; 3] = [[0.27, 0.27, 0.54], [0.51, 0.51, 0.0], [0.33, 0.33, 0.33]];
+const INITIAL_J: PerAxis<PerMotor<f64>> =
+    [[0.27, 0.27, 0.54], [0.51, 0.51, 0.0], [0.33, 0.33, 0.33]];
 /// Initial variance common to a row of J, relative to the square of its entries.
 const ROW_VARIANCE: f64 = 77.0 / 256.0;
 /// Initial variance of each entry, relative to its square, by row.
-const ENTRY_VARIANCE: [f64; 3] = [102.0 / 256.0, 26.0 / 256.0, 102.0 / 256.0];
+const ENTRY_VARIANCE: PerAxis<f64> = [102.0 / 256.0, 26.0 / 256.0, 102.0 / 256.0];
 /// Standard deviation of the entry J_yC, which is 0 in a symmetric rig, mm/step.
 const ZERO_ENTRY_SD: f64 = 0.090;
 /// Noise of J_yC, relative to the variance of the other entries' noise.
 const ZERO_ENTRY_NOISE: f64 = 23.0 / 256.0;
 /// Standard deviation of measurements along x, y, z, mm.
-const MEASUREMENT_SD: [f64; 3] = [2.0, 1.0, 1.0];
+const MEASUREMENT_SD: PerAxis<f64> = [2.0, 1.0, 1.0];
 /// Standard deviation of disturbances of the ball between two frames, mm.
 const DISTURBANCE_SD: f64 = 0.05;
 /// Standard deviation of a motion's effect, as a fraction of it.
@@ -144,7 +146,7 @@ impl AxisKalman {
 pub(super) struct Adaptive {
     limits: RigLimits,
     /// Filters, and the motor positions of their estimate, steps.
-    estimate: Option<([AxisKalman; 3], Vector3<f64>)>,
+    estimate: Option<(PerAxis<AxisKalman>, Vector3<f64>)>,
     overshoots: OvershootDetector,
     /// Number of consecutive frames of a held ball.
     held: u32,
@@ -213,8 +215,10 @@ impl Adaptive {
 }
 
 /// Returns J with every entry projected to Σ's sign and at least a hundredth of the largest entry.
-fn projected(axes: &[AxisKalman; 3]) -> Matrix3<f64> {
-    let j = Matrix3::from_rows(&[0, 1, 2].map(|i| -> RowVector3<f64> { axes[i].j.transpose() }));
+fn projected(axes: &PerAxis<AxisKalman>) -> Matrix3<f64> {
+    let j = Matrix3::from_rows(&std::array::from_fn::<_, AXES, _>(|i| -> RowVector3<f64> {
+        axes[i].j.transpose()
+    }));
     let least = j.amax() / 100.0;
     Matrix3::from_fn(|i, k| match f64::from(SIGNS[i][k]) {
         0.0 => j[(i, k)],
@@ -224,12 +228,12 @@ fn projected(axes: &[AxisKalman; 3]) -> Matrix3<f64> {
 
 /// Returns the ratio of standard deviation to mean of e'J n; `None` if the mean is not positive.
 fn uncertainty(
-    axes: &[AxisKalman; 3],
+    axes: &PerAxis<AxisKalman>,
     j: &Matrix3<f64>,
     e: &Vector3<f64>,
     n: &Vector3<f64>,
 ) -> Option<f64> {
-    let variance: f64 = (0..3).map(|i| e[i].powi(2) * n.dot(&(axes[i].p_jj * n))).sum();
+    let variance: f64 = (0..AXES).map(|i| e[i].powi(2) * n.dot(&(axes[i].p_jj * n))).sum();
     let mean = e.dot(&(j * n));
     (mean > 0.0).then(|| variance.max(0.0).sqrt() / mean)
 }
@@ -237,7 +241,7 @@ fn uncertainty(
 /// Returns the steps n that minimise E|e - J n|² and the braking margin as a fraction of them;
 /// `None` if descent is not certain enough.
 fn steps(
-    axes: &[AxisKalman; 3],
+    axes: &PerAxis<AxisKalman>,
     j: &Matrix3<f64>,
     e: &Vector3<f64>,
 ) -> Option<(Vector3<f64>, f64)> {
@@ -253,7 +257,8 @@ impl Law for Adaptive {
         match &mut self.estimate {
             Some((axes, motors)) => {
                 let d = measurement.motors - *motors;
-                let holds = (Vector3::from([0, 1, 2].map(|i| axes[i].p)) - measurement.target)
+                let holds = (Vector3::from(std::array::from_fn::<_, AXES, _>(|i| axes[i].p))
+                    - measurement.target)
                     .norm()
                     < HOLD_DISTANCE;
                 self.held = if holds { (self.held + 1).min(MAX_HOLD_FRAMES) } else { 0 };
@@ -265,7 +270,7 @@ impl Law for Adaptive {
             }
             none => {
                 *none = Some((
-                    [0, 1, 2].map(|i| AxisKalman::new(i, measurement.ball[i])),
+                    std::array::from_fn(|i| AxisKalman::new(i, measurement.ball[i])),
                     measurement.motors,
                 ))
             }

@@ -2,6 +2,7 @@
 
 use nalgebra::Point3;
 use plumb_protocol::units::Micros;
+use plumb_protocol::{MOTORS, PerMotor};
 use plumb_sim::limits::RigLimits;
 
 use super::super::controller::{ControllerKind, by_law};
@@ -22,7 +23,7 @@ fn settings(name: LawName) -> LawSettings {
 /// A controller that records its motor positions, one row a tick.
 struct Recorded {
     inner: Box<dyn Controller>,
-    rows: Vec<[f64; 3]>,
+    rows: Vec<PerMotor<f64>>,
 }
 
 impl Controller for Recorded {
@@ -30,7 +31,7 @@ impl Controller for Recorded {
         self.inner.on_position(now, age_us, ball);
     }
 
-    fn tick(&mut self, now: Micros) -> [f64; 3] {
+    fn tick(&mut self, now: Micros) -> PerMotor<f64> {
         let motors = self.inner.tick(now);
         self.rows.push(motors);
         motors
@@ -57,7 +58,7 @@ fn whole_run(
     law: &LawSettings,
     suite: &Suite,
     id: RunId,
-) -> (Outcome, Vec<[f64; 3]>) {
+) -> (Outcome, Vec<PerMotor<f64>>) {
     let task = suite.task(id).unwrap();
     let inner = match controller {
         Some(controller) => controller.build(suite, &task, id).unwrap(),
@@ -99,8 +100,8 @@ fn apart(law: &LawSettings, suite: &Suite, id: RunId) -> f64 {
 }
 
 /// By how many steps any motor is at most apart in two runs.
-fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    a.iter().zip(b).flat_map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).abs())).fold(0.0, f64::max)
+fn farthest(a: &[PerMotor<f64>], b: &[PerMotor<f64>]) -> f64 {
+    a.iter().zip(b).flat_map(|(a, b)| (0..MOTORS).map(|k| (a[k] - b[k]).abs())).fold(0.0, f64::max)
 }
 
 /// Whole runs with the same noise: the motors go the same way. `adaptive` may use its estimate a

@@ -2,10 +2,10 @@
 
 use nalgebra::Point3;
 use plumb_emulator::{EMULATED, Harness, LawDelay};
-use plumb_protocol::Config;
 use plumb_protocol::Wiring;
 use plumb_protocol::message::{Command, Fault, FromBoard, Position, State};
 use plumb_protocol::units::{Micros, Point};
+use plumb_protocol::{Config, PerMotor};
 
 use super::course::Course;
 use super::follower::{CourseFollower, Reading};
@@ -59,7 +59,7 @@ impl CourseFollower for BoardFollower<'_> {
         self.read();
     }
 
-    fn tick(&mut self, now: Micros) -> [f64; 3] {
+    fn tick(&mut self, now: Micros) -> PerMotor<f64> {
         self.harness.tick(now);
         self.read();
         self.harness.motors()

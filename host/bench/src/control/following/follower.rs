@@ -1,6 +1,7 @@
 //! Interface of the controllers that follow a path.
 
 use nalgebra::Point3;
+use plumb_protocol::PerMotor;
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Micros;
 
@@ -20,7 +21,7 @@ pub(super) trait CourseFollower {
     fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>);
     /// Runs the motors for the tick that begins at `now`. Returns their positions at its end, full
     /// steps; + pays cable out.
-    fn tick(&mut self, now: Micros) -> [f64; 3];
+    fn tick(&mut self, now: Micros) -> PerMotor<f64>;
     /// Returns the newest reading of the path's time; `None` before the controller follows.
     fn reading(&self) -> Option<Reading>;
     /// Returns the fault that has ended the drive.

@@ -1,6 +1,7 @@
 //! A baseline in the board's servo as a follower.
 
 use nalgebra::Point3;
+use plumb_protocol::PerMotor;
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Micros;
 
@@ -37,7 +38,7 @@ impl CourseFollower for LawFollower<'_> {
         }
     }
 
-    fn tick(&mut self, now: Micros) -> [f64; 3] {
+    fn tick(&mut self, now: Micros) -> PerMotor<f64> {
         let motors = self.controller.tick(now);
         if let Some(state) = self.controller.reference(now) {
             let at_s = now.0 as f64 * 1e-6;

@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 use plumb_emulator::plant::{ElasticParameters, GRAVITY_M_S2, Geometry};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Micros;
+use plumb_protocol::{MOTORS, PerMotor};
 use plumb_sim::limits::RigLimits;
 
 use super::course::Course;
@@ -24,20 +25,20 @@ struct Model {
 impl Model {
     /// Returns the cable lengths without stretch, in steps, that give the ball this `acceleration`
     /// (m/s²) at `ball` (metres). The damping of the stretch is left out.
-    fn steps(&self, ball: &Point3<f64>, acceleration: &Vector3<f64>) -> [f64; 3] {
+    fn steps(&self, ball: &Point3<f64>, acceleration: &Vector3<f64>) -> PerMotor<f64> {
         let lengths = self.geometry.cable_lengths_m(ball);
         let stretch = self.stretch_m(ball, acceleration).unwrap_or_default();
         let step_m = self.geometry.step_lengths_m();
-        [0, 1, 2].map(|i| (lengths[i] - stretch[i]) / step_m[i])
+        std::array::from_fn(|i| (lengths[i] - stretch[i]) / step_m[i])
     }
 
     /// Returns the stretch of each cable, metres: T = -m J'(g ẑ + a) over the stiffness; `None` for
     /// rigid cables, and in the plane of the motors.
-    fn stretch_m(&self, ball: &Point3<f64>, acceleration: &Vector3<f64>) -> Option<[f64; 3]> {
+    fn stretch_m(&self, ball: &Point3<f64>, acceleration: &Vector3<f64>) -> Option<PerMotor<f64>> {
         let ElasticParameters { mass_kg, stiffness_n_m, .. } = self.elasticity?;
         let force = (acceleration + Vector3::z() * GRAVITY_M_S2) * mass_kg;
         let tensions = -(self.geometry.jacobian(ball)?.transpose() * force);
-        Some([0, 1, 2].map(|i| tensions[i] / stiffness_n_m[i]))
+        Some(std::array::from_fn(|i| tensions[i] / stiffness_n_m[i]))
     }
 }
 
@@ -49,9 +50,9 @@ pub(super) struct OpenLoop<'a> {
     /// Highest rate of a motor, full steps/s.
     rate: f64,
     /// Cable lengths at the start, steps.
-    start: [f64; 3],
+    start: PerMotor<f64>,
     /// Motor positions, full steps.
-    motors: [f64; 3],
+    motors: PerMotor<f64>,
     /// The path's time that the motors are set to.
     path_s: f64,
     /// End of the present setting.
@@ -67,21 +68,21 @@ impl<'a> OpenLoop<'a> {
     ) -> Self {
         let model = Model { geometry, elasticity };
         let start = model.steps(&course.start(), &Vector3::zeros());
-        let (motors, next) = ([0.0; 3], Micros(0));
+        let (motors, next) = ([0.0; MOTORS], Micros(0));
         Self { course, model, rate: RigLimits::default().rate, start, motors, path_s: 0.0, next }
     }
 
     /// Returns the motor positions, full steps, at a path's time that passes at `pace`.
-    fn motors_at(&self, path_s: f64, pace: f64) -> [f64; 3] {
+    fn motors_at(&self, path_s: f64, pace: f64) -> PerMotor<f64> {
         let moment = self.course.at(path_s);
         let steps = self.model.steps(&moment.position, &(moment.acceleration * pace * pace));
-        [0, 1, 2].map(|i| steps[i] - self.start[i])
+        std::array::from_fn(|i| steps[i] - self.start[i])
     }
 
     /// Goes on by a step of the path's time, or by less where a motor would be too fast.
     fn advance(&mut self) {
         let [now, then] = [0.0, STEP_S].map(|ahead| self.motors_at(self.path_s + ahead, 1.0));
-        let fastest = (0..3).map(|i| (then[i] - now[i]).abs() / STEP_S).fold(0.0, f64::max);
+        let fastest = (0..MOTORS).map(|i| (then[i] - now[i]).abs() / STEP_S).fold(0.0, f64::max);
         let pace = if fastest > self.rate { self.rate / fastest } else { 1.0 };
         self.path_s += pace * STEP_S;
         self.motors = self.motors_at(self.path_s, pace);
@@ -91,7 +92,7 @@ impl<'a> OpenLoop<'a> {
 impl CourseFollower for OpenLoop<'_> {
     fn on_position(&mut self, _: Micros, _: u32, _: Option<Point3<f64>>) {}
 
-    fn tick(&mut self, now: Micros) -> [f64; 3] {
+    fn tick(&mut self, now: Micros) -> PerMotor<f64> {
         if now >= self.next {
             self.advance();
             self.next = Micros(now.0 + STEP_US);

@@ -6,6 +6,7 @@ use plumb_core::TICK_US;
 use plumb_emulator::plant::{CameraMonitor, Plant, Task};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Micros;
+use plumb_protocol::{MOTORS, PerMotor};
 
 use super::super::BenchError;
 use super::super::simulate::{STEP_S, TICKS_PER_STEP};
@@ -64,7 +65,7 @@ struct Simulation<'a> {
     /// Ticks of the board so far.
     ticks: u64,
     /// Total time that each cable was slack, seconds.
-    slack_s: [f64; 3],
+    slack_s: PerMotor<f64>,
 }
 
 impl Simulation<'_> {
@@ -128,7 +129,7 @@ pub(super) fn run(
         gauge: Gauge::new(course),
         frames: 0,
         ticks: 0,
-        slack_s: [0.0; 3],
+        slack_s: [0.0; MOTORS],
     };
     let ticks = (DURATION_S * 1e6) as u64 / u64::from(TICK_US);
     let loss = (0..ticks).find_map(|_| simulation.tick());

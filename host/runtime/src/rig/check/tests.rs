@@ -100,6 +100,55 @@ fn a_message_names_file_line_key_value_range_and_an_example() {
     assert!(texts.iter().any(|t| t.contains(rate) && t.contains("at most 1000 ")), "{texts:#?}");
 }
 
+/// Checks the paper's rig with a Pico 2, this line of `[board]`, and these lines of `[motors]` in
+/// place of its driver. Returns the errors, and the refusal before a run.
+fn on_a_pico_2(board: &str, motors: &str) -> (Vec<String>, Option<String>) {
+    let board = &format!("[board]\nkind = \"pico2\"\n{board}");
+    let found = findings(&[("[board]", board), ("driver = \"a4988\"", motors)]);
+    let errors = found.iter().filter(|finding| finding.severity == Severity::Error);
+    let errors = errors.map(|finding| finding.to_string().split_once("error: ").unwrap().1.into());
+    let text = PAPER.replacen("[board]", board, 1).replacen("driver = \"a4988\"", motors, 1);
+    let refused = Rig::parse(Path::new("rig.toml"), &text).unwrap().wiring().err();
+    (errors.collect(), refused.map(|refused| refused.to_string()))
+}
+
+#[test]
+fn pulses_that_the_chip_cannot_make_are_refused_with_their_key() {
+    let step_dir = |high: &str| {
+        format!("driver = {{ step-dir = {{ high = {high}, low = 2.5e-6, setup = 5e-6 }} }}")
+    };
+    let timing = |high: &str| format!("driver = \"dm542\"\ntiming.high = {high}");
+    for text in [step_dir("3.42e-6"), timing("3.42e-6")] {
+        assert_eq!(on_a_pico_2("", &text), (vec![], None), "{text}");
+    }
+    let why = "is above 3.42e-6 s, the widest pulse that a Raspberry Pi Pico 2 makes";
+    for (text, key) in [
+        (step_dir("3.43e-6"), "motors.driver.step-dir.high"),
+        (timing("3.43e-6"), "motors.timing.high"),
+        (format!("{}\ntiming.high = 3.43e-6", step_dir("2e-6")), "motors.timing.high"),
+    ] {
+        let (errors, refused) = on_a_pico_2("", &text);
+        assert_eq!(errors.len(), 1, "{errors:?}");
+        assert!(errors[0].starts_with(&format!("`{key} = 3.43e-6` {why}")), "{errors:?}");
+        assert!(refused.unwrap().starts_with(&format!("`{key}` {why}")), "before a run");
+    }
+    // On a Pico the chip makes them.
+    let found = findings(&[("driver = \"a4988\"", &timing("4.1e-6"))]);
+    assert_eq!(keys(&found)[0], [""; 0], "{found:#?}");
+}
+
+#[test]
+fn an_inverted_emergency_input_is_refused_on_a_pico_2_with_what_to_do() {
+    let inverted = "inverted.emergency = true";
+    let (errors, refused) = on_a_pico_2(inverted, "driver = \"a4988\"");
+    let (key, why) = ("`board.inverted.emergency", "is unsafe on a Raspberry Pi Pico 2: ");
+    assert!(errors.len() == 1 && errors[0].starts_with(&format!("{key} = true` {why}")));
+    assert!(errors[0].contains("put the contact between the pin and ground"), "{errors:?}");
+    assert!(refused.unwrap().starts_with(&format!("{key}` {why}")), "before a run");
+    let found = findings(&[("[board]", &format!("[board]\n{inverted}"))]);
+    assert_eq!(keys(&found)[0], [""; 0], "on a Pico: {found:#?}");
+}
+
 #[test]
 fn a_message_names_a_number_and_its_range_once() {
     let found = findings(&[("host = 0.3", "host = 99.0")]);

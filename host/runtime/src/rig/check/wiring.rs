@@ -1,13 +1,26 @@
 //! Wirings that the board refuses, by the keys of the rig file.
 
 use plumb_protocol::boards::Board;
+use plumb_protocol::units::Nanoseconds;
 use plumb_protocol::wiring::{Drivers, Line, PinError, Wiring, WiringError};
 
 use super::{Document, Finding, Severity};
+use crate::rig::{Driver, OutOfRange, Rig};
 
-/// Returns the finding about a wiring that the board refuses for `error`.
-pub(super) fn finding(document: &Document<'_>, wiring: &Wiring, error: &WiringError) -> Finding {
-    let (key, problem) = match error {
+/// Returns the finding about the wiring of `rig`, which the board refuses for `error`.
+pub(super) fn finding(
+    document: &Document<'_>,
+    rig: &Rig,
+    wiring: &Wiring,
+    error: WiringError,
+) -> Finding {
+    let OutOfRange { key, why, .. } = refusal(rig, wiring, error);
+    document.finding(Severity::Error, &[key], why)
+}
+
+/// Returns the refusal of the wiring of `rig` for `error`, with the key that it follows from.
+pub(in crate::rig) fn refusal(rig: &Rig, wiring: &Wiring, error: WiringError) -> OutOfRange {
+    let (key, why) = match error {
         WiringError::Board => ("board.kind", "names a board that this one is not".to_owned()),
         WiringError::Drivers => (
             "motors.driver",
@@ -17,9 +30,30 @@ pub(super) fn finding(document: &Document<'_>, wiring: &Wiring, error: &WiringEr
             "motors.driver.tmc2209-uart.addresses",
             "has an address above 3, or one twice".to_owned(),
         ),
-        WiringError::Pin(line, error) => (key(*line), problem(wiring, *line, *error)),
+        WiringError::Pin(line, error) => (key(line), problem(wiring, line, error)),
+        WiringError::Pulse => (pulse_key(rig), wide_pulse(wiring)),
+        WiringError::InvertedEmergency => ("board.inverted.emergency", latching_input(wiring)),
     };
-    document.finding(Severity::Error, &[key], problem)
+    OutOfRange { key, value: None, why }
+}
+
+/// Returns the key that the width of the STEP pulses follows from.
+fn pulse_key(rig: &Rig) -> &'static str {
+    match rig.motors.driver {
+        Driver::StepDir { .. } if rig.motors.timing.high.is_none() => "motors.driver.step-dir.high",
+        _ => "motors.timing.high",
+    }
+}
+
+/// Returns what is wrong with STEP pulses that are too wide for the chip.
+fn wide_pulse(wiring: &Wiring) -> String {
+    let board = wiring.board;
+    let widest = Board::of(board).map_or(Nanoseconds(0), |board| board.chip.widest_pulse());
+    format!(
+        "is above {:.2}e-6 s, the widest pulse that {board} makes: choose a driver with a faster \
+         input, or another board",
+        f64::from(widest.0) / 1000.0
+    )
 }
 
 /// Returns the warning about a board with drivers of its own that are left without their UART.
@@ -45,6 +79,17 @@ pub(super) fn key(line: Line) -> &'static str {
         Line::Led => "board.pins.led",
         Line::UartTx | Line::UartRx => "board.pins.uart",
     }
+}
+
+/// Returns what is wrong with an inverted emergency input of a chip whose pull-down does not hold
+/// an input low. A resistor outside would, but no program sees whether it is there.
+fn latching_input(wiring: &Wiring) -> String {
+    format!(
+        "is unsafe on {}: its pull-down does not hold an input low (erratum RP2350-E9), so that a \
+         wire that is cut may read as closed. Leave this key out, and put the contact between the \
+         pin and ground: that input has a pull-up",
+        wiring.board
+    )
 }
 
 /// Returns what is wrong with the pin of a line.
