@@ -11,8 +11,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use plumb_cameras::stream::StreamAddress;
-use plumb_runtime::rig::BoardName;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
+use plumb_runtime::rig::{BoardName, Stiffness};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -62,6 +62,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::within(numbers::CABLE_PER_TURN))]
     cable_per_turn: Option<f64>,
+    /// How much the cables stretch
+    #[arg(long, value_enum, ignore_case = true)]
+    cables: Option<CablesName>,
     /// Diameter of the ball, 0.02 to 0.3 m
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::within(numbers::BALL))]
@@ -120,6 +123,27 @@ impl From<DriverName> for DriverKind {
             DriverName::Dm542 => Self::Dm542,
             DriverName::Coils => Self::Coils,
             DriverName::MotorHats => Self::MotorHats,
+        }
+    }
+}
+
+/// Name of a stiffness of cables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum CablesName {
+    /// Steel wire or braided line
+    Stiff,
+    /// Nylon or elastic line
+    Soft,
+    /// Not sure: treated as soft
+    Unknown,
+}
+
+impl From<CablesName> for Stiffness {
+    fn from(name: CablesName) -> Self {
+        match name {
+            CablesName::Stiff => Self::Stiff,
+            CablesName::Soft => Self::Soft,
+            CablesName::Unknown => Self::Unknown,
         }
     }
 }

@@ -167,16 +167,29 @@ fn a_simulated_ball_may_have_another_colour() {
 fn a_wrong_answer_is_asked_again() {
     let folder = folder();
     // No triangle, then the default sides; no board, then the default; then a driver without 4
-    // microsteps.
-    let answers = "1\n0.3\n0.3\n\n\n\n\n\npico3\n\ntmc2209\n4\n8\n\n\n\n\n\n";
-    let output = answer(folder.path(), &[], answers);
+    // microsteps; no stiffness, then one.
+    let sizes = "1\n0.3\n0.3\n\n\n\n\n\npico3\n\ntmc2209\n4\n8\n\n";
+    let answers = format!("{sizes}steel\nstiff\n\n\n\n\n");
+    let output = answer(folder.path(), &[], &answers);
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("must be stiff, soft or unknown"), "{text}");
     assert!(text.contains("no triangle has the sides"), "{text}");
     assert!(text.contains("must be one of pico, pico2, skr-pico"), "{text}");
     assert!(text.contains("cannot be set to 4 microsteps"), "{text}");
     let rig = fs::read_to_string(folder.path().join("rig.toml")).unwrap();
     assert!(rig.contains("microsteps = 8\n"), "{rig}");
+    assert!(rig.contains("stiffness = \"stiff\"\n"), "{rig}");
+}
+
+#[test]
+fn the_stiffness_of_the_cables_is_an_option() {
+    let folder = folder();
+    for name in ["stiff", "soft", "unknown"] {
+        init_and_check(folder.path(), name, &["--cables", name]);
+        let rig = fs::read_to_string(folder.path().join(name).join("rig.toml")).unwrap();
+        assert!(rig.contains(&format!("stiffness = {name:?}\n")), "{rig}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Rigs of the population with no fault, one or two.
 
-use nalgebra::{Affine3, Matrix4, Point3};
+use nalgebra::{Affine3, Matrix3, Matrix4, Point3};
 use plumb_emulator::plant::{
     Elastic, ElasticParameters, Geometry, Plant, Population, QuasiStatic, RigError, Task,
     Variations, lowest_point,
@@ -38,7 +38,8 @@ pub struct Case {
     /// Seed of the camera's noise.
     pub seed: u64,
     task: Task,
-    is_elastic: bool,
+    /// Ball and cables; `None` for rigid cables.
+    elastic: Option<ElasticParameters>,
 }
 
 impl Case {
@@ -59,8 +60,29 @@ impl Case {
         let task = population.sample(seed, index).expect("a rig of the population");
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ index << 32);
         let rig = rig_file(&task, index.is_multiple_of(2), &mut random);
-        let is_elastic = index % 4 >= 2;
-        Self { rig, mistakes: Vec::new(), seed: index, task, is_elastic }
+        let elastic = (index % 4 >= 2).then(ElasticParameters::default);
+        Self { rig, mistakes: Vec::new(), seed: index, task, elastic }
+    }
+
+    /// Returns the case with this ball and these cables; `None` for rigid cables.
+    #[must_use]
+    pub fn with_cables(self, elastic: Option<ElasticParameters>) -> Self {
+        Self { elastic, ..self }
+    }
+
+    /// Returns the slowest period of a ball of this mass (kg) at the start, on cables of this
+    /// stiffness (N/m), seconds: 2π √(m/k) over the least singular value of the matrix of the
+    /// cables' unit vectors.
+    pub fn slowest_period_s(&self, mass_kg: f64, stiffness_n_m: f64) -> f64 {
+        let Task { geometry, start, .. } = self.task;
+        let cables = geometry.motors().map(|motor| (start - motor).normalize());
+        let least = Matrix3::from_columns(&cables).singular_values().min();
+        std::f64::consts::TAU * (mass_kg / stiffness_n_m).sqrt() / least
+    }
+
+    /// Returns the lengths of the cables at the start, metres.
+    pub fn lengths_m(&self) -> [f64; 3] {
+        self.task.geometry.cable_lengths_m(&self.task.start)
     }
 
     /// Returns case `index` of `seed` with a fault: ten kinds in turn.
@@ -84,7 +106,6 @@ impl Case {
     /// Where the rig cannot hang.
     pub fn plant(&self) -> Box<dyn Plant + Send> {
         let Task { geometry, start, .. } = self.task;
-        let elastic = ElasticParameters::default();
         let wiring = self.wiring();
         let lengths = self.mistakes.iter().find_map(|mistake| match *mistake {
             Mistake::Slack(output, spare) => {
@@ -92,15 +113,17 @@ impl Case {
             }
             _ => None,
         });
-        let plant: Box<dyn Plant + Send> = match (lengths, self.is_elastic) {
-            (Some(lengths), false) => {
+        let plant: Box<dyn Plant + Send> = match (lengths, self.elastic) {
+            (Some(lengths), None) => {
                 Box::new(QuasiStatic::with_lengths(geometry, lengths).expect("a rig"))
             }
-            (Some(lengths), true) => {
+            (Some(lengths), Some(elastic)) => {
                 Box::new(Elastic::with_lengths(geometry, elastic, lengths).expect("a rig"))
             }
-            (None, false) => Box::new(QuasiStatic::new(geometry, start).expect("a rig")),
-            (None, true) => Box::new(Elastic::new(geometry, elastic, start).expect("a rig")),
+            (None, None) => Box::new(QuasiStatic::new(geometry, start).expect("a rig")),
+            (None, Some(elastic)) => {
+                Box::new(Elastic::new(geometry, elastic, start).expect("a rig"))
+            }
         };
         let mistakes = self.mistakes.clone();
         Box::new(Faulty { plant, wiring, mistakes, last: [0.0; 3], turned: [0.0; 3] })

@@ -38,6 +38,7 @@ mod repeated_picture;
 mod reversals;
 mod silence;
 mod soak;
+mod stiffness;
 mod style;
 mod targets;
 mod tensions;

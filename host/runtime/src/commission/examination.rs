@@ -65,8 +65,10 @@ pub struct ExaminationParts<'a> {
 pub struct Examination<'a, 'p, T> {
     pub(super) parts: &'a mut ExaminationParts<'p>,
     pub(super) link: Link<T>,
-    rate: Rate,
-    max_steps: f64,
+    /// Highest rate of a jog.
+    pub(super) rate: Rate,
+    /// Farthest jog from the start, full steps.
+    pub(super) max_steps: f64,
     /// Number of pictures so far.
     pub(super) frames: u64,
     /// Number of pictures that were lost since the last good one.
@@ -82,7 +84,8 @@ pub struct Examination<'a, 'p, T> {
 impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
     /// Examines `rig`, whose configured board is at the other end of `link`. The motors turn: by
     /// 60 mm of cable or a revolution at most, within `jog.max_distance` and the travel, at
-    /// `jog.max_rate`, and back.
+    /// `jog.max_rate`, and back. For the stiffness of the cables the board is configured without a
+    /// running mean, and then as `rig` says again.
     ///
     /// # Errors
     /// Where the ball is not seen or does not hang still, the board stops by itself, the link or
@@ -126,10 +129,12 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
             let wound = self.probe(output, -1.0, &mut present)?;
             responses.push(Response { out, wound });
         }
-        match <[Response; 3]>::try_from(responses) {
-            Ok(responses) => Ok(Report::of(rig, place.median, responses)),
-            Err(_) => Err(ExaminationError::EndOfFrames),
-        }
+        let Ok(responses) = <[Response; 3]>::try_from(responses) else {
+            return Err(ExaminationError::EndOfFrames);
+        };
+        let report = Report::of(rig, place.median, responses);
+        let stiffness = self.measure_stiffness(rig, &report)?;
+        Ok(Report { stiffness, ..report })
     }
 
     /// Returns the place of the ball before the first jog.
@@ -184,17 +189,29 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
     /// where the travel ends before.
     fn jog(&mut self, output: Output, steps: f64) -> Result<bool, ExaminationError> {
         let distance = Steps16::from_si(steps).unwrap_or(Steps16(0));
-        let jog = Jog { motor: output as u8, distance, rate: self.rate };
-        match self.link.jog(jog) {
-            Ok(()) => {}
-            Err(LinkError::Refused { refusal: Refusal::JogTravel, .. }) => return Ok(false),
-            Err(error) => return Err(error.into()),
+        if !self.begin_jog(output, distance, self.rate)? {
+            return Ok(false);
         }
         loop {
             let telemetry = self.tend(|_| ())?;
             if !self.link.is_jogging(&telemetry)? {
                 return Ok(true);
             }
+        }
+    }
+
+    /// Begins to turn a motor by `distance`, + pays out. Returns false where the travel
+    /// ends before.
+    pub(super) fn begin_jog(
+        &mut self,
+        output: Output,
+        distance: Steps16,
+        rate: Rate,
+    ) -> Result<bool, ExaminationError> {
+        match self.link.jog(Jog { motor: output as u8, distance, rate }) {
+            Ok(()) => Ok(true),
+            Err(LinkError::Refused { refusal: Refusal::JogTravel, .. }) => Ok(false),
+            Err(error) => Err(error.into()),
         }
     }
 

@@ -8,6 +8,7 @@ use super::explanation::{
 };
 use super::fault::{Fault, Output};
 use super::response::{Motion, Response};
+use super::swing::{Doubt, Measurement};
 use crate::rig::{Box3, Rig};
 
 /// Misfit that one mistake more in an explanation must remove, variances.
@@ -37,10 +38,12 @@ pub struct Report {
     pub alternatives: Vec<Explanation>,
     /// Turn of the frame about the vertical beyond the explanation, degrees, counter-clockwise.
     pub yaw_deg: f64,
+    /// Stiffness of the cables.
+    pub stiffness: Measurement,
 }
 
 impl Report {
-    /// Returns what explains these responses of the rig.
+    /// Returns what explains these responses of the rig, without a measured stiffness.
     pub fn of(rig: &Rig, ball: Point3<f64>, responses: [Response; 3]) -> Self {
         let sectors = rig.size.as_ref().map_or_else(Sectors::unknown, Sectors::of);
         let is_inside = is_inside(&rig.workspace, &ball);
@@ -66,6 +69,7 @@ impl Report {
             faults: [mechanical, explained].concat(),
             alternatives: choice.alternatives,
             yaw_deg: yaw.to_degrees(),
+            stiffness: Measurement::Unknown(Doubt::Fault),
         }
     }
 

@@ -7,7 +7,7 @@ use super::quantity::Mean;
 
 /// Longest span of the running mean of the law `taut` on stiff cables, seconds: the slowest period
 /// of a ball on cables of 800 N/m is 0.27 s on nine rigs of ten.
-const STIFF_MEAN: Mean = Mean::constant(0.25);
+pub(crate) const STIFF_MEAN: Mean = Mean::constant(0.25);
 
 /// The cables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -28,6 +28,21 @@ pub enum Stiffness {
     Stiff,
     /// Nylon or elastic line.
     Soft,
+}
+
+impl Stiffness {
+    /// All values.
+    pub const ALL: [Self; 3] = [Self::Unknown, Self::Stiff, Self::Soft];
+
+    /// Returns the value as in rig files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown",
+            Self::Stiff => "stiff",
+            Self::Soft => "soft",
+        }
+    }
 }
 
 impl CableSettings {

@@ -13,7 +13,7 @@ use plumb_cameras::stream::StreamAddress;
 use thiserror::Error;
 
 use self::triangle::{WorkspaceBox, check_length};
-use super::{BoardName, FULL_STEPS_PER_REVOLUTION};
+use super::{BoardName, FULL_STEPS_PER_REVOLUTION, Stiffness};
 
 pub use self::driver::{DriverKind, MicrostepsError, Straps};
 pub use self::triangle::{HEIGHT_RANGE_M, SIDE_RANGE_M, SizeError, Triangle};
@@ -66,6 +66,8 @@ pub struct NewRig {
     pub height: f64,
     /// Cable that a turn of a motor winds, metres.
     pub cable_per_turn: f64,
+    /// How much the cables stretch.
+    pub stiffness: Stiffness,
     /// Source of the pictures.
     pub camera: NewCamera,
     /// Diameter of the ball, metres.
@@ -116,6 +118,7 @@ impl Default for NewRig {
             sides: [0.61, 0.88, 0.93],
             height: 0.66,
             cable_per_turn: 0.094,
+            stiffness: Stiffness::Unknown,
             camera: NewCamera::Openni,
             ball_diameter: 0.08,
             ball_hue: 0.0,

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use plumb_cameras::stream::AddressError;
 use plumb_config::quantity::Range;
-use plumb_runtime::rig::BoardName;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
+use plumb_runtime::rig::{BoardName, Stiffness};
 
 use super::dialogue::{Dialogue, DialogueError};
-use super::{Args, CameraName, DriverName, colour};
+use super::{Args, CablesName, CameraName, DriverName, colour};
 use crate::commands::rig_args::BoardOption;
 use crate::commands::{Failure, bad_input, numbers};
 
@@ -32,6 +32,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
         (usual.cable_per_turn, &numbers::CABLE_PER_TURN),
         dialogue,
     )?;
+    let stiffness = stiffness(args, &usual, dialogue)?;
     let usual_ball = (usual.ball_diameter, &numbers::BALL);
     let ball_diameter = length(args.ball, "Diameter of the ball", usual_ball, dialogue)?;
     let ball_hue = match args.colour {
@@ -62,6 +63,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
         sides,
         height,
         cable_per_turn,
+        stiffness,
         camera,
         ball_diameter,
         ball_hue,
@@ -182,6 +184,23 @@ fn motors<I: BufRead, O: Write>(
         }
     };
     Ok((driver, microsteps))
+}
+
+/// Returns how much the cables stretch.
+fn stiffness<I: BufRead, O: Write>(
+    args: &Args,
+    usual: &NewRig,
+    dialogue: &mut Dialogue<I, O>,
+) -> Result<Stiffness, Failure> {
+    if let Some(name) = args.cables {
+        return Ok(name.into());
+    }
+    let question =
+        "Cables (steel or braided line: stiff; nylon or elastic: soft; not sure: unknown)";
+    let parse = |text: &str| {
+        CablesName::from_str(text, true).map_err(|_| "must be stiff, soft or unknown".to_owned())
+    };
+    Ok(dialogue.ask(question, usual.stiffness.name(), parse)?.into())
 }
 
 /// Returns the source of the pictures.

@@ -48,6 +48,14 @@ fn limits_fit_every_size() {
 }
 
 #[test]
+fn the_stiffness_of_the_cables_is_that_of_the_answer() {
+    for stiffness in Stiffness::ALL {
+        let (findings, rig) = written(&NewRig { stiffness, ..NewRig::default() });
+        assert_eq!((findings, rig.cables.stiffness), (Vec::new(), stiffness));
+    }
+}
+
+#[test]
 fn sizes_of_no_rig_are_refused_with_a_reason() {
     let refused = |sides: [f64; 3], height: f64| {
         NewRig { sides, height, ..NewRig::default() }.files().unwrap_err().to_string()

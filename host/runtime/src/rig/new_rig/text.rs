@@ -8,8 +8,8 @@ use super::{Limits, NewCamera, NewRig, Straps};
 use crate::rig::REFERENCE;
 
 /// Tables that [`rig_file`] writes key by key. It writes the other tables with their defaults.
-const OWN_TABLES: [&str; 8] =
-    ["targets", "board", "law", "motors", "workspace", "size", "camera", "simulation"];
+const OWN_TABLES: [&str; 9] =
+    ["targets", "board", "law", "motors", "cables", "workspace", "size", "camera", "simulation"];
 
 /// Text of a TOML file under construction.
 struct Writer {
@@ -114,6 +114,8 @@ pub(super) fn rig_file(rig: &NewRig, limits: &Limits, straps: Option<&Straps>) -
     file.key("board.kind", &format!("{:?}", rig.board.board().name));
     file.text.push_str("\n# Without a table [law.NAME] the law is `taut`.\n");
     motors(&mut file, rig, limits, straps);
+    file.table("cables", "");
+    file.key("cables.stiffness", &format!("{:?}", rig.stiffness.name()));
     file.table("workspace", "Inside the triangle, above the floor and below the motors.");
     file.key("workspace.min", &point(limits.workspace.min));
     file.key("workspace.max", &point(limits.workspace.max));
