@@ -34,10 +34,10 @@ pub struct CaptureLimits {
 }
 
 impl Default for CaptureLimits {
-    /// Limits above those of the OpenNI2 driver (3 s for a frame, 5 s to close), whose errors say
-    /// more.
+    /// Limits above those of the OpenNI2 driver (3 s for a frame, 5 s to close after its recording
+    /// has grown last), whose errors say more.
     fn default() -> Self {
-        Self { silence: Duration::from_secs(4), close: Duration::from_secs(9) }
+        Self { silence: Duration::from_secs(4), close: Duration::from_secs(60) }
     }
 }
 

@@ -87,6 +87,14 @@ impl RecordFolder {
         self.0.join("recording.oni")
     }
 
+    /// Checks the device's own recording at `oni`, where there is one.
+    ///
+    /// # Errors
+    /// What is wrong with it, for a person.
+    pub fn check_oni(oni: &Path) -> Result<(), String> {
+        if oni.exists() { plumb_openni::check_recording(oni) } else { Ok(()) }
+    }
+
     /// Starts a recording of frames with `intrinsics`. `camera` is the text of the camera file.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
 use plumb_cameras::camera_file;
-use plumb_cameras::record::Overflow;
+use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::bounded_read::read_text;
@@ -303,7 +303,7 @@ impl PreparedRun {
     fn drive(self, options: &RunOptions, interrupted: &AtomicBool) -> Result<ExitCode, Failure> {
         let Self { run, camera, mut detector, mut steering, stream, mut outputs, is_endless } =
             self;
-        let RunCamera { mut source, mut follower, .. } = camera;
+        let RunCamera { mut source, mut follower, oni, .. } = camera;
         let operator = steering.take_operator();
         let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
         observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
@@ -320,6 +320,11 @@ impl PreparedRun {
         drop((steering, stream));
         // A device ends its own recording.
         drop(source);
+        if let Some(oni) = &oni
+            && let Err(error) = RecordFolder::check_oni(oni)
+        {
+            tell!("plumb: {}: {error}; use the pictures beside it", oni.display());
+        }
         outputs.conclude(result, is_endless, |summary| {
             if options.json {
                 print::result(serde_json::to_string(summary)?)?;

@@ -23,6 +23,8 @@ pub(crate) struct RunCamera {
     pub(crate) source: Box<dyn CameraSource>,
     /// The camera file, with the intrinsics of the frames.
     pub(crate) camera: Camera,
+    /// The device's own recording, where it makes one.
+    pub(crate) oni: Option<PathBuf>,
     /// Moves the simulated rig, where the source renders one.
     pub(crate) follower: Option<HilObserver>,
 }
@@ -46,7 +48,7 @@ impl RunCamera {
         for note in &notes {
             tell!("plumb: {note}");
         }
-        Ok(Self { source, camera, follower: None })
+        Ok(Self { source, camera, oni, follower: None })
     }
 
     /// Opens a camera that renders the simulated rig, which follows the board's motors from their
@@ -67,7 +69,7 @@ impl RunCamera {
         let synthetic = synthetic_camera(simulation, &camera)?;
         let source = SimulatedCamera::new(plant, synthetic, simulation.motors(), Timing::default());
         let source = Box::new(Capture::start(source, CaptureLimits::default())?);
-        Ok(Self { source, camera, follower: Some(follower) })
+        Ok(Self { source, camera, oni: None, follower: Some(follower) })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Open camera or recording.
 
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::error::OpenniError;
@@ -20,6 +21,8 @@ const GRACE: Duration = Duration::from_secs(1);
 pub struct Camera {
     opened: Opened,
     timeouts: Timeouts,
+    /// The device's own recording.
+    recording: Option<PathBuf>,
     /// `None` once it is closed.
     reader: Option<OnThread<Reader>>,
     /// Start of the clock that stamps live pictures.
@@ -37,10 +40,11 @@ impl Camera {
     /// [`Timeouts::open`].
     pub fn open(openni: &OpenNi, target: &Target, settings: Settings) -> Result<Self, OpenniError> {
         let (start, timeouts) = (Instant::now(), settings.timeouts);
+        let recording = settings.record.clone();
         let (openni, of_target) = (openni.clone(), target.clone());
         let open = move || Reader::open(&openni, &of_target, &settings, start);
         let (reader, opened) = OnThread::open(target.name(), timeouts.open, open)?;
-        Ok(Self { opened, timeouts, reader: Some(reader), start, ended: None })
+        Ok(Self { opened, timeouts, recording, reader: Some(reader), start, ended: None })
     }
 
     /// Returns the description of the camera.
@@ -85,13 +89,22 @@ impl Camera {
     /// Stops and closes the camera, and completes its recording.
     ///
     /// # Errors
-    /// Where that takes longer than [`Timeouts::close`]. The camera then stays open.
+    /// Where that takes longer than [`Timeouts::close`]. The camera then stays open, and its recording
+    /// is incomplete.
     pub fn close(mut self) -> Result<(), OpenniError> {
         self.end()
     }
 
     fn end(&mut self) -> Result<(), OpenniError> {
-        self.reader.take().map_or(Ok(()), |reader| reader.close(self.timeouts.close))
+        let Some(reader) = self.reader.take() else { return Ok(()) };
+        // The recorder still writes the pictures of its queue.
+        let length = |path: &PathBuf| std::fs::metadata(path).map_or(0, |file| file.len());
+        let recording = self.recording.clone();
+        let mut before = recording.as_ref().map_or(0, length);
+        reader.close(self.timeouts.close, move || {
+            let now = recording.as_ref().map_or(0, length);
+            std::mem::replace(&mut before, now) != now
+        })
     }
 }
 

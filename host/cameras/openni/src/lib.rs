@@ -43,7 +43,7 @@ pub use camera::Camera;
 pub use driver::OpenniSettings;
 pub use error::OpenniError;
 pub use library::{DeviceInfo, OpenNi};
-pub use oni_file::is_recording;
+pub use oni_file::{check_recording, is_recording};
 pub use picture::Pair;
 pub use plumb_frame::pairing::Sensor;
 pub use settings::{DepthUnit, Mode, Opened, Settings, Target, Timeouts};

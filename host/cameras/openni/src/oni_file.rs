@@ -71,6 +71,14 @@ pub fn is_recording(path: &Path) -> bool {
     read.is_ok() && magic == *FILE_MAGIC
 }
 
+/// Checks that the recording at `path` is complete.
+///
+/// # Errors
+/// What is wrong with it, for a person.
+pub fn check_recording(path: &Path) -> Result<(), String> {
+    check(path).map(|_| ()).map_err(|error| error.to_string())
+}
+
 /// Checks the records of the file at `path`: everything that the library's player relies on.
 ///
 /// # Errors

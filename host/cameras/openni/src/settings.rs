@@ -43,7 +43,7 @@ pub struct Timeouts {
     pub open: Duration,
     /// Longest time to the next picture.
     pub picture: Duration,
-    /// Longest time to stop and close a camera.
+    /// Longest time to stop and close a camera, since its recording has grown last.
     pub close: Duration,
 }
 

@@ -120,10 +120,20 @@ impl<T: 'static> OnThread<T> {
     /// Closes the camera or recording.
     ///
     /// # Errors
-    /// Where that takes longer than `limit`. It then stays open.
-    pub(crate) fn close(self, limit: Duration) -> Result<(), OpenniError> {
+    /// Where that takes longer than `limit`, and `goes_on` says at the end of one that no work is
+    /// done. It then stays open.
+    pub(crate) fn close(
+        self,
+        limit: Duration,
+        mut goes_on: impl FnMut() -> bool,
+    ) -> Result<(), OpenniError> {
         drop(self.calls);
-        answer(&self.uri, &self.ended, "closing it", limit)
+        loop {
+            let closed = answer(&self.uri, &self.ended, "closing it", limit);
+            if closed.is_ok() || !goes_on() {
+                return closed;
+            }
+        }
     }
 }
 
@@ -181,7 +191,7 @@ mod tests {
         let (value, ()) = OnThread::open("a".to_owned(), LONG, open).unwrap();
         let thread = value.call("a call", LONG, |_| thread::current().id()).unwrap();
         assert_ne!(thread, thread::current().id());
-        assert_eq!(value.close(LONG), Ok(()));
+        assert_eq!(value.close(LONG, || false), Ok(()));
         assert_eq!(end.recv(), Ok(thread));
     }
 
@@ -193,10 +203,30 @@ mod tests {
         let (free, blocked) = mpsc::channel::<()>();
         let error = value.call("a call", SHORT, move |_| blocked.recv()).unwrap_err();
         assert!(error.to_string().contains("does not return from a call"), "{error}");
-        let error = value.close(SHORT).unwrap_err();
+        let error = value.close(SHORT, || false).unwrap_err();
         assert!(error.to_string().contains("closing it"), "{error}");
         assert!(end.try_recv().is_err());
         free.send(()).unwrap();
+        end.recv().unwrap();
+    }
+
+    #[test]
+    fn a_value_that_still_works_is_waited_for_at_its_end() {
+        let (dropped, end) = mpsc::channel();
+        let open = || Ok((Value(dropped), ()));
+        let (value, ()) = OnThread::open("a".to_owned(), LONG, open).unwrap();
+        let (free, blocked) = mpsc::channel::<()>();
+        assert!(value.call("a call", SHORT, move |_| blocked.recv()).is_err());
+        let mut waits = 0;
+        let goes_on = || {
+            waits += 1;
+            if waits == 3 {
+                free.send(()).unwrap();
+            }
+            true
+        };
+        assert_eq!(value.close(SHORT, goes_on), Ok(()));
+        assert!(waits >= 3, "{waits}");
         end.recv().unwrap();
     }
 

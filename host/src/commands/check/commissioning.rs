@@ -103,7 +103,7 @@ fn jog_and_look(
 ) -> Result<Report, Failure> {
     let chosen = rig.camera.source(rig.simulation.is_some());
     let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", args.file())))?;
-    let RunCamera { mut source, camera, mut follower } = match chosen {
+    let RunCamera { mut source, camera, mut follower, .. } = match chosen {
         SourceName::Simulated => {
             let motors = BoardReport::from(&link.status()?).motors;
             RunCamera::simulated(rig, camera, Physics::QuasiStatic, motors)?
