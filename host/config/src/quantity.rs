@@ -23,6 +23,11 @@ impl Range {
         Self { low, is_open: false, high, unit }
     }
 
+    /// Returns the unit; empty where there is none.
+    pub const fn unit(&self) -> &'static str {
+        self.unit
+    }
+
     /// Returns the range of numbers above 0, up to `high`.
     pub const fn above_zero(high: f64, unit: &'static str) -> Self {
         Self { low: 0.0, is_open: true, high, unit }

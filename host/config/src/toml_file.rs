@@ -17,6 +17,7 @@ use syntax::{SyntaxMistake, lists_with_commas};
 
 pub use diagnosis::{Diagnosis, Mistake, diagnose};
 
+mod brackets;
 mod diagnosis;
 mod syntax;
 
@@ -93,7 +94,7 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Tom
         format!("{message}: {quoted}")
     };
     let table = DeTable::parse(text).map_err(|error| {
-        let SyntaxMistake { line, key, value, message } = SyntaxMistake::of(text, &error);
+        let SyntaxMistake { line, key, value, message } = SyntaxMistake::first(text, &error);
         let message = match (key.as_str(), value.as_str()) {
             ("", _) => quoted(line, message),
             (_, "") => message,

@@ -105,7 +105,7 @@ pub const MAX_SIZE_M: f64 = 8.0;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PathError {
     /// There are too few places.
-    #[error("the path has {count} places, but needs {least} or more")]
+    #[error("the path needs {least} places or more, but has {count}")]
     TooFew {
         /// Number of places.
         count: usize,

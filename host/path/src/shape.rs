@@ -79,7 +79,7 @@ impl FromStr for ShapeKind {
     type Err = UnknownShape;
 
     fn from_str(word: &str) -> Result<Self, UnknownShape> {
-        match word {
+        match word.to_ascii_lowercase().as_str() {
             "circle" => Ok(Self::Circle),
             "line" => Ok(Self::Line),
             "eight" => Ok(Self::Eight),

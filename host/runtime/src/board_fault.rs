@@ -90,9 +90,9 @@ impl FaultCause {
                  Then clear the fault."
             }
             Self::Outside { .. } => {
-                "Look where the ball is. If it is there: clear the fault, jog it back, and choose \
-                 targets farther inside the workspace, or correct the workspace. If it is \
-                 elsewhere, the camera's pose is wrong."
+                "Look where the ball is. If it really is outside: clear the fault, jog it back, and \
+                 check whether a motor is swapped or reversed; or choose targets farther inside the \
+                 workspace, or correct the workspace. If it is inside, the camera's pose is wrong."
             }
             Self::OldPositions { .. } => {
                 "Check what else uses the computer's processor, or choose smaller or fewer \
@@ -146,8 +146,9 @@ pub fn after_fault(fault: Fault) -> &'static str {
              clear the fault and begin again."
         }
         Fault::BallOutside => {
-            "Check whether the ball really left the workspace: then clear the fault and jog the \
-             ball back. If not, the camera's pose is wrong."
+            "Check whether the ball really left the workspace: then clear the fault, jog the ball \
+             back, and check whether a motor is swapped or reversed. If not, the camera's pose is \
+             wrong."
         }
         Fault::TargetOutside => "Clear the fault and choose a target inside the workspace.",
         Fault::Travel(_) => {

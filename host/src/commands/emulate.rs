@@ -123,7 +123,12 @@ fn board(args: &Args) -> Result<EmulatedBoard, Failure> {
     let Some(path) = &args.rig else { return Ok(EmulatedBoard::new(EMULATED)) };
     let rig = Rig::read(path)?;
     let Some(simulation) = &rig.simulation else {
-        return Err(bad_input(format!("{}: no [simulation] table", path.display())));
+        return Err(bad_input(format!(
+            "{}: no [simulation] table: this is the file of a real rig. A board without a rig needs \
+             no file (`plumb emulate --link board`); `plumb init trial --simulated` writes a rig \
+             that is simulated",
+            path.display()
+        )));
     };
     Ok(EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, simulation)?))
 }

@@ -41,7 +41,7 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with_all = ["camera", "recording", "stream"])]
     simulated: bool,
     /// Kind of the board
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, ignore_case = true)]
     board: Option<BoardOption>,
     /// Motor drivers
     #[arg(long, value_enum, ignore_case = true)]
@@ -74,7 +74,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "COLOUR", value_parser = colour::hue)]
     colour: Option<f64>,
     /// Source of the pictures
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, ignore_case = true)]
     camera: Option<CameraName>,
     /// The recording: a TUM folder, or an .oni, .bag, .db3 or video file
     #[arg(long, value_name = "PATH")]
@@ -207,7 +207,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     if let Some(straps) = &files.straps {
         tell!("straps of each driver for {} microsteps: {straps}", rig.microsteps);
     }
-    if let Some(note) = note(&rig) {
+    for note in notes(&rig) {
         tell!("note: {note}");
     }
     tell!("next: {}", next_step(&rig, &rig_path));
@@ -231,22 +231,26 @@ fn sender(camera: &NewCamera, folder: &Path) -> Option<String> {
     })
 }
 
-/// Returns what a person must know of the board or its drivers before they get current.
-fn note(rig: &NewRig) -> Option<&'static str> {
-    match (rig.board, rig.driver) {
-        (BoardName::SkrPico | BoardName::Pico, DriverKind::Tmc2209Uart) => Some(
+/// Returns what a person must know of the board and its drivers before they get current.
+fn notes(rig: &NewRig) -> Vec<&'static str> {
+    let mut notes = Vec::new();
+    match rig.driver {
+        DriverKind::Tmc2209Uart => notes.push(
             "0.8 A is a guess: set `run_current` to the motors' data sheet (docs/use/skr-pico.md)",
         ),
-        (BoardName::Pico | BoardName::Pico2, DriverKind::Tb6600 | DriverKind::Dm542) => Some(
+        DriverKind::Tb6600 | DriverKind::Dm542 => notes.push(
             "a current switches these drivers off, so that a crash of the board leaves the motors \
              on; they need a 5 V buffer (docs/use/opto.md)",
         ),
-        (BoardName::SkrPico | BoardName::Pico, _) => None,
-        (BoardName::Pico2, _) => Some(
+        _ => {}
+    }
+    if rig.board == BoardName::Pico2 {
+        notes.push(
             "inputs of a Pico 2 may stay at about 2 V with the chip's pull-downs: resistors to \
              ground must be 8.2 kΩ or less (docs/use/pico2.md)",
-        ),
+        );
     }
+    notes
 }
 
 /// Returns what to do with the files, for a person.

@@ -55,14 +55,17 @@ const fn of([low, high]: [f64; 2]) -> Range {
 
 /// Parses a number of a range.
 pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
-    let wrong = |_| format!("must be a number, {range}{}", hint(text));
+    let wrong = |_| format!("must be a number, {range}{}", hint(text, range));
     let number: f64 = text.parse().map_err(wrong)?;
     range.check(number).map_err(|error| error.to_string())
 }
 
 /// Returns the hint at the end of an error about `text`: how the number is written where it has a
 /// decimal comma, a comma behind it or a unit, else nothing.
-fn hint(text: &str) -> String {
+fn hint(text: &str, range: &Range) -> String {
+    if let Some(metres) = in_metres(text).filter(|_| range.unit() == "m") {
+        return format!("; write {metres}, in metres");
+    }
     let is_number = |text: &str| text.parse::<f64>().is_ok();
     let alone = text.trim_end_matches(|c: char| c == ',' || c == ' ' || c.is_alphabetic());
     if alone != text && is_number(alone) {
@@ -72,6 +75,15 @@ fn hint(text: &str) -> String {
         Some(point) => format!("; write {point}, with a decimal point"),
         None => String::new(),
     }
+}
+
+/// Returns a length with the unit mm or cm in metres; `None` for another text.
+fn in_metres(text: &str) -> Option<f64> {
+    let lengths = [("mm", 1000.0), ("cm", 100.0)];
+    let (number, of_a_metre) =
+        lengths.iter().find_map(|(unit, count)| Some((text.strip_suffix(unit)?, count)))?;
+    let number: f64 = with_decimal_point(number.trim())?.parse().ok()?;
+    Some(number / of_a_metre)
 }
 
 /// Returns a number of which a decimal comma has become a point; `None` where it is none then.
@@ -129,6 +141,11 @@ mod tests {
             let error = parse(text, &SIDE).unwrap_err();
             assert!(error.ends_with("; write 0.65 alone"), "{error}");
         }
+        for (text, metres) in [("65cm", "0.65"), ("650 mm", "0.65"), ("-6,5cm", "-0.065")] {
+            let error = parse(text, &SIDE).unwrap_err();
+            assert!(error.ends_with(&format!("; write {metres}, in metres")), "{error}");
+        }
+        assert!(parse("65cm", &TIME).unwrap_err().ends_with("; write 65 alone"));
         for text in ["1,2,3", "1,", ",", "1,x"] {
             let error = parse(text, &COORDINATE).unwrap_err();
             let has_tail = matches!(text, "1," | "1,x");

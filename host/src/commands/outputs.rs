@@ -260,6 +260,7 @@ impl Closed {
             0 | 1 => String::new(),
             // The way to the path counts as a target.
             _ if summary.path.is_some() => String::new(),
+            _ if summary.targets_reached == 1 => ", 1 target reached".to_owned(),
             _ => format!(", {} targets reached", summary.targets_reached),
         };
         tell!(

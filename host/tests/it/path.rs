@@ -43,7 +43,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("arc.nc", &[][..], "arc.nc:2: G2 (an arc) is not read"),
         ("up.nc", &[], "up.nc:2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
         ("bad.csv", &[], "bad.csv:3: column y: 'o.3' is no finite number"),
-        ("one.csv", &[], "one.csv: the path has 1 places, but needs 2 or more"),
+        ("one.csv", &[], "one.csv: the path needs 2 places or more, but has 1"),
         ("fast.csv", &[], "fast.csv: from line 2 to line 3, the path is not possible at"),
         ("none.csv", &[], "'none.csv' is no shape"),
         ("circle", &["--size", "0.5"], "that is outside the workspace of the rig file"),

@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, Error};
 
+use super::brackets::unclosed;
 use super::syntax::{SyntaxMistake, lists_with_commas};
 use super::{KeyPath, key_at, line_at, nearest, one_line};
 use crate::type_words::in_words;
@@ -80,6 +81,11 @@ pub fn diagnose<T: DeserializeOwned>(text: &str, placeholders: &str) -> Diagnosi
 fn syntax_mistakes(text: &str, errors: &[Error]) -> Vec<Mistake> {
     let mistakes = errors.iter().map(|error| SyntaxMistake::of(text, error).into());
     let mut mistakes: Vec<Mistake> = mistakes.collect();
+    if let Some(bracket) = unclosed(text) {
+        // What stands behind an open bracket is read as its contents.
+        mistakes.retain(|mistake| mistake.line < Some(bracket.line));
+        mistakes.push(bracket.into());
+    }
     // Further errors in a line follow from its first.
     mistakes.dedup_by_key(|mistake| mistake.line);
     mistakes

@@ -3,6 +3,7 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
+use super::brackets::unclosed;
 use super::{line_at, one_line};
 use crate::type_words::in_words;
 
@@ -19,6 +20,13 @@ pub(super) struct SyntaxMistake {
 }
 
 impl SyntaxMistake {
+    /// Returns the mistake that comes first: a bracket that is not closed, or what `error` of the
+    /// crate `toml` means.
+    pub(super) fn first(text: &str, error: &Error) -> Self {
+        let own = Self::of(text, error);
+        unclosed(text).filter(|bracket| bracket.line <= own.line).unwrap_or(own)
+    }
+
     /// Returns the mistake that `error` of the crate `toml` means.
     pub(super) fn of(text: &str, error: &Error) -> Self {
         let span = error.span().unwrap_or_default();
@@ -51,7 +59,7 @@ impl SyntaxMistake {
 }
 
 /// Returns the key `name` of a line with the table that it is in.
-fn key_below(text: &str, line: usize, name: &str) -> String {
+pub(super) fn key_below(text: &str, line: usize, name: &str) -> String {
     let above = text.lines().take(line - 1).map(str::trim);
     let headers = above.filter_map(|line| line.strip_prefix('[')?.split_once(']'));
     match headers.last() {

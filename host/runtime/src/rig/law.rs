@@ -282,7 +282,8 @@ impl FromStr for LawName {
     type Err = UnknownLaw;
 
     fn from_str(text: &str) -> Result<Self, UnknownLaw> {
-        Self::ALL.into_iter().find(|name| name.as_str() == text).ok_or(UnknownLaw)
+        let is_it = |name: &Self| name.as_str().eq_ignore_ascii_case(text);
+        Self::ALL.into_iter().find(is_it).ok_or(UnknownLaw)
     }
 }
 
@@ -295,6 +296,7 @@ mod tests {
     fn each_name_gives_its_law() {
         for name in LawName::ALL {
             assert_eq!(name.as_str().parse(), Ok(name));
+            assert_eq!(name.as_str().to_uppercase().parse(), Ok(name));
             assert_eq!(LawSettings::from(name).name(), name);
         }
         let error = "certified".parse::<LawName>().unwrap_err();
