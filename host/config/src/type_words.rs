@@ -1,7 +1,7 @@
 //! Types of the program in messages of the crate `serde`, in words.
 
 /// Names of types, and what a person writes for them.
-const TYPES: [(&str, &str); 13] = [
+const TYPES: [(&str, &str); 16] = [
     ("f64", "a number"),
     ("f32", "a number"),
     ("u8", "a whole number, 0 to 255"),
@@ -15,6 +15,9 @@ const TYPES: [(&str, &str); 13] = [
     ("i64", "a whole number"),
     ("i128", "a whole number"),
     ("a boolean", "true or false"),
+    ("an array of length 3", "a list of 3 values"),
+    ("newtype variant", "a table, as in { NAME = { ... } }"),
+    ("ident", "JSON, with quotation marks"),
 ];
 
 /// Returns a message of `serde` with types in words: "expected a number" for "expected f64".
@@ -54,7 +57,11 @@ mod tests {
                 "expected struct TargetLine at line 1",
                 "expected its keys with their values at line 1",
             ),
-            ("expected an array of length 3", "expected an array of length 3"),
+            (
+                "invalid length 2, expected an array of length 3",
+                "invalid length 2, expected a list of 3 values",
+            ),
+            ("expected an array of length 30", "expected an array of length 30"),
             ("expected u80", "expected u80"),
             ("missing field `x`", "missing field `x`"),
         ] {
