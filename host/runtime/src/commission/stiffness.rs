@@ -102,8 +102,11 @@ impl<T: Transport> Examination<'_, '_, T> {
         };
         (self.parts.progress)(&format!("output {}: a little to and fro", mode.output));
         self.configure(&without_mean(rig))?;
-        let measured = self.swing(&mode, rig.motors.max_acceleration.get())?;
-        self.configure(rig)?;
+        let measured = self.swing(&mode, rig.motors.max_acceleration.get());
+        // Also after an error, which is told before one of this.
+        let restored = self.configure(rig);
+        let measured = measured?;
+        restored?;
         Ok(measured)
     }
 

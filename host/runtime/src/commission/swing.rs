@@ -85,7 +85,7 @@ const TICK_S: f64 = 0.002;
 pub(super) struct Sample {
     /// Time of the picture, seconds.
     pub(super) time: f64,
-    /// Sample, metres.
+    /// Place along the mode, metres.
     pub(super) along: f64,
 }
 
