@@ -89,8 +89,8 @@ impl Camera {
     /// Stops and closes the camera, and completes its recording.
     ///
     /// # Errors
-    /// Where that takes longer than [`Timeouts::close`]. The camera then stays open, and its recording
-    /// is incomplete.
+    /// Where that takes longer than [`Timeouts::close`]. The camera then stays open, and its
+    /// recording is incomplete.
     pub fn close(mut self) -> Result<(), OpenniError> {
         self.end()
     }

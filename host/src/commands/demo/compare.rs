@@ -18,8 +18,8 @@ pub(super) fn main(args: &Args, interrupted: &AtomicBool) -> Result<ExitCode, Fa
     ended
 }
 
-/// Runs every law, in the order of [`LawName::ALL`], into a folder of its own, and draws the figure.
-/// Adds the line of JSON of each run to `lines`.
+/// Runs every law, in the order of [`LawName::ALL`], into a folder of its own, and draws the
+/// figure. Adds the line of JSON of each run to `lines`.
 fn compare(
     args: &Args,
     interrupted: &AtomicBool,
