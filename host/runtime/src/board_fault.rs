@@ -90,9 +90,10 @@ impl FaultCause {
                  Then clear the fault."
             }
             Self::Outside { .. } => {
-                "Look where the ball is. If it really is outside: clear the fault, jog it back, and \
-                 check whether a motor is swapped or reversed; or choose targets farther inside the \
-                 workspace, or correct the workspace. If it is inside, the camera's pose is wrong."
+                "Look where the ball is. If it really is outside: clear the fault, jog it back, \
+                 and check whether a motor is swapped or reversed; or choose targets farther \
+                 inside the workspace, or correct the workspace. If it is inside, the camera's \
+                 pose is wrong."
             }
             Self::OldPositions { .. } => {
                 "Check what else uses the computer's processor, or choose smaller or fewer \

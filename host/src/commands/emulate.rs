@@ -124,9 +124,9 @@ fn board(args: &Args) -> Result<EmulatedBoard, Failure> {
     let rig = Rig::read(path)?;
     let Some(simulation) = &rig.simulation else {
         return Err(bad_input(format!(
-            "{}: no [simulation] table: this is the file of a real rig. A board without a rig needs \
-             no file (`plumb emulate --link board`); `plumb init trial --simulated` writes a rig \
-             that is simulated",
+            "{}: no [simulation] table: this is the file of a real rig. A board without a rig \
+             needs no file (`plumb emulate --link board`); `plumb init trial --simulated` writes a \
+             rig that is simulated",
             path.display()
         )));
     };
