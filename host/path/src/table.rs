@@ -112,8 +112,15 @@ fn named_separator(line: &str) -> Option<char> {
 pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
     let times = |name: &str| found.iter().filter(|it| *it == name).count();
     let unknown = found.iter().filter(|name| !known.contains(&name.as_str()));
-    let unknown = unknown.map(|name| format!("'{name}' is unknown"));
-    let missing = known.iter().take(needed).filter(|name| times(name) == 0);
+    let unknown = unknown.map(|name| match with_unit(name) {
+        Some((base, _)) if known.contains(&base) => {
+            format!("'{name}' must be in metres or seconds: convert it, and write {base}")
+        }
+        _ => format!("'{name}' is unknown"),
+    });
+    let other_unit =
+        |name: &str| found.iter().any(|it| with_unit(it).is_some_and(|(base, _)| base == name));
+    let missing = known.iter().take(needed).filter(|name| times(name) == 0 && !other_unit(name));
     let missing = missing.map(|name| format!("{name} is missing"));
     let twice = known.iter().filter(|name| times(name) > 1);
     let twice = twice.map(|name| format!("{name} is there {} times", times(name)));
@@ -123,11 +130,18 @@ pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
 /// Returns the name of a column in lower case, without its unit where that is one of [`UNITS`].
 fn column_name(field: &str) -> String {
     let name = field.to_lowercase();
-    let without_unit = [('[', ']'), ('(', ')')].iter().find_map(|&(open, close)| {
+    match with_unit(&name) {
+        Some((base, unit)) if UNITS.contains(&unit) => base.to_owned(),
+        _ => name,
+    }
+}
+
+/// Returns the name and the unit of a column with a unit in brackets.
+fn with_unit(name: &str) -> Option<(&str, &str)> {
+    [('[', ']'), ('(', ')')].iter().find_map(|&(open, close)| {
         let (name, unit) = name.strip_suffix(close)?.split_once(open)?;
-        UNITS.contains(&unit.trim()).then(|| name.trim().to_owned())
-    });
-    without_unit.unwrap_or(name)
+        Some((name.trim(), unit.trim()))
+    })
 }
 
 /// Returns the end of a message about a mistake that `more` further lines or fields have.
@@ -225,6 +239,9 @@ mod tests {
         };
         assert_eq!(wrong("x y w"), "'w' is unknown, z is missing");
         assert_eq!(wrong("x y z y"), "y is there 2 times");
+        let convert = "'x[mm]' must be in metres or seconds: convert it, and write x";
+        assert_eq!(wrong("x[mm] y z"), convert);
+        assert_eq!(wrong("x[mm] w z"), format!("{convert}, 'w' is unknown, y is missing"));
         assert_eq!(wrong("z y x"), "");
     }
 
