@@ -158,10 +158,14 @@ impl Rig {
         Ok(())
     }
 
+    /// Returns the targets, metres in the rig frame.
+    pub fn target_places(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.targets.iter().map(|target| target.map(Coordinate::get))
+    }
+
     /// Returns the targets that the rig does not allow.
     pub fn wrong_targets(&self) -> Vec<WrongTarget> {
-        let targets = self.targets.iter().map(|target| target.map(Coordinate::get));
-        self.motion_rules().wrong_targets(targets)
+        self.motion_rules().wrong_targets(self.target_places())
     }
 
     /// Returns the first of `targets` (metres) that is nearer to the border of the workspace than
@@ -210,8 +214,7 @@ impl Rig {
     /// The first target that is beyond the range of the wire.
     pub fn targets(&self) -> Result<Vec<Point>, OutOfRange> {
         Conversion::first_error(|conversion| {
-            let targets = self.targets.iter().map(|target| target.map(Coordinate::get));
-            targets.map(|target| conversion.point("targets", target)).collect()
+            self.target_places().map(|target| conversion.point("targets", target)).collect()
         })
     }
 

@@ -10,7 +10,6 @@ use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::bounded_read::read_text;
-use plumb_config::quantity::Coordinate;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
@@ -252,7 +251,7 @@ pub(super) fn drive(
 /// board stops where the ball crosses it.
 fn tell_targets_at_border(goal: &Goal, rig: &Rig) {
     let targets: Vec<[f64; 3]> = match goal {
-        Goal::Targets => rig.targets.iter().map(|target| target.map(Coordinate::get)).collect(),
+        Goal::Targets => rig.target_places().collect(),
         Goal::Waypoints(waypoints, _) => waypoints.iter().map(|it| it.target).collect(),
         Goal::Path(_) | Goal::Moving(_) | Goal::PresentPlace => return,
     };

@@ -14,7 +14,6 @@ use plumb_cameras::camera_file;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
-use plumb_config::quantity::Coordinate;
 use plumb_config::reference::{Key, keys};
 use plumb_config::toml_file::{MAX_BYTES, Mistake, diagnose, place};
 use plumb_frame::camera::Camera;
@@ -198,8 +197,7 @@ fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
 
 /// Returns the warning about the first target at the border of the workspace.
 fn target_at_border(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
-    let targets = rig.targets.iter().map(|target| target.map(Coordinate::get));
-    let target = rig.target_at_border(targets)?;
+    let target = rig.target_at_border(rig.target_places())?;
     let problem = format!("put target {} {target}", target.number);
     let keys = ["targets", "workspace.min", "workspace.max"];
     Some(document.finding(Severity::Warning, &keys, problem))

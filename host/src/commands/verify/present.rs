@@ -152,7 +152,7 @@ impl Scope {
     /// Returns the rigs around the rig of the file, and its paths.
     fn of_file(args: &Args) -> Result<Self, Failure> {
         let rig = args.rig.as_ref().map_or_else(Rig::paper, |path| Rig::read(path))?;
-        let Some(simulation) = rig.simulation else {
+        let Some(simulation) = &rig.simulation else {
             return Err(bad_input(
                 "the rig file has no [simulation] with the positions of the motors: \
                         add it, or give --depth, --width and --apex",
@@ -163,7 +163,7 @@ impl Scope {
         let rigs = RigFamily::around(&motors, args.tolerance, MIN_LAMBDA, below)?;
         let mut start = simulation.start.map(Coordinate::get);
         let mut paths = Vec::new();
-        for target in rig.targets.iter().map(|target| target.map(Coordinate::get)) {
+        for target in rig.target_places() {
             let path = BallPath::new(&motors, start, target)?;
             paths.push(TargetPath { target, path });
             start = target;
