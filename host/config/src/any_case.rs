@@ -9,7 +9,7 @@ use serde::forward_to_deserialize_any;
 /// tables, must be written as they are.
 ///
 /// # Errors
-/// Those of `T`. An unknown name is reported as it is written.
+/// Those of `T`. The error about an unknown name quotes it from the file.
 ///
 /// ```
 /// use plumb_config::any_case::any_case;

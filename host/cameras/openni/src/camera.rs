@@ -98,11 +98,10 @@ impl Camera {
     fn end(&mut self) -> Result<(), OpenniError> {
         let Some(reader) = self.reader.take() else { return Ok(()) };
         // The recorder still writes the pictures of its queue.
-        let length = |path: &PathBuf| std::fs::metadata(path).map_or(0, |file| file.len());
-        let recording = self.recording.clone();
-        let mut before = recording.as_ref().map_or(0, length);
-        reader.close(self.timeouts.close, move || {
-            let now = recording.as_ref().map_or(0, length);
+        let length = || Some(std::fs::metadata(self.recording.as_ref()?).ok()?.len());
+        let mut before = length();
+        reader.close(self.timeouts.close, || {
+            let now = length();
             std::mem::replace(&mut before, now) != now
         })
     }

@@ -317,7 +317,7 @@ impl<'a> Curves<'a> {
             let delay = LEAST_DELAY_S + DELAY_S * f64::from(number);
             self.fit(oscillator, &curve, delay)
         });
-        fits.reduce(Fit::or).unwrap_or(self.fit(oscillator, &curve, 0.0))
+        fits.reduce(Fit::or).unwrap_or_else(|| self.fit(oscillator, &curve, 0.0))
     }
 
     fn fit(&self, oscillator: Oscillator, curve: &[f64], delay: f64) -> Fit {

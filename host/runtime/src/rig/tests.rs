@@ -76,7 +76,7 @@ fn names_of_drivers_and_boards_are_read_in_any_case() {
         let text = PAPER.replacen("[board]", &named(&name), 1);
         assert_eq!(parse(&text).board.kind, board, "{name}");
     }
-    // An unknown name is told as it is written, and the names of tables are keys.
+    // The error about an unknown name quotes it. The name of a table has one spelling.
     let error = |from: &str, to: &str| {
         let text = PAPER.replacen(from, to, 1);
         Rig::parse(Path::new("rig.toml"), &text).unwrap_err().to_string()
