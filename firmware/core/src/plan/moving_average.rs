@@ -170,12 +170,9 @@ impl MovingAverage {
         if self.is_off() { 0 } else { (self.longest as u32 + 2) * CELL_TICKS as u32 }
     }
 
-    /// Returns whether motors still follow. A sum of 0 is not enough: after a move there and back
-    /// within the span, the cells hold both.
+    /// Returns whether motors still follow.
     pub(super) fn moving(&self) -> bool {
-        self.lanes
-            .iter()
-            .any(|lane| lane.quiet <= self.length as u32 || !(0..32).contains(&lane.moved))
+        self.lanes.iter().any(|lane| lane.moving(self.length))
     }
 }
 
@@ -192,6 +189,15 @@ impl Lane {
         slope: 0,
         ahead: 0,
     };
+
+    /// Returns whether the motor still follows its reference with a span of `length` cells.
+    fn moving(&self, length: usize) -> bool {
+        // A sum of 0 is not enough: after a move there and back within the span, the cells hold
+        // both. After a span that became shorter, the cell that it dropped may still be in the rate
+        // at the beginning.
+        let filled = self.quiet <= length as u32 || !(0..32).contains(&self.moved);
+        filled || self.span.0 != 0
+    }
 
     /// Returns the rate of the coming tick.
     fn now(&self) -> i32 {
@@ -323,6 +329,27 @@ mod tests {
                     left[i] += i64::from(rates[i]);
                     prop_assert!((ahead[i] - left[i]).abs() <= rounding, "{ahead:?} {left:?}");
                 }
+            }
+        }
+    }
+
+    proptest! {
+        /// A span that becomes shorter during a stop drops cells early. The motors turn until the
+        /// rate has gone to the last mean.
+        #[test]
+        fn motors_that_no_longer_follow_rest(
+            length in 1usize..=CELLS, reference in -1_280_000_000i32..=1_280_000_000,
+            ticks in 1usize..2_500, span_ms in 0u16..=400,
+        ) {
+            let mut mean = MovingAverage::of_cells(length);
+            (0..ticks).for_each(|_| mean.pass([reference, 0, 0], &DELTAS, true));
+            mean.want(span_ms);
+            while mean.moving() {
+                mean.pass([0; 3], &DELTAS, true);
+            }
+            for _ in 0..3 * CELL_TICKS {
+                prop_assert_eq!((mean.ahead(), mean.rates([0; 3])), ([0; 3], [0; 3]));
+                mean.pass([0; 3], &DELTAS, true);
             }
         }
     }
