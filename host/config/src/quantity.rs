@@ -28,6 +28,12 @@ impl Range {
         self.unit
     }
 
+    /// Returns the usual other units of such a number.
+    pub fn other_units(&self) -> impl Iterator<Item = OtherUnit> + use<> {
+        let unit = self.unit;
+        OTHER_UNITS.into_iter().filter(move |other| other.unit == unit)
+    }
+
     /// Returns the range of numbers above 0, up to `high`.
     pub const fn above_zero(high: f64, unit: &'static str) -> Self {
         Self { low: 0.0, is_open: true, high, unit }
@@ -96,11 +102,29 @@ pub struct NumberError {
     range: Range,
 }
 
-/// Millimetres in a metre.
-const MILLIMETRES: f64 = 1000.0;
+/// Unit that people use in place of one of Plumb.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OtherUnit {
+    /// Symbol of Plumb's unit.
+    unit: &'static str,
+    /// Symbol, such as "cm".
+    pub symbol: &'static str,
+    /// Name in the plural, such as "centimetres".
+    pub name: &'static str,
+    /// Such units in one of Plumb.
+    pub count: f64,
+}
 
-/// Centimetres in a metre.
-const CENTIMETRES: f64 = 100.0;
+/// Usual other units. Of several with the same unit of Plumb, a person is asked for the first one
+/// whose number is in the range.
+const OTHER_UNITS: [OtherUnit; 6] = [
+    OtherUnit { unit: "m", symbol: "mm", name: "millimetres", count: 1000.0 },
+    OtherUnit { unit: "m", symbol: "cm", name: "centimetres", count: 100.0 },
+    OtherUnit { unit: "m/s", symbol: "mm/s", name: "millimetres a second", count: 1000.0 },
+    OtherUnit { unit: "m/s", symbol: "cm/s", name: "centimetres a second", count: 100.0 },
+    OtherUnit { unit: "s", symbol: "ms", name: "milliseconds", count: 1000.0 },
+    OtherUnit { unit: "A", symbol: "mA", name: "milliamperes", count: 1000.0 },
+];
 
 /// Returns a number as a person writes it: a whole one without a decimal point.
 fn shown(value: f64) -> String {
@@ -109,12 +133,14 @@ fn shown(value: f64) -> String {
 }
 
 /// Returns the end of a message about a number in a usual other unit; empty where it is in none.
-fn hint(value: f64, range: &Range) -> &'static str {
-    match range.unit {
-        "m" if range.contains(value / MILLIMETRES) => "; is it in millimetres?",
-        "m" if range.contains(value / CENTIMETRES) => "; is it in centimetres?",
-        "1/m" if range.contains(value.recip()) => "; is it the size of a unit? Write its inverse",
-        _ => "",
+fn hint(value: f64, range: &Range) -> String {
+    let meant = range.other_units().find(|other| range.contains(value / other.count));
+    match meant {
+        Some(other) => format!("; is it in {}?", other.name),
+        None if range.unit == "1/m" && range.contains(value.recip()) => {
+            "; is it the size of a unit? Write its inverse".to_owned()
+        }
+        None => String::new(),
     }
 }
 
@@ -236,6 +262,11 @@ mod tests {
         assert!(message(&side, 610.0).ends_with("; is it in millimetres?"));
         let scale = message(&DepthUnits::RANGE, 0.001);
         assert!(scale.ends_with("1/m; is it the size of a unit? Write its inverse"), "{scale}");
+        let current = Range::above_zero(5.0, "A");
+        assert_eq!(message(&current, 800.0), "800 must be above 0, to 5 A; is it in milliamperes?");
+        let speed = message(&Range::above_zero(5.0, "m/s"), 40.0);
+        assert_eq!(speed, "40 must be above 0, to 5 m/s; is it in millimetres a second?");
+        assert!(message(&CameraTime::RANGE, 33.0).ends_with("; is it in milliseconds?"));
         assert_eq!(message(&Hue::RANGE, 400.0), "400 must be 0 to 360 degrees");
     }
 

@@ -27,7 +27,7 @@ const SLACK: f64 = 1e-6;
      after its begin", position.x, position.y, position.z
 )]
 pub struct Breach<E: Error + 'static> {
-    /// Time after the begin, seconds.
+    /// Time after the start, seconds.
     pub time_s: f64,
     /// Distance along the path, metres.
     pub distance_m: f64,

@@ -25,7 +25,7 @@ const NEWTON_STEPS: usize = 4;
 #[derive(Debug, Clone)]
 pub(crate) struct Curve {
     pieces: Vec<Piece>,
-    /// Whether the end is the begin.
+    /// Whether the end is the start.
     pub(crate) is_closed: bool,
 }
 
@@ -35,9 +35,9 @@ struct Piece {
     polynomial: Quintic,
     /// Arc length of the curve before the piece, metres.
     start: f64,
-    /// Arc lengths from the begin of the piece to the ends of its parts, metres.
+    /// Arc lengths from the start of the piece to the ends of its parts, metres.
     lengths: [f64; PARTS],
-    /// Whether the ball must stop at the begin of the piece.
+    /// Whether the ball must stop at the start of the piece.
     stops: bool,
     /// Largest speed, m/s.
     speed: f64,
@@ -80,7 +80,7 @@ impl Piece {
         self.lengths[PARTS - 1]
     }
 
-    /// Returns the parameter at the arc length `s` from the begin of the piece.
+    /// Returns the parameter at the arc length `s` from the start of the piece.
     fn parameter(&self, s: f64) -> f64 {
         let part = self.lengths.partition_point(|end| *end < s).min(PARTS - 1);
         let before = if part == 0 { 0.0 } else { self.lengths[part - 1] };
@@ -154,7 +154,7 @@ pub(crate) struct Interval {
     pub(crate) from: f64,
     /// End, metres.
     pub(crate) to: f64,
-    /// Whether the ball must stop at the begin.
+    /// Whether the ball must stop at the start.
     pub(crate) stops: bool,
     /// Largest speed, beside that of the whole curve, m/s.
     pub(crate) speed: f64,

@@ -65,9 +65,9 @@ pub const MAX_COORDINATE_M: f64 = 100.0;
 /// Repetition of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Run {
-    /// From rest at the begin to rest at the end.
+    /// From rest at the start to rest at the end.
     Once,
-    /// From rest at the begin, and then round and round without an end.
+    /// From rest at the start, and then round and round without an end.
     Loop,
 }
 

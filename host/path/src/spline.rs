@@ -73,7 +73,7 @@ impl Intervals<'_> {
         (velocities, accelerations)
     }
 
-    /// Returns the acceleration at the begin of a cubic interval with these velocities at its ends.
+    /// Returns the acceleration at the start of a cubic interval with these velocities at its ends.
     fn acceleration(&self, i: usize, from: Vector3<f64>, to: Vector3<f64>) -> Vector3<f64> {
         let h = self.steps[i];
         (self.rises[i] * 6.0 / h - from * 4.0 - to * 2.0) / h

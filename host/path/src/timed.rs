@@ -88,7 +88,7 @@ impl Timed {
         self.duration() + if self.run == Run::Loop { START_S } else { 0.0 }
     }
 
-    /// Returns the motion at a time after the begin, seconds.
+    /// Returns the motion at a time after the start, seconds.
     pub(crate) fn at(&self, time: f64) -> Moment {
         let clock = self.clock(time);
         let index = self.times.partition_point(|start| *start <= clock.time);

@@ -101,7 +101,7 @@ impl Trajectory {
         Self::of_possible_length(Kind::Timed(Timed::new(samples, run)?))
     }
 
-    /// Returns the motion at a time after the begin, seconds. Before 0 the ball rests at the begin,
+    /// Returns the motion at a time after the start, seconds. Before 0 the ball rests at the start,
     /// after [`duration`](Self::duration) at the end.
     pub fn at(&self, time: f64) -> Moment {
         match &self.kind {

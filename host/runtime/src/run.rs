@@ -46,7 +46,7 @@ pub use targets::TargetUse;
 pub use waypoint::Waypoint;
 pub use waypoint_file::{WaypointError, WaypointMistake, read_waypoints};
 
-/// Time for which the ball waits at the begin of a path, seconds. "Reached" is told while the ball
+/// Time for which the ball waits at the start of a path, seconds. "Reached" is told while the ball
 /// still comes to rest, up to half of the radius from the target. Without this time a path began
 /// with a deviation of 4.1 mm (`plumb demo --virtual-time --path eight --upright`).
 const REST_BEFORE_PATH_S: f64 = 0.5;
@@ -190,7 +190,7 @@ impl<T: Transport> Run<T> {
     /// follows it to its end; a loop until the run is interrupted.
     ///
     /// # Errors
-    /// Where the begin is outside the workspace of the rig file that this run has.
+    /// Where the start is outside the workspace of the rig file that this run has.
     pub fn set_path(&mut self, plan: PathPlan) -> Result<(), RunError> {
         let begin = plan.trajectory().at(0.0).position;
         let begin = Waypoint { dwell_s: REST_BEFORE_PATH_S, ..Waypoint::new(begin.into()) };

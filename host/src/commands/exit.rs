@@ -2,6 +2,7 @@
 
 mod class;
 
+use std::env;
 use std::error::Error;
 use std::ffi::OsString;
 use std::fmt;
@@ -14,7 +15,7 @@ use serde_json::json;
 use thiserror::Error;
 
 use super::print::{result, tell};
-use super::rig_args::no_rig;
+use super::rig_args::{PORT_VARIABLE, RIG_VARIABLE, no_rig};
 
 pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, exit_code_of};
 
@@ -75,7 +76,11 @@ impl Failure {
 
     /// Returns the error and its causes in words.
     pub(crate) fn message(&self) -> String {
-        ErrorChain(&*self.error).to_string()
+        let message = ErrorChain(&*self.error).to_string();
+        match variable_that_names_file(&message) {
+            Some(variable) => format!("{message} (the variable {variable} names this file)"),
+            None => message,
+        }
     }
 
     /// Returns the failure of a command that has printed its result in JSON.
@@ -85,8 +90,19 @@ impl Failure {
 
     /// Prints the error, without its consequences.
     pub(crate) fn print(&self) {
-        tell!("plumb: {}", ErrorChain(&*self.error));
+        tell!("plumb: {}", self.message());
     }
+}
+
+/// Returns the environment variable that has the path with which an error begins, where no word of
+/// the command line is that path.
+fn variable_that_names_file(message: &str) -> Option<&'static str> {
+    let named = |variable: &&str| {
+        let path = env::var(variable).unwrap_or_default();
+        let begins = !path.is_empty() && message.starts_with(&format!("{path}: "));
+        begins && env::args().skip(1).all(|word| word != path)
+    };
+    [RIG_VARIABLE, PORT_VARIABLE].into_iter().find(named)
 }
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
@@ -149,7 +165,7 @@ fn missing_rig(error: &clap::Error) -> Option<Failure> {
 
 /// Prints an error as a line of JSON where the command line asks for JSON.
 fn print_json(code: u8, message: &str) {
-    if is_json_asked(std::env::args_os().skip(1)) {
+    if is_json_asked(env::args_os().skip(1)) {
         // The exit code tells the error, also where standard output cannot be written.
         let _unwritten = result(json!({ "error": message, "exit_code": code }));
     }

@@ -3,7 +3,7 @@
 //! option.
 
 use clap::builder::TypedValueParser;
-use plumb_config::quantity::{Coordinate, Range};
+use plumb_config::quantity::{Coordinate, OtherUnit, Range};
 use plumb_path::shape::{LEAST_SIZE_M, MAX_SIZE_M};
 use plumb_runtime::rig::new_rig::{
     BALL_RANGE_M, CABLE_PER_TURN_RANGE_M, HEIGHT_RANGE_M, SIDE_RANGE_M,
@@ -63,8 +63,8 @@ pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
 /// Returns the hint at the end of an error about `text`: how the number is written where it has a
 /// decimal comma, a comma behind it or a unit, else nothing.
 fn hint(text: &str, range: &Range) -> String {
-    if let Some(metres) = in_metres(text).filter(|_| range.unit() == "m") {
-        return format!("; write {metres}, in metres");
+    if let Some(number) = in_unit_of(range, text) {
+        return format!("; write {number}, in {}", range.unit());
     }
     let is_number = |text: &str| text.parse::<f64>().is_ok();
     let alone = text.trim_end_matches(|c: char| c == ',' || c == ' ' || c.is_alphabetic());
@@ -77,13 +77,13 @@ fn hint(text: &str, range: &Range) -> String {
     }
 }
 
-/// Returns a length with the unit mm or cm in metres; `None` for another text.
-fn in_metres(text: &str) -> Option<f64> {
-    let lengths = [("mm", 1000.0), ("cm", 100.0)];
-    let (number, of_a_metre) =
-        lengths.iter().find_map(|(unit, count)| Some((text.strip_suffix(unit)?, count)))?;
+/// Returns a number with a usual other unit behind it, such as "65cm", in the unit of `range`;
+/// `None` for another text.
+fn in_unit_of(range: &Range, text: &str) -> Option<f64> {
+    let with_unit = |other: OtherUnit| Some((text.strip_suffix(other.symbol)?, other.count));
+    let (number, count) = range.other_units().find_map(with_unit)?;
     let number: f64 = with_decimal_point(number.trim())?.parse().ok()?;
-    Some(number / of_a_metre)
+    Some(number / count)
 }
 
 /// Returns a number of which a decimal comma has become a point; `None` where it is none then.
@@ -141,9 +141,15 @@ mod tests {
             let error = parse(text, &SIDE).unwrap_err();
             assert!(error.ends_with("; write 0.65 alone"), "{error}");
         }
-        for (text, metres) in [("65cm", "0.65"), ("650 mm", "0.65"), ("-6,5cm", "-0.065")] {
-            let error = parse(text, &SIDE).unwrap_err();
-            assert!(error.ends_with(&format!("; write {metres}, in metres")), "{error}");
+        for (text, range, says) in [
+            ("65cm", SIDE, "; write 0.65, in m"),
+            ("650 mm", SIDE, "; write 0.65, in m"),
+            ("-6,5cm", SIDE, "; write -0.065, in m"),
+            ("40cm/s", SPEED, "; write 0.4, in m/s"),
+            ("250ms", TIME, "; write 0.25, in s"),
+        ] {
+            let error = parse(text, &range).unwrap_err();
+            assert!(error.ends_with(says), "{error}");
         }
         assert!(parse("65cm", &TIME).unwrap_err().ends_with("; write 65 alone"));
         for text in ["1,2,3", "1,", ",", "1,x"] {

@@ -34,19 +34,33 @@ impl OldFile<'_> {
             tell!("{path} is not changed");
             return Ok(false);
         }
-        let backup = self.backup();
+        let backup = backup(self.path);
         write(&backup, self.text.as_bytes())?;
         replace(self.path, text.as_bytes())?;
         tell!("{path} is written; the former one is {}", backup.display());
         Ok(true)
     }
+}
 
-    /// Returns the path of the former version: "camera.toml.bak".
-    fn backup(&self) -> PathBuf {
-        let mut name = self.path.as_os_str().to_owned();
-        name.push(".bak");
-        name.into()
+/// Returns the path of the former version: "camera.toml.bak".
+fn backup(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".bak");
+    name.into()
+}
+
+/// Writes a file, whole or not at all. A file of this name becomes the former version: returns its
+/// path then.
+///
+/// # Errors
+/// Where a file cannot be written or renamed.
+pub(super) fn write_beside_former(path: &Path, bytes: &[u8]) -> Result<Option<PathBuf>, Failure> {
+    let former = path.is_file().then(|| backup(path));
+    if let Some(former) = &former {
+        fs::rename(path, former).map_err(|error| unwritten(former, &error))?;
     }
+    write(path, bytes)?;
+    Ok(former)
 }
 
 /// Asks a question on the terminal. Returns whether the answer is yes.

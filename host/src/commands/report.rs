@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use serde_json::json;
 
-use super::old_file::write;
+use super::old_file::write_beside_former;
 use super::print::{result, tell};
 use super::rig_args::{PortArgs, RIG_VARIABLE, rig_path};
 use super::{Failure, failed_because};
@@ -66,11 +66,14 @@ pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
     parts.add_run(args.run.as_deref())?;
     let parts = parts.finish(&Privacy::of_this_computer());
     let packed = archive::pack(&parts).map_err(failed_because)?;
-    write(&args.out, &packed)?;
+    let former = write_beside_former(&args.out, &packed)?;
     let file = args.out.display();
     tell!("{file} has, without names of this computer and its user, folders and addresses:");
     for part in &parts {
         tell!("{:>9} bytes  {}: {}", part.bytes().len(), part.name, part.content);
+    }
+    if let Some(former) = former {
+        tell!("The report of before is {}", former.display());
     }
     tell!("Look into it before you send it: tar xzf {file}");
     if args.json {

@@ -13,6 +13,9 @@ use super::{Failure, bad_input, numbers};
 /// Environment variable with the rig file of a command line that names none.
 pub(crate) const RIG_VARIABLE: &str = "PLUMB_RIG";
 
+/// Environment variable with the port of a command line that names none.
+pub(crate) const PORT_VARIABLE: &str = "PLUMB_PORT";
+
 /// Baud rate of a board without a rig file, bit/s.
 const DEFAULT_BAUD: u32 = 115_200;
 
@@ -32,7 +35,7 @@ pub(crate) struct RigArg {
 #[command(next_help_heading = "Board")]
 pub(crate) struct PortArgs {
     /// Serial port of the board [default: the rig file's]
-    #[arg(long, env = "PLUMB_PORT", hide_env_values = true)]
+    #[arg(long, env = PORT_VARIABLE, hide_env_values = true)]
     port: Option<String>,
     /// Baud rate, where the port is a UART, 300 to 20000000 bit/s [default: the rig file's]
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::whole_within::<u32>(BAUD))]

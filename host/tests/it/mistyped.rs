@@ -86,6 +86,23 @@ fn the_usage_says_that_a_variable_can_name_the_rig_file() {
 }
 
 #[test]
+fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    for (variable, value, arguments, says) in [
+        ("PLUMB_RIG", "gone.toml", &["check", "--file-only"][..], "PLUMB_RIG names this file)\n"),
+        ("PLUMB_RIG", "gone.toml", &["check", "gone.toml", "--file-only"], "entry not found\n"),
+        ("PLUMB_PORT", "/dev/plumb-gone", &["jog", &rig, "A", "1"], "PLUMB_PORT names this file)\n"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+        command.args(arguments).env(variable, value).current_dir(folder.path());
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).ends_with(says), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn folders_and_devices_in_the_place_of_files_are_named() {
     let folder = folder();
     let path = folder.path();

@@ -18,7 +18,7 @@ fn a_run_along_a_file_tells_how_well_the_ball_followed() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let line = json(&output);
     let legs = line["legs"].as_array().unwrap();
-    assert_eq!(legs.len(), 2, "the begin and the end of the path: {line}");
+    assert_eq!(legs.len(), 2, "the start and the end of the path: {line}");
     assert_eq!(legs[1]["target"].to_string(), "[0.48,0.29,0.4]");
     let path = &line["path"];
     // Its length of 8 cm at 5 cm/s, and the time of start, corner and end.

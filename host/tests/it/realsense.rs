@@ -106,7 +106,7 @@ fn a_recording_is_replayed_with_its_own_intrinsics() {
     let arguments = ["replay", "recording.db3", "--camera", "camera.toml"];
     let mut output = plumb(&folder, &installed().unwrap(), &arguments);
     // The library's recorder may leave out frames at the end, and on a busy machine single pictures
-    // at the begin: those frames are told as broken, with exit code 1, and have no position.
+    // at the start: those frames are told as broken, with exit code 1, and have no position.
     assert!(matches!(output.status.code(), Some(0 | 1)), "{}", stderr(&output));
     let rows = String::from_utf8_lossy(&output.stdout).into_owned();
     let located: Vec<&str> = rows.lines().filter(|row| !row.contains(",,")).collect();

@@ -85,8 +85,12 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text.replace("microsteps = 16", "microsteps = 5000"));
     let port = ["--port", "/dev/plumb-no-such-port"];
+    fs::write(folder.path().join("plumb-report.tar.gz"), "of before").unwrap();
     let output = plumb(&[&["report", &rig], &port[..]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let former = "plumb-report.tar.gz.bak";
+    assert!(stderr(&output).contains(&format!("The report of before is {former}\n")));
+    assert_eq!(fs::read_to_string(folder.path().join(former)).unwrap(), "of before");
     let bytes = unpack(folder.path(), "plumb-report.tar.gz");
     let part = |name: &str| String::from_utf8(bytes(name)).unwrap();
     let text = part("report.txt");

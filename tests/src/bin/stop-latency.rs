@@ -1,4 +1,4 @@
-//! Time from an operator's Stop to the begin of the ramp on the board, in real time: rendered
+//! Time from an operator's Stop to the start of the ramp on the board, in real time: rendered
 //! frames of 640x480 at 30 Hz, the detector `ball`, a pseudo-terminal, an emulated board.
 //!
 //! Usage: `stop-latency [COUNT] [page [flood]]`. Prints a line for each Stop and the extremes,

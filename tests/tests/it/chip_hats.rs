@@ -86,7 +86,7 @@ fn jog(steps: i32) -> Jog {
     Jog { motor: 0, distance: Steps16(steps * 16), rate }
 }
 
-/// Returns a configured board 0.2 s after the begin of a jog of 400 steps, and what it had written
+/// Returns a configured board 0.2 s after the start of a jog of 400 steps, and what it had written
 /// before.
 fn jogging(image: &Path) -> (Chip, Hats) {
     let (mut chip, hats) = configured(image);

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Length of the begin of a file that is read, bytes. The tracks are described there.
+/// Length of the start of a file that is read, bytes. The tracks are described there.
 const HEADER: u64 = 1 << 20;
 
 /// Elements with other elements in them, of RFC 9559: Segment, Tracks, TrackEntry.

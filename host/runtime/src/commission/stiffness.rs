@@ -41,7 +41,7 @@ const REST_S: f64 = 1.5;
 /// Time of watching the ball after the last jog, seconds.
 const WATCH_S: f64 = 1.5;
 
-/// Longest time from a request to its answer with which the begin of a jog is known, seconds.
+/// Longest time from a request to its answer with which the start of a jog is known, seconds.
 const LONGEST_ANSWER_S: f64 = 0.05;
 
 /// Returns the rig without a running mean over the step plan, which would take out the swing.

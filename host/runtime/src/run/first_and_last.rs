@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-/// Number of items at the begin that are kept.
+/// Number of items at the start that are kept.
 const FIRST: usize = 100;
 
 /// Number of items at the end that are kept.

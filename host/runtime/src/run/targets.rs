@@ -74,7 +74,7 @@ pub(crate) struct TargetDrive {
     /// Zero of the path's time.
     zero: Option<f64>,
     last_sent: Option<f64>,
-    /// Time of the last target that was taken, or of the begin of the run.
+    /// Time of the last target that was taken, or of the start of the run.
     last_taken: Option<f64>,
     last_refusal: Option<f64>,
     is_paused: bool,

@@ -10,7 +10,7 @@ use crate::cause::fault_of;
 /// What happened from the first fault on.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Course {
-    /// The onset: the begin of the fault, or of the first turn of a motor for a fault of the
+    /// The onset: the start of the fault, or of the first turn of a motor for a fault of the
     /// wiring.
     pub began: Option<Micros>,
     /// Place of the ball at the onset, m.

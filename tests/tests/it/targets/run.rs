@@ -86,7 +86,7 @@ pub(crate) struct Seen<F> {
 
 impl<F: FnMut(u64, &OperatorSender)> Observer for Seen<F> {
     fn frame(&mut self, record: &FrameRecord) {
-        // The time on the host's clock, in place of that since the begin.
+        // The time on the host's clock, in place of that since the start.
         let time = record.frame.as_ref().unwrap().time();
         self.records.push(FrameRecord { frame: None, time, ..record.clone() });
         (self.act)(record.number, &self.sender);

@@ -59,7 +59,7 @@ impl Course {
         Ok(Self { trajectory: shape.trajectory(&limits, Run::Loop)? })
     }
 
-    /// Returns the reference at a time after the begin, seconds. Before 0 it rests at the begin.
+    /// Returns the reference at a time after the start, seconds. Before 0 it rests at the start.
     pub(super) fn at(&self, time_s: f64) -> Moment {
         self.trajectory.at(time_s)
     }
@@ -91,7 +91,7 @@ impl Course {
         })
     }
 
-    /// Returns a path's time of the protocol in seconds after the begin.
+    /// Returns a path's time of the protocol in seconds after the start.
     pub(super) fn seconds(time: Micros) -> f64 {
         (time.0 as i64 - ZERO_US) as f64 * 1e-6
     }
