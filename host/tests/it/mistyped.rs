@@ -92,7 +92,12 @@ fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
     for (variable, value, arguments, says) in [
         ("PLUMB_RIG", "gone.toml", &["check", "--file-only"][..], "PLUMB_RIG names this file)\n"),
         ("PLUMB_RIG", "gone.toml", &["check", "gone.toml", "--file-only"], "entry not found\n"),
-        ("PLUMB_PORT", "/dev/plumb-gone", &["jog", &rig, "A", "1"], "PLUMB_PORT names this file)\n"),
+        (
+            "PLUMB_PORT",
+            "/dev/plumb-gone",
+            &["jog", &rig, "A", "1"],
+            "PLUMB_PORT names this file)\n",
+        ),
     ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
         command.args(arguments).env(variable, value).current_dir(folder.path());
