@@ -78,7 +78,7 @@ impl Failure {
     pub(crate) fn message(&self) -> String {
         let message = ErrorChain(&*self.error).to_string();
         match variable_that_names_file(&message) {
-            Some(variable) => format!("{message} (the variable {variable} names this file)"),
+            Some(variable) => format!("{message} (named by the variable {variable})"),
             None => message,
         }
     }

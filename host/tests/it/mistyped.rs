@@ -90,13 +90,13 @@ fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     for (variable, value, arguments, says) in [
-        ("PLUMB_RIG", "gone.toml", &["check", "--file-only"][..], "PLUMB_RIG names this file)\n"),
-        ("PLUMB_RIG", "gone.toml", &["check", "gone.toml", "--file-only"], "entry not found\n"),
+        ("PLUMB_RIG", "gone.toml", &["jog", "A", "1"][..], "by the variable PLUMB_RIG)\n"),
+        ("PLUMB_RIG", "gone.toml", &["jog", "gone.toml", "A", "1"], "(os error 2)\n"),
         (
             "PLUMB_PORT",
             "/dev/plumb-gone",
             &["jog", &rig, "A", "1"],
-            "PLUMB_PORT names this file)\n",
+            "by the variable PLUMB_PORT)\n",
         ),
     ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
