@@ -72,7 +72,7 @@ impl ReferenceSpeed {
         if let Some((since, before)) = self.last.replace((*time, position)) {
             let squares = [0, 1, 2].map(|i| f64::from(position[i].abs_diff(before[i])).powi(2));
             let moved = squares.iter().sum::<f64>().sqrt();
-            // A frame may come after the start of a tick, and its answer before the tick's telemetry.
+            // A frame may come within a tick; its answer is then before the tick's telemetry.
             let between_us = time.0.abs_diff(since.0) as f64;
             let allowed = highest_speed(&limits.path) * between_us * 1e-6 + ROUNDING_UM;
             outcome.check(moved <= allowed, REFERENCE, || {
