@@ -25,8 +25,8 @@ struct Cli {
     /// board, -vv repeated requests and lost frames too, -vvv also every frame
     #[arg(short, long, action = ArgAction::Count, global = true)]
     verbose: u8,
-    /// Print problems, questions and findings only on standard error: no progress, no notes, and
-    /// no result of a command that has done its work
+    /// On standard error print only problems, questions and findings: no progress, no notes, no
+    /// result of a command that has done its work
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
     #[command(subcommand)]

@@ -4,7 +4,7 @@
 //! with time stamps; metres in the rig frame, and seconds. A line that is repeated is a pause.
 
 use std::fmt::Display;
-use std::mem::discriminant;
+use std::mem::{Discriminant, discriminant};
 
 use nalgebra::Point3;
 use thiserror::Error;
@@ -97,7 +97,10 @@ impl PathFileError {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LineMistake {
     /// The line has too few or too many columns.
-    #[error("{line}: {count} columns, but the first line names {expected}")]
+    #[error(
+        "{line}: {count} columns, but the first line names {expected}{}",
+        and_more(*.more, "line")
+    )]
     Columns {
         /// Line, from 1.
         line: u64,
@@ -105,6 +108,8 @@ pub enum LineMistake {
         count: usize,
         /// Number of columns of the header.
         expected: usize,
+        /// Number of further lines with as many columns.
+        more: usize,
     },
     /// The commas are the decimal sign too.
     #[error("{line}: {DECIMAL_COMMAS}{}", and_more(*.more, "line"))]
@@ -155,16 +160,24 @@ impl LineMistake {
     /// a kind of which each is listed.
     fn more(&mut self) -> Option<&mut usize> {
         match self {
-            Self::DecimalCommas { more, .. } | Self::Range { more, .. } => Some(more),
+            Self::Columns { more, .. }
+            | Self::DecimalCommas { more, .. }
+            | Self::Range { more, .. } => Some(more),
             _ => None,
         }
     }
 
+    /// Returns what mistakes of one kind share: the variant, and a wrong number of columns.
+    fn kind(&self) -> (Discriminant<Self>, usize) {
+        let count = if let Self::Columns { count, .. } = self { *count } else { 0 };
+        (discriminant(self), count)
+    }
+
     /// Adds the mistake to `mistakes`, or counts it where one of its kind is there for all.
     fn add_to(mut self, mistakes: &mut Vec<Self>) {
-        let kind = discriminant(&self);
+        let kind = self.kind();
         let is_for_all = self.more().is_some();
-        let first = mistakes.iter_mut().find(|it| is_for_all && discriminant(*it) == kind);
+        let first = mistakes.iter_mut().find(|it| is_for_all && it.kind() == kind);
         match first.and_then(Self::more) {
             Some(more) => *more += 1,
             None => mistakes.push(self),
@@ -294,7 +307,7 @@ fn row(
         let (count, expected) = (fields.len(), names.len());
         let mistake = match table.has_decimal_commas(row, expected) {
             true => LineMistake::DecimalCommas { line, more: 0 },
-            false => LineMistake::Columns { line, count, expected },
+            false => LineMistake::Columns { line, count, expected, more: 0 },
         };
         mistake.add_to(mistakes);
         return None;
@@ -361,6 +374,7 @@ mod tests {
             ("x,y,z\n", "no places"),
             ("0.4,0.3,0.2\n", "1: the columns are '0.4,0.3,0.2', but must be 'x,y,z'"),
             ("x,y,z\n# a\n0.4,0.3\n", "3: 2 columns, but the first line names 3"),
+            ("x,y,z\n0.4,0.3\n1,1\n", "2: 2 columns, but the first line names 3 (1 more line too)"),
             ("x,y,z\n0.4,o.3,0.2\n", "2: column y: 'o.3' is no finite number"),
             ("x,y,z\n0.4,0.3,inf\n", "2: column z: 'inf' is no finite number"),
             ("x,y,z\n0.4,300,0.2\n", "2: column y: 300 m is out of range, ±100"),

@@ -235,9 +235,18 @@ fn sender(camera: &NewCamera, folder: &Path) -> Option<String> {
 fn notes(rig: &NewRig) -> Vec<&'static str> {
     let mut notes = Vec::new();
     match rig.driver {
-        DriverKind::Tmc2209Uart => notes.push(
-            "0.8 A is a guess: set `run_current` to the motors' data sheet (docs/use/skr-pico.md)",
-        ),
+        DriverKind::Tmc2209Uart => {
+            notes.push(
+                "0.8 A is a guess: set `run_current` to the motors' data sheet \
+                 (docs/use/skr-pico.md)",
+            );
+            if rig.board.board().has_free_drivers {
+                notes.push(
+                    "each driver takes its address from its straps: of motor A MS1 and MS2 low, of \
+                     B MS1 high, of C MS2 high (docs/use/skr-pico.md)",
+                );
+            }
+        }
         DriverKind::Tb6600 | DriverKind::Dm542 => notes.push(
             "a current switches these drivers off, so that a crash of the board leaves the motors \
              on; they need a 5 V buffer (docs/use/opto.md)",

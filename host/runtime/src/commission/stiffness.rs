@@ -44,6 +44,9 @@ const WATCH_S: f64 = 1.5;
 /// Longest time from a request to its answer with which the start of a jog is known, seconds.
 const LONGEST_ANSWER_S: f64 = 0.05;
 
+/// Time between two pictures above which the second one is late, over the usual time.
+const LATE_PICTURE: f64 = 1.8;
+
 /// Returns the rig without a running mean over the step plan, which would take out the swing.
 fn without_mean(rig: &Rig) -> Rig {
     let mut rig = rig.clone();
@@ -55,11 +58,21 @@ fn without_mean(rig: &Rig) -> Rig {
 struct Places {
     direction: Vector3<f64>,
     samples: Vec<Sample>,
+    /// Times at which pictures were taken in, with a ball or without, seconds.
+    taken_in: Vec<f64>,
 }
 
 impl Places {
     fn push(&mut self, time: f64, place: &Point3<f64>) {
         self.samples.push(Sample { time, along: self.direction.dot(&place.coords) });
+    }
+
+    /// Returns whether a picture came late: long after the one before, beside the median.
+    fn has_late_pictures(&self) -> bool {
+        let mut between: Vec<f64> = self.taken_in.windows(2).map(|two| two[1] - two[0]).collect();
+        between.sort_by(f64::total_cmp);
+        let usual = between.get(between.len() / 2);
+        between.last().zip(usual).is_some_and(|(longest, usual)| *longest > LATE_PICTURE * usual)
     }
 }
 
@@ -120,7 +133,8 @@ impl<T: Transport> Examination<'_, '_, T> {
     /// Turns the motor of `mode` to and fro with this acceleration (full steps/s²), and judges the
     /// swing of the ball.
     fn swing(&mut self, mode: &Mode, acceleration: f64) -> Result<Measurement, ExaminationError> {
-        let mut places = Places { direction: mode.direction, samples: Vec::new() };
+        let mut places =
+            Places { direction: mode.direction, samples: Vec::new(), taken_in: Vec::new() };
         self.watch(SETTLE_S, &mut places)?;
         places.samples.clear();
         self.watch(REST_S, &mut places)?;
@@ -131,9 +145,13 @@ impl<T: Transport> Examination<'_, '_, T> {
             Err(doubt) => return Ok(Measurement::Unknown(doubt)),
         };
         self.watch(WATCH_S, &mut places)?;
+        let is_late = places.has_late_pictures();
         let drive = Drive { turns, rate: jogs.rate.to_si(), acceleration };
         let watch = Watch { at_rest, moved: places.samples, drive, gain: mode.gain };
-        Ok(watch.judge())
+        Ok(match watch.judge() {
+            Measurement::Unknown(_) if is_late => Measurement::Unknown(Doubt::Late),
+            measured => measured,
+        })
     }
 
     /// Turns a motor to and fro. Returns its jogs, or why they tell nothing.
@@ -167,11 +185,16 @@ impl<T: Transport> Examination<'_, '_, T> {
 
     /// Takes the next picture. Returns whether the motor still turned then.
     fn is_jogging(&mut self, places: &mut Places) -> Result<bool, ExaminationError> {
+        let mut is_taken = false;
         let telemetry = self.tend(|(time, ball)| {
+            is_taken = true;
             if let Some(position) = ball.and_then(|ball| ball.position) {
                 places.push(time, &position.mean);
             }
         })?;
+        if is_taken {
+            places.taken_in.push(self.parts.source.now());
+        }
         Ok(self.link.is_jogging(&telemetry)?)
     }
 

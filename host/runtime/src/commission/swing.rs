@@ -222,6 +222,9 @@ pub enum Doubt {
     /// The link is too slow to know when a jog began.
     #[error("the link to the board was too slow")]
     Link,
+    /// Pictures came late, so that their times are not sure either.
+    #[error("pictures came late or were lost, as on a busy computer; run the check again")]
+    Late,
     /// The ball is seen in too few pictures.
     #[error("the ball was seen in too few pictures")]
     Pictures,

@@ -158,6 +158,8 @@ pub enum OtherUnit {
     Centimetres,
     /// One of both.
     Either,
+    /// Metres, where the number was taken for millimetres, as in G-code.
+    Metres,
 }
 
 impl fmt::Display for OtherUnit {
@@ -166,6 +168,7 @@ impl fmt::Display for OtherUnit {
             Self::Millimetres => "millimetres",
             Self::Centimetres => "centimetres",
             Self::Either => "millimetres or centimetres",
+            Self::Metres => "metres, where the file says millimetres",
         })
     }
 }
@@ -303,10 +306,12 @@ impl MotionRules {
     /// Returns the unit in which a place (metres) is inside the workspace; `None` where there is
     /// none, or the place could be one of a rig.
     fn other_unit(&self, place: Point3<f64>) -> Option<OtherUnit> {
-        if place.iter().all(|coordinate| coordinate.abs() < LEAST_IN_OTHER_UNIT) {
-            return None;
-        }
         let is_inside = |per_metre: f64| self.outside(place / per_metre, 0.0).is_none();
+        let all_below = |most_m: f64| place.iter().all(|coordinate| coordinate.abs() < most_m);
+        if all_below(LEAST_IN_OTHER_UNIT) {
+            let is_tiny = all_below(LEAST_IN_OTHER_UNIT / 1000.0) && is_inside(1e-3);
+            return is_tiny.then_some(OtherUnit::Metres);
+        }
         match (is_inside(1000.0), is_inside(100.0)) {
             (true, false) => Some(OtherUnit::Millimetres),
             (false, true) => Some(OtherUnit::Centimetres),
@@ -448,6 +453,8 @@ mod tests {
             ([900.0, 240.0, 300.0], "; is it in millimetres?"),
             ([90.0, 24.0, 30.0], "`workspace.max`"),
             ([2.0, 0.3, 0.3], "`workspace.max`"),
+            ([0.00042, 0.00024, 0.0003], "; is it in metres, where the file says millimetres?"),
+            ([0.0, 0.0, 0.0], "`workspace.min`"),
             ([f64::NAN, 0.3, 0.3], "`workspace.max`"),
         ] {
             let error = check(&rig, place, 0.0).unwrap_err().to_string();

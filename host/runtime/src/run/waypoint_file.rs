@@ -145,8 +145,8 @@ fn parse_row(
             _ if table.has_decimal_commas(row, most) => {
                 WaypointMistake::DecimalCommas { line, more: 0 }
             }
-            Some(_) => WaypointMistake::Columns { line, count, most },
-            None => WaypointMistake::Unnamed { line, count },
+            Some(_) => WaypointMistake::Columns { line, count, most, more: 0 },
+            None => WaypointMistake::Unnamed { line, count, more: 0 },
         };
         mistake.add_to(mistakes);
         return None;
@@ -231,6 +231,8 @@ mod tests {
             ("0.2 0.3 0.24\n", "way.csv:1: one column: separate x, y and z by commas"),
             ("0.2,0.3,0.24,0.3\n", "way.csv:1: 4 columns without names; 3 are x, y, z"),
             ("x,y,z\n0.4,0.3\n", "way.csv:2: 2 columns"),
+            ("x,y,z\n1,1\n1,1\n1,1\n", "columns, but the first line names 3 (2 more lines too)"),
+            ("x,y,z\n1,1\n1,1,1,1\n", "way.csv:3: 4 columns, but the first line names 3"),
             ("x,y,z\n0.4,0.3,0.2,1\n", "way.csv:2: 4 columns, but the first line names 3"),
             ("dwell,z,y,x\n1,0.4,0.3\n", "way.csv:2: 3 columns, but the first line names 4"),
             ("t,x,y,z\n0,0.4,0.3,0.2\n", "way.csv:1: the columns are 't,x,y,z'"),

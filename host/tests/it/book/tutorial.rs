@@ -17,6 +17,12 @@ use serde_json::Value;
 
 const PAGE: &str = include_str!("../../../../docs/use/tutorial.md");
 
+/// What the program says of a measurement that a busy computer spoilt.
+const DISTURBED: [&str; 2] = ["as on a busy computer", "the link to the board was too slow"];
+
+/// How often commands are run again for that.
+const MOST_DISTURBED: u32 = 8;
+
 /// Commands of the page with their output.
 struct Block {
     commands: String,
@@ -60,6 +66,18 @@ impl Shell<'_> {
         }
         let output = self.bash(&format!("{{ {commands}\n}} 2>&1")).output().unwrap();
         String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+
+    /// Runs commands, and again where the program says that a busy computer spoilt its measurement.
+    fn run_undisturbed(&mut self, commands: &str) -> String {
+        let mut printed = self.run(commands);
+        for _ in 0..MOST_DISTURBED {
+            if !DISTURBED.iter().any(|words| printed.contains(words)) {
+                break;
+            }
+            printed = self.run(commands);
+        }
+        printed
     }
 
     /// Starts a command that stays, and waits for the file that it links.
@@ -134,7 +152,7 @@ fn the_commands_of_the_tutorial_print_what_the_page_says() {
         Shell { folder: folder.path(), environment: String::new(), background: Vec::new() };
     let rig = folder.path().join("rig/rig.toml");
     for Block { commands, output } in blocks(PAGE) {
-        let printed = shell.run(&commands);
+        let printed = shell.run_undisturbed(&commands);
         if let Some(expected) = output {
             let (printed, expected) =
                 (without_measurements(&printed), without_measurements(&expected));

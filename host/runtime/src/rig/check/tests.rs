@@ -152,7 +152,7 @@ fn an_inverted_emergency_input_is_refused_on_a_pico_2_with_what_to_do() {
 #[test]
 fn a_message_names_a_number_and_its_range_once() {
     let found = findings(&[("host = 0.3", "host = 99.0")]);
-    let line = "error: `deadlines.host = 99.0` must be above 0, to 5 s";
+    let line = "error: `deadlines.host = 99.0` must be above 0, to 5 s; is it in milliseconds?";
     assert!(found.iter().any(|it| it.to_string().ends_with(line)), "{found:#?}");
 }
 

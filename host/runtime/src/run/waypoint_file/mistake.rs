@@ -66,7 +66,7 @@ fn unnamed(count: usize) -> String {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WaypointMistake {
     /// The line has too few or too many columns.
-    #[error("{line}: {count} columns, but the first line names {most}")]
+    #[error("{line}: {count} columns, but the first line names {most}{}", and_more(*.more, "line"))]
     Columns {
         /// Line, from 1.
         line: u64,
@@ -74,14 +74,18 @@ pub enum WaypointMistake {
         count: usize,
         /// Number of columns that the first line names.
         most: usize,
+        /// Number of further lines with as many columns.
+        more: usize,
     },
     /// The line has other columns than x, y, z, and no line names them.
-    #[error("{line}: {}", unnamed(*.count))]
+    #[error("{line}: {}{}", unnamed(*.count), and_more(*.more, "line"))]
     Unnamed {
         /// Line, from 1.
         line: u64,
         /// Number of columns.
         count: usize,
+        /// Number of further lines with as many columns.
+        more: usize,
     },
     /// The commas are the decimal sign too.
     #[error("{line}: {DECIMAL_COMMAS}{}", and_more(*.more, "line"))]
@@ -132,6 +136,12 @@ impl WaypointMistake {
     fn count_of(&mut self, other: &Self) -> Option<&mut usize> {
         match (self, other) {
             (Self::DecimalCommas { more, .. }, Self::DecimalCommas { .. }) => Some(more),
+            (Self::Columns { count, more, .. }, Self::Columns { count: other, .. })
+            | (Self::Unnamed { count, more, .. }, Self::Unnamed { count: other, .. })
+                if count == other =>
+            {
+                Some(more)
+            }
             (Self::Place { error, more, .. }, Self::Place { error: other, .. })
                 if error.other_unit().is_some() && error.other_unit() == other.other_unit() =>
             {
