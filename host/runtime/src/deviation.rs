@@ -105,8 +105,8 @@ impl fmt::Display for PathSummary {
         let Spread { rms_mm, p99_mm, max_mm } = self.error;
         write!(
             f,
-            "path of {:.1} s: followed in {:.1} s, {:.0} % of its speed; distance from it {rms_mm:.1} mm rms, \
-             {p99_mm:.1} mm in 99 % of the pictures, {max_mm:.1} mm at most",
+            "path of {:.1} s: followed in {:.1} s, {:.0} % of its speed; distance from it \
+             {rms_mm:.1} mm rms, {p99_mm:.1} mm in 99 % of the pictures, {max_mm:.1} mm at most",
             self.path_time_s,
             self.time_s,
             // The start is known to a picture.

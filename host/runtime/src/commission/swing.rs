@@ -228,10 +228,10 @@ pub enum Doubt {
     /// The ball is seen in too few pictures.
     #[error("the ball was seen in too few pictures")]
     Pictures,
-    /// The ball moves otherwise than on taut cables.
+    /// The measured places are not those of a ball on taut cables.
     #[error(
-        "the ball did not move as it does on taut cables; hang it nearer to the middle of the \
-         triangle"
+        "the measured places are not those of a ball on taut cables; check again, with the ball \
+         nearer to the middle of the triangle and no other program at work on this computer"
     )]
     Unexplained,
     /// Slow and fast swings explain the places about as well.

@@ -17,11 +17,11 @@ use serde_json::Value;
 
 const PAGE: &str = include_str!("../../../../docs/use/tutorial.md");
 
-/// What the program says of a measurement that a busy computer spoilt.
-const DISTURBED: [&str; 2] = ["as on a busy computer", "the link to the board was too slow"];
+/// What the program says where a measurement is spoilt, as by a busy computer.
+const SPOILT: &str = "could not be told";
 
-/// How often commands are run again for that.
-const MOST_DISTURBED: u32 = 8;
+/// How often commands are run again for that, at most.
+const MOST_REPEATS: u32 = 8;
 
 /// Commands of the page with their output.
 struct Block {
@@ -68,11 +68,11 @@ impl Shell<'_> {
         String::from_utf8_lossy(&output.stdout).into_owned()
     }
 
-    /// Runs commands, and again where the program says that a busy computer spoilt its measurement.
+    /// Runs commands, and again where a measurement is spoilt.
     fn run_undisturbed(&mut self, commands: &str) -> String {
         let mut printed = self.run(commands);
-        for _ in 0..MOST_DISTURBED {
-            if !DISTURBED.iter().any(|words| printed.contains(words)) {
+        for _ in 0..MOST_REPEATS {
+            if !printed.contains(SPOILT) {
                 break;
             }
             printed = self.run(commands);
