@@ -115,8 +115,7 @@ pub struct OtherUnit {
     pub count: f64,
 }
 
-/// Usual other units. Of several with the same unit of Plumb, a person is asked for the first one
-/// whose number is in the range.
+/// Usual other units.
 const OTHER_UNITS: [OtherUnit; 6] = [
     OtherUnit { unit: "m", symbol: "mm", name: "millimetres", count: 1000.0 },
     OtherUnit { unit: "m", symbol: "cm", name: "centimetres", count: 100.0 },
@@ -134,13 +133,13 @@ fn shown(value: f64) -> String {
 
 /// Returns the end of a message about a number in a usual other unit; empty where it is in none.
 fn hint(value: f64, range: &Range) -> String {
-    let meant = range.other_units().find(|other| range.contains(value / other.count));
-    match meant {
-        Some(other) => format!("; is it in {}?", other.name),
-        None if range.unit == "1/m" && range.contains(value.recip()) => {
+    let meant = range.other_units().filter(|other| range.contains(value / other.count));
+    match &meant.map(|other| other.name).collect::<Vec<_>>()[..] {
+        [] if range.unit == "1/m" && range.contains(value.recip()) => {
             "; is it the size of a unit? Write its inverse".to_owned()
         }
-        None => String::new(),
+        [] => String::new(),
+        names => format!("; is it in {}?", names.join(" or ")),
     }
 }
 
@@ -254,9 +253,11 @@ mod tests {
     fn numbers_in_usual_other_units_are_named() {
         let message = |range: &Range, value| range.check(value).unwrap_err().to_string();
         let millimetres = message(&Coordinate::RANGE, 1737.0);
-        assert_eq!(millimetres, "1737 must be -100 to 100 m; is it in millimetres?");
+        let asked = "1737 must be -100 to 100 m; is it in millimetres or centimetres?";
+        assert_eq!(millimetres, asked);
         assert_eq!(message(&Coordinate::RANGE, 1e9), "1000000000 must be -100 to 100 m");
-        assert!(message(&BallDiameter::RANGE, 80.0).ends_with("; is it in millimetres?"));
+        let diameter = message(&BallDiameter::RANGE, 300.0);
+        assert!(diameter.ends_with("; is it in millimetres?"), "{diameter}");
         let side = Range::new(0.2, 3.5, "m");
         assert_eq!(message(&side, 61.0), "61 must be 0.2 to 3.5 m; is it in centimetres?");
         assert!(message(&side, 610.0).ends_with("; is it in millimetres?"));
@@ -265,7 +266,8 @@ mod tests {
         let current = Range::above_zero(5.0, "A");
         assert_eq!(message(&current, 800.0), "800 must be above 0, to 5 A; is it in milliamperes?");
         let speed = message(&Range::above_zero(5.0, "m/s"), 40.0);
-        assert_eq!(speed, "40 must be above 0, to 5 m/s; is it in millimetres a second?");
+        let asked = "is it in millimetres a second or centimetres a second?";
+        assert_eq!(speed, format!("40 must be above 0, to 5 m/s; {asked}"));
         assert!(message(&CameraTime::RANGE, 33.0).ends_with("; is it in milliseconds?"));
         assert_eq!(message(&Hue::RANGE, 400.0), "400 must be 0 to 360 degrees");
     }

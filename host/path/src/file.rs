@@ -411,7 +411,7 @@ mod tests {
     fn all_mistakes_are_named_at_once() {
         let error = parse("x,y,z\n0.4,o.3,nan\n0.4,0.3,0.2\n0.4\n").unwrap_err().to_string();
         assert_eq!(error.lines().count(), 3, "{error}");
-        let many = format!("x,y,z\n{}", "nonsense\n".repeat(1000));
+        let many = format!("x,y,z\n{}", "0.4,o.3,0.2\n".repeat(1000));
         let error = parse(&many).unwrap_err().to_string();
         assert_eq!(error.lines().count(), MAX_LISTED + 1, "{error}");
         assert!(error.ends_with("980 more mistakes"), "{error}");

@@ -114,7 +114,8 @@ pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
     let unknown = found.iter().filter(|name| !known.contains(&name.as_str()));
     let unknown = unknown.map(|name| match with_unit(name) {
         Some((base, _)) if known.contains(&base) => {
-            format!("'{name}' must be in metres or seconds: convert it, and write {base}")
+            let unit = if base == "t" || base == "dwell" { "seconds" } else { "metres" };
+            format!("'{name}' must be in {unit}: convert it, and write {base}")
         }
         _ => format!("'{name}' is unknown"),
     });
@@ -239,7 +240,7 @@ mod tests {
         };
         assert_eq!(wrong("x y w"), "'w' is unknown, z is missing");
         assert_eq!(wrong("x y z y"), "y is there 2 times");
-        let convert = "'x[mm]' must be in metres or seconds: convert it, and write x";
+        let convert = "'x[mm]' must be in metres: convert it, and write x";
         assert_eq!(wrong("x[mm] y z"), convert);
         assert_eq!(wrong("x[mm] w z"), format!("{convert}, 'w' is unknown, y is missing"));
         assert_eq!(wrong("z y x"), "");

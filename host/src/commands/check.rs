@@ -13,7 +13,7 @@ use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
 use super::exit::BAD_INPUT;
-use super::print::{self, tell};
+use super::print::{self, note, tell};
 use super::rig_args::{PortArgs, RigArg};
 use super::{DetectorName, FAILED, Failure};
 use commissioning::RigLine;
@@ -74,12 +74,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let count = |severity| findings.iter().filter(|finding| finding.severity == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     let plural = |count| if count == 1 { "" } else { "s" };
-    tell!(
-        "{}: {errors} error{}, {warnings} warning{}",
-        args.rig.rig.display(),
-        plural(errors),
-        plural(warnings)
-    );
+    let (file, ends) = (args.rig.rig.display(), [errors, warnings].map(plural));
+    let count = format!("{file}: {errors} error{}, {warnings} warning{}", ends[0], ends[1]);
+    match findings.is_empty() {
+        true => note!("{count}"),
+        false => tell!("{count}"),
+    }
     let rig = match (errors, args.file_only) {
         (0, false) => Some(commissioning::examine(&args)?),
         _ => None,

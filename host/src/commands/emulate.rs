@@ -50,11 +50,11 @@ pub(crate) struct Args {
     /// start, positive where cable is paid out. A slow reader loses lines
     #[arg(long)]
     motors: bool,
-    #[command(flatten)]
-    wire: WireOptions,
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    wire: WireOptions,
 }
 
 /// Final state of the board.

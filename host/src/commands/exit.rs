@@ -78,7 +78,9 @@ impl Failure {
     pub(crate) fn message(&self) -> String {
         let message = ErrorChain(&*self.error).to_string();
         match variable_that_names_file(&message) {
-            Some(variable) => format!("{message} (named by the variable {variable})"),
+            Some((variable, path)) => {
+                message.replacen(&path, &format!("{path} (named by {variable})"), 1)
+            }
             None => message,
         }
     }
@@ -94,15 +96,16 @@ impl Failure {
     }
 }
 
-/// Returns the environment variable that has the path with which an error begins, where no word of
-/// the command line is that path.
-fn variable_that_names_file(message: &str) -> Option<&'static str> {
-    let named = |variable: &&str| {
-        let path = env::var(variable).unwrap_or_default();
-        let begins = !path.is_empty() && message.starts_with(&format!("{path}: "));
-        begins && env::args().skip(1).all(|word| word != path)
+/// Returns the environment variable that has the path with which an error begins, and the path,
+/// where no word of the command line is that path.
+fn variable_that_names_file(message: &str) -> Option<(&'static str, String)> {
+    let named = |variable| {
+        let path = env::var(variable).ok().filter(|path| !path.is_empty())?;
+        let begins = message.starts_with(&format!("{path}: "));
+        let is_alone = begins && env::args().skip(1).all(|word| word != path);
+        is_alone.then_some((variable, path))
     };
-    [RIG_VARIABLE, PORT_VARIABLE].into_iter().find(named)
+    [RIG_VARIABLE, PORT_VARIABLE].into_iter().find_map(named)
 }
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.

@@ -19,7 +19,7 @@ use thiserror::Error;
 use self::dialogue::Dialogue;
 use super::exit::exit_code_of;
 use super::number_list::sides;
-use super::print::{self, tell};
+use super::print::{self, note};
 use super::rig_args::BoardOption;
 use super::{Failure, failed_because, numbers};
 
@@ -76,7 +76,7 @@ pub(crate) struct Args {
     /// Source of the pictures
     #[arg(long, value_enum, ignore_case = true)]
     camera: Option<CameraName>,
-    /// The recording: a TUM folder, or an .oni, .bag, .db3 or video file
+    /// The recording: a TUM folder, or an .oni, .bag, .db3, .mcap or video file
     #[arg(long, value_name = "PATH")]
     recording: Option<PathBuf>,
     /// Where another program delivers the pictures: unix:PATH, tcp:127.0.0.1:PORT, or - (standard
@@ -200,17 +200,18 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let rig = questions::rig(&args, &mut dialogue)?;
     let files = rig.files()?;
     write_files(&args.folder, &rig_path, &camera_path, &files)?;
-    tell!("written: {} and {}", rig_path.display(), camera_path.display());
+    note!("written: {} and {}", rig_path.display(), camera_path.display());
     if let Some(sender) = sender(&rig.camera, &args.folder) {
-        tell!("pictures: {sender} (`camera.stream` in the rig file; docs/use/stream.md)");
+        note!("pictures: {sender} (`camera.stream` in the rig file; docs/use/stream.md)");
     }
     if let Some(straps) = &files.straps {
-        tell!("straps of each driver for {} microsteps: {straps}", rig.microsteps);
+        let end = if rig.microsteps == 1 { "" } else { "s" };
+        note!("straps of each driver for {} microstep{end}: {straps}", rig.microsteps);
     }
-    for note in notes(&rig) {
-        tell!("note: {note}");
+    for text in notes(&rig) {
+        note!("note: {text}");
     }
-    tell!("next: {}", next_step(&rig, &rig_path));
+    note!("next: {}", next_step(&rig, &rig_path));
     if args.json {
         let straps = files.straps.map(|straps| straps.to_string());
         let line = Line { rig: &rig_path, camera: &camera_path, straps };

@@ -14,7 +14,7 @@ use plumb_runtime::rig::{BoardPort, Rig};
 
 use super::board::report;
 use super::connection::connect;
-use super::print::tell;
+use super::print::note;
 use super::rig_args::{BoardArgs, PortArgs, RigArg};
 use super::{Failure, bad_input};
 
@@ -86,7 +86,7 @@ pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&args.rig.rig)?;
     let mut link = connect(&args.rig.rig, &rig, args.port.open(&rig)?)?;
     link.home()?;
-    tell!("{}: the zero of travel is here", link.port());
+    note!("{}: the zero of travel is here", link.port());
     let telemetry = link.status()?;
     report(&link, &telemetry, args.json)?;
     Ok(ExitCode::SUCCESS)
@@ -100,7 +100,7 @@ fn serve(
 ) -> Result<ExitCode, Failure> {
     let mut link = Link::connect(serial)?;
     let done = request(&mut link)?;
-    tell!("{}: {done}", link.port());
+    note!("{}: {done}", link.port());
     let telemetry = link.status()?;
     report(&link, &telemetry, is_json)?;
     Ok(ExitCode::SUCCESS)

@@ -14,7 +14,7 @@ pub(super) fn list<const N: usize>(text: &str, range: &Range) -> Result<[f64; N]
     let numbers: Vec<f64> =
         words.iter().map(|it| numbers::parse(it, range)).collect::<Result<_, _>>()?;
     let count = numbers.len();
-    let example = if N == 3 { ", as in 0.4,0.2,0.15: decimal points, no spaces" } else { "" };
+    let example = if N == 3 { "; write 0.4,0.2,0.15, for example, without spaces" } else { "" };
     numbers.try_into().map_err(|_| {
         format!(
             "needs {N} numbers with commas between them, each {range}; {count} are given{example}"
@@ -101,7 +101,7 @@ mod tests {
         assert_eq!(error, "write decimal points: 0.5,0.2,0.15");
         // The other numbers of "0,5 0,2 0,15" are words of their own.
         let error = point("0,5").unwrap_err();
-        let end = "; 2 are given, as in 0.4,0.2,0.15: decimal points, no spaces";
+        let end = "; 2 are given; write 0.4,0.2,0.15, for example, without spaces";
         assert!(error.starts_with("needs 3 numbers") && error.ends_with(end), "{error}");
         let error = list::<2>("1,2,3", &numbers::PIXEL).unwrap_err();
         assert!(!error.contains("decimal"), "{error}");

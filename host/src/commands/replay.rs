@@ -13,6 +13,7 @@ use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::driver::OpenedSource;
 use plumb_runtime::replay::{DebugFolder, Problem, ReplayOutcome, replay};
+use plumb_vision::camera::Camera;
 
 use super::print::{self, note, tell};
 use super::progress::{ProgressLine, is_shown};
@@ -49,6 +50,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     check_recording(&args.recording)?;
     let file = args.camera.clone().map_or_else(|| beside(&args.recording), Ok)?;
     let mut camera = camera_file::read(&file)?;
+    if let Some(warning) = wrong_depth_scale(&args.recording, &file, &camera) {
+        tell!("plumb: warning: {warning}");
+    }
     let topics = Ros2CameraSettings::default();
     let opened = open_recording(&args.recording, &camera, &topics)?;
     let OpenedSource { mut source, intrinsics, notes, .. } = opened;
@@ -96,6 +100,20 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         print::result(line)?;
     }
     Ok(if outcome.broken == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+}
+
+/// Returns a warning where the camera file has other units of depth than that of the recording.
+fn wrong_depth_scale(recording: &Path, file: &Path, camera: &Camera) -> Option<String> {
+    let own = beside(recording).ok().filter(|own| own != file)?;
+    let recorded = camera_file::read(&own).ok()?.intrinsics.depth_scale;
+    let given = camera.intrinsics.depth_scale;
+    (recorded != given).then(|| {
+        format!(
+            "{}: depth_scale = {given}, but the file of the recording has {recorded}: no ball is \
+             found where the depth is wrong. Leave out --camera",
+            file.display()
+        )
+    })
 }
 
 /// Checks that a recording exists, and is not the folder of a run.

@@ -15,7 +15,7 @@ use clap::Parser;
 use serde_json::json;
 
 use super::old_file::write_beside_former;
-use super::print::{result, tell};
+use super::print::{note, result};
 use super::rig_args::{PortArgs, RIG_VARIABLE, rig_path};
 use super::{Failure, failed_because};
 use parts::Parts;
@@ -68,14 +68,16 @@ pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
     let packed = archive::pack(&parts).map_err(failed_because)?;
     let former = write_beside_former(&args.out, &packed)?;
     let file = args.out.display();
-    tell!("{file} has, without names of this computer and its user, folders and addresses:");
+    note!(
+        "{file} contains (names of this computer and its user, folders and addresses are removed):"
+    );
     for part in &parts {
-        tell!("{:>9} bytes  {}: {}", part.bytes().len(), part.name, part.content);
+        note!("{:>9} bytes  {}: {}", part.bytes().len(), part.name, part.content);
     }
     if let Some(former) = former {
-        tell!("The report of before is {}", former.display());
+        note!("The former report is now {}", former.display());
     }
-    tell!("Look into it before you send it: tar xzf {file}");
+    note!("Look into it before you send it: tar xzf {file}");
     if args.json {
         let names: Vec<&str> = parts.iter().map(|part| part.name).collect();
         result(json!({ "report": args.out, "bytes": packed.len(), "parts": names }))?;

@@ -183,6 +183,11 @@ pub(crate) fn split_rig(
     let missing = names.get(words.len() - usize::from(has_rig)..).unwrap_or_default();
     if !missing.is_empty() {
         let missing = missing.join(", ");
+        let together = words.last().map(|word| word.replace(',', " ")).unwrap_or_default();
+        let are_numbers = together.split(' ').all(|number| number.parse::<f64>().is_ok());
+        if are_numbers && together.split(' ').count() == names.len() {
+            return Err(bad_input(format!("write spaces: {together}; usage: {usage}")));
+        }
         return Err(bad_input(format!("the command line lacks {missing}; usage: {usage}")));
     }
     match std::env::var_os(RIG_VARIABLE).filter(|path: &OsString| !path.is_empty()) {

@@ -176,7 +176,7 @@ fn a_wrong_answer_is_asked_again() {
     assert!(text.contains("must be stiff, soft or unknown"), "{text}");
     assert!(text.contains("no triangle has the sides"), "{text}");
     assert!(text.contains("must be one of pico, pico2, skr-pico"), "{text}");
-    assert!(text.contains("cannot be set to 4 microsteps"), "{text}");
+    assert!(text.contains("cannot drive a TMC2209 without UART at 4 microsteps"), "{text}");
     let rig = fs::read_to_string(folder.path().join("rig.toml")).unwrap();
     assert!(rig.contains("microsteps = 8\n"), "{rig}");
     assert!(rig.contains("stiffness = \"stiff\"\n"), "{rig}");
@@ -249,7 +249,7 @@ fn an_input_that_ends_early_leaves_no_file() {
 fn options_that_contradict_each_other_are_refused_with_a_reason() {
     let folder = folder();
     let cases: [(&[&str], &str); 8] = [
-        (&["--driver", "a4988", "--microsteps", "32"], "cannot be set to 32 microsteps: choose"),
+        (&["--driver", "a4988", "--microsteps", "32"], "at 32 microsteps: choose"),
         (&["--port", "COM3"], "that is a port of Windows"),
         (&["--port", "kinect"], "--port kinect: must be a path, such as /dev/ttyACM0"),
         (&["--driver", "tmc2209", "--microsteps", "4"], "choose one of 8, 16"),

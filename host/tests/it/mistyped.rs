@@ -89,21 +89,17 @@ fn the_usage_says_that_a_variable_can_name_the_rig_file() {
 fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
+    let port = "/dev/plumb-gone";
     for (variable, value, arguments, says) in [
-        ("PLUMB_RIG", "gone.toml", &["jog", "A", "1"][..], "by the variable PLUMB_RIG)\n"),
-        ("PLUMB_RIG", "gone.toml", &["jog", "gone.toml", "A", "1"], "(os error 2)\n"),
-        (
-            "PLUMB_PORT",
-            "/dev/plumb-gone",
-            &["jog", &rig, "A", "1"],
-            "by the variable PLUMB_PORT)\n",
-        ),
+        ("PLUMB_RIG", "gone.toml", &["jog", "A", "1"][..], "gone.toml (named by PLUMB_RIG): "),
+        ("PLUMB_RIG", "gone.toml", &["jog", "gone.toml", "A", "1"], "plumb: gone.toml: cannot"),
+        ("PLUMB_PORT", port, &["jog", &rig, "A", "1"], "plumb-gone (named by PLUMB_PORT): there"),
     ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
         command.args(arguments).env(variable, value).current_dir(folder.path());
         let output = command.output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-        assert!(stderr(&output).ends_with(says), "{}", stderr(&output));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
     }
 }
 

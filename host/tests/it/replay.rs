@@ -56,3 +56,24 @@ fn replay_names_broken_files_and_goes_on() {
     );
     assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 3);
 }
+
+#[test]
+fn another_depth_scale_than_that_of_the_recording_is_warned_about() {
+    let folder = folder();
+    for (name, text) in [("rgb.txt", "0.0 rgb/absent.png\n"), ("depth.txt", "0.0 d/absent.png\n")] {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    let text = fs::read_to_string(rigs().join("camera.toml")).unwrap();
+    let scale = text.lines().find(|line| line.starts_with("depth_scale = ")).unwrap();
+    for (name, text) in
+        [("camera.toml", &text), ("other.toml", &text.replace(scale, "depth_scale = 77.0"))]
+    {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    let warns = |camera: &[&str]| {
+        let output = plumb(&[&["replay", "."], camera].concat(), folder.path());
+        stderr(&output).contains("warning: other.toml: depth_scale = 77, but the file of the reco")
+    };
+    assert!(warns(&["--camera", "other.toml"]));
+    assert!(!warns(&["--camera", "camera.toml"]) && !warns(&[]));
+}

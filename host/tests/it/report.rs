@@ -89,7 +89,7 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     let output = plumb(&[&["report", &rig], &port[..]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let former = "plumb-report.tar.gz.bak";
-    assert!(stderr(&output).contains(&format!("The report of before is {former}\n")));
+    assert!(stderr(&output).contains(&format!("The former report is now {former}\n")));
     assert_eq!(fs::read_to_string(folder.path().join(former)).unwrap(), "of before");
     let bytes = unpack(folder.path(), "plumb-report.tar.gz");
     let part = |name: &str| String::from_utf8(bytes(name)).unwrap();

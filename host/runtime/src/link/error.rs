@@ -207,7 +207,7 @@ pub enum LinkError {
     /// The board was sent into its bootloader and still runs its program.
     #[error(
         "{port}: the board accepted the request and still answers after {:.1} s: it has not \
-         restarted into its bootloader; an emulated board has none",
+         restarted into its bootloader; an emulated board has none, and starts its program again",
         .waited.as_secs_f64()
     )]
     StillThere {

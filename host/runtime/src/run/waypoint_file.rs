@@ -232,7 +232,7 @@ mod tests {
             ("0.2,0.3,0.24,0.3\n", "way.csv:1: 4 columns without names; 3 are x, y, z"),
             ("x,y,z\n0.4,0.3\n", "way.csv:2: 2 columns"),
             ("x,y,z\n1,1\n1,1\n1,1\n", "columns, but the first line names 3 (2 more lines too)"),
-            ("x,y,z\n1,1\n1,1,1,1\n", "way.csv:3: 4 columns, but the first line names 3"),
+            ("x,y,z\n1,1\n0.1,1,1,1\n", "way.csv:3: 4 columns, but the first line names 3"),
             ("x,y,z\n0.4,0.3,0.2,1\n", "way.csv:2: 4 columns, but the first line names 3"),
             ("dwell,z,y,x\n1,0.4,0.3\n", "way.csv:2: 3 columns, but the first line names 4"),
             ("t,x,y,z\n0,0.4,0.3,0.2\n", "way.csv:1: the columns are 't,x,y,z'"),
@@ -284,7 +284,7 @@ mod tests {
         for (line, place) in lines.iter().zip(places) {
             assert!(line.starts_with(&format!("way.csv:{place}")), "{error}");
         }
-        let error = parse(&"0.4,0.3\n".repeat(1000)).unwrap_err();
+        let error = parse(&"0.4,o.3,0.2\n".repeat(1000)).unwrap_err();
         assert_eq!(error.lines().count(), MAX_LISTED + 1, "{error}");
         assert!(error.ends_with("980 more mistakes"), "{error}");
     }

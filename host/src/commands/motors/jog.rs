@@ -16,7 +16,7 @@ use plumb_runtime::rig::Rig;
 
 use super::super::connection::connect;
 use super::super::interrupt::interrupt_flag;
-use super::super::print::{self, tell};
+use super::super::print::{self, note, tell};
 use super::super::rig_args::{PortArgs, RIG_VARIABLE, split_rig};
 use super::super::{FAILED, Failure, bad_input, board, failed, numbers};
 use super::dialogue;
@@ -94,7 +94,7 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
     };
     let report = BoardReport::from(&telemetry);
     let [a, b, c] = report.motors;
-    tell!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
+    note!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
     if args.json {
         print::result(board::line(&link.port(), &report))?;
     }
@@ -254,7 +254,7 @@ fn turn(
         }
         accepted => accepted?,
     };
-    tell!("motor {name}: {what}, {:.2} steps", steps.abs());
+    note!("motor {name}: {what}, {:.2} steps", distance.to_si().abs());
     loop {
         let telemetry = link.status()?;
         if let State::Fault(fault) = telemetry.state {

@@ -28,7 +28,7 @@ pub enum DriverKind {
 /// Microsteps that a driver cannot be strapped to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
-    "{driver} cannot be set to {microsteps} microsteps: choose one of {}",
+    "the board cannot drive {driver} at {microsteps} microsteps: choose one of {}",
     list(driver.microsteps())
 )]
 pub struct MicrostepsError {

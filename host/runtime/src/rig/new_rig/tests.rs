@@ -82,7 +82,7 @@ fn the_straps_are_those_of_the_data_sheets() {
     assert_eq!(straps(DriverKind::Drv8825, 8), expected("M0 high, M1 high, M2 low"));
     assert_eq!(straps(DriverKind::Coils, 4), None);
     let error = DriverKind::Tmc2209.straps(4).unwrap_err().to_string();
-    let text = "a TMC2209 without UART cannot be set to 4 microsteps: choose one of 8, 16";
+    let text = "the board cannot drive a TMC2209 without UART at 4 microsteps: choose one of 8, 16";
     assert_eq!(error, text);
 }
 

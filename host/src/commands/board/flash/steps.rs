@@ -201,8 +201,8 @@ pub(super) fn flash(
 ) -> Result<Flashed, FlashError> {
     let destination = choose(named, computer)?;
     if let Destination::Board(board) = &destination {
-        computer.report(&format!("{}: going into the bootloader", board.port));
         computer.enter_bootloader(board)?;
+        computer.report(&format!("{}: told to restart into its bootloader", board.port));
     }
     let drive = wait_for_drive(&destination, computer)?;
     let others = computer.boards()?;
