@@ -256,7 +256,7 @@ mod tests {
         let asked = "1737 must be -100 to 100 m; is it in millimetres or centimetres?";
         assert_eq!(millimetres, asked);
         assert_eq!(message(&Coordinate::RANGE, 1e9), "1000000000 must be -100 to 100 m");
-        let diameter = message(&BallDiameter::RANGE, 300.0);
+        let diameter = message(&BallDiameter::RANGE, 1500.0);
         assert!(diameter.ends_with("; is it in millimetres?"), "{diameter}");
         let side = Range::new(0.2, 3.5, "m");
         assert_eq!(message(&side, 61.0), "61 must be 0.2 to 3.5 m; is it in centimetres?");
