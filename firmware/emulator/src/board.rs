@@ -2,6 +2,7 @@
 //! board's steps move. Samples of the motor positions are taken at even intervals.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use nalgebra::Point3;
 use plumb_core::law::LawTicks;
@@ -43,6 +44,8 @@ pub struct EmulatedBoard {
     requests: Option<Tick>,
     /// Samples of the motor positions, where they are asked for.
     sampler: Option<Sampler>,
+    /// When the emergency input is open by a plan.
+    emergency: Range<Micros>,
 }
 
 impl EmulatedBoard {
@@ -57,6 +60,7 @@ impl EmulatedBoard {
             waiting: Vec::new(),
             requests: None,
             sampler: None,
+            emergency: Micros(0)..Micros(0),
         }
     }
 
@@ -124,6 +128,9 @@ impl EmulatedBoard {
         while self.now.0 + u64::from(TICK_US) <= end.0 {
             self.restart_if_due();
             self.deliver();
+            if self.emergency.contains(&self.now) {
+                self.open_emergency([0; MOTORS]);
+            }
             // Only hardware needs the step plan. The rig follows the board's positions, which
             // count the same pulses.
             self.requests = self.harness.tick(self.now);
@@ -233,6 +240,12 @@ impl EmulatedBoard {
     pub fn open_emergency(&mut self, missing: PerMotor<i32>) {
         self.harness.on_emergency_stop(self.now, missing);
         self.collect();
+    }
+
+    /// Opens the emergency input for this time on the board's clock, as a person who presses the
+    /// button. A rehearsal: the motors are where the last tick's plan says.
+    pub fn press_emergency_button(&mut self, open: Range<Micros>) {
+        self.emergency = open;
     }
 
     /// Stops the board because a Motor HAT does not answer. Call this before every tick as long

@@ -11,6 +11,7 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
+use plumb_protocol::units::Micros;
 use plumb_runtime::rig::Rig;
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, Served, serve};
 use serde::Serialize;
@@ -21,7 +22,7 @@ use self::motors::MotorLines;
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
 use super::rig_args::rig_path;
-use super::{Failure, Physics, bad_input, print};
+use super::{Failure, Physics, bad_input, numbers, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///
@@ -50,6 +51,10 @@ pub(crate) struct Args {
     /// start, positive where cable is paid out. A slow reader loses lines
     #[arg(long)]
     motors: bool,
+    /// Time after which the emergency button is pressed for 3 s, above 0, to 1e9 s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::TIME))]
+    emergency_after: Option<f64>,
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
@@ -79,6 +84,9 @@ impl Line {
     }
 }
 
+/// Time for which the emergency button is pressed, seconds.
+const PRESS_S: f64 = 3.0;
+
 /// Interval at which the board's state is read, short enough for a person to follow.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
@@ -107,6 +115,11 @@ fn prepared(args: &Args) -> Result<EmulatedBoard, Failure> {
     if args.motors {
         board.sample_motors(motors::INTERVAL);
     }
+    if let Some(seconds) = args.emergency_after {
+        let [pressed, released] =
+            [seconds, seconds + PRESS_S].map(|time| Micros((time * 1e6) as u64));
+        board.press_emergency_button(pressed..released);
+    }
     Ok(board)
 }
 
@@ -115,7 +128,7 @@ fn prepared(args: &Args) -> Result<EmulatedBoard, Failure> {
 pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
     let mut board = prepared(args)?;
     board.write(&[1, 1, 0]);
-    board.run_to(plumb_protocol::units::Micros(20_000)).map_err(super::failed)
+    board.run_to(Micros(20_000)).map_err(super::failed)
 }
 
 /// Returns the board of the options, with its simulated rig if there is one.

@@ -94,6 +94,13 @@ fn a_board_that_restarts_ends_the_run_with_the_cause() {
     assert!(ending.contains("restarted") && ending.contains("power on"), "{line}");
 }
 
+#[test]
+fn an_emergency_stop_can_be_rehearsed() {
+    let (output, line) = Run::start(&["--emergency-after", "6"]).end();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(line["ending"].as_str().unwrap().contains("emergency"), "{line}");
+}
+
 /// The board's process is stopped, so that nothing comes from it and nothing is wrong with its
 /// port.
 #[test]
