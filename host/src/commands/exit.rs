@@ -102,7 +102,7 @@ fn variable_that_names_file(message: &str) -> Option<(&'static str, String)> {
     let named = |variable| {
         let path = env::var(variable).ok().filter(|path| !path.is_empty())?;
         let begins = message.starts_with(&format!("{path}: "));
-        let is_alone = begins && env::args().skip(1).all(|word| word != path);
+        let is_alone = begins && env::args_os().skip(1).all(|word| word != path.as_str());
         is_alone.then_some((variable, path))
     };
     [RIG_VARIABLE, PORT_VARIABLE].into_iter().find_map(named)

@@ -2,8 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -101,6 +103,16 @@ fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         assert!(stderr(&output).contains(says), "{}", stderr(&output));
     }
+}
+
+#[test]
+fn a_word_that_is_no_text_does_not_hide_the_mistake() {
+    let folder = folder();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+    command.args(["run", "--out"]).arg(OsStr::from_bytes(b"run-\xff"));
+    let output = command.env("PLUMB_RIG", "gone.toml").current_dir(folder.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("gone.toml (named by PLUMB_RIG): "), "{}", stderr(&output));
 }
 
 #[test]
