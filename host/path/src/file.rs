@@ -10,7 +10,7 @@ use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::gcode;
-use crate::table::{self, DECIMAL_COMMAS, Table, and_more, wrong_names};
+use crate::table::{self, DECIMAL_COMMAS, Table, and_more, column_count, wrong_names};
 use crate::trajectory::{MAX_COORDINATE_M, Sample};
 
 pub use crate::gcode::{CodeMistake, CodeProblem, is_gcode};
@@ -98,7 +98,8 @@ impl PathFileError {
 pub enum LineMistake {
     /// The line has too few or too many columns.
     #[error(
-        "{line}: {count} columns, but the first line names {expected}{}",
+        "{line}: {}, but the first line names {expected}{}",
+        column_count(*.count),
         and_more(*.more, "line")
     )]
     Columns {

@@ -145,6 +145,14 @@ fn with_unit(name: &str) -> Option<(&str, &str)> {
     })
 }
 
+/// Returns the number of columns of a line that has too few or too many of them, for a message.
+pub fn column_count(count: usize) -> String {
+    match count {
+        1 => "1 column, perhaps with another separator than the first line".to_owned(),
+        _ => format!("{count} columns"),
+    }
+}
+
 /// Returns the end of a message about a mistake that `more` further lines or fields have.
 pub fn and_more(more: usize, what: &str) -> String {
     match more {

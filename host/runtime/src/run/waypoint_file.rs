@@ -279,7 +279,13 @@ mod tests {
             parse("x,y,z,dwell,tolerance\n0.4,o.3,nan,-1\n0.4,0.3,0.2\n0.4\n0.4,0.3,0.2,,-2\n")
                 .unwrap_err();
         let lines: Vec<&str> = error.lines().collect();
-        let places = ["2: column 2", "2: column 3", "2: column 4", "4: 1 columns", "5: column 5"];
+        let places = [
+            "2: column 2",
+            "2: column 3",
+            "2: column 4",
+            "4: 1 column, perhaps with another sep",
+            "5: column 5",
+        ];
         assert_eq!(lines.len(), places.len(), "{error}");
         for (line, place) in lines.iter().zip(places) {
             assert!(line.starts_with(&format!("way.csv:{place}")), "{error}");

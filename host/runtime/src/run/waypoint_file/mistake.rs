@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use plumb_config::bounded_read::ReadError;
-use plumb_path::table::{DECIMAL_COMMAS, and_more};
+use plumb_path::table::{DECIMAL_COMMAS, and_more, column_count};
 use thiserror::Error;
 
 use crate::rig::MotionError;
@@ -66,7 +66,11 @@ fn unnamed(count: usize) -> String {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WaypointMistake {
     /// The line has too few or too many columns.
-    #[error("{line}: {count} columns, but the first line names {most}{}", and_more(*.more, "line"))]
+    #[error(
+        "{line}: {}, but the first line names {most}{}",
+        column_count(*.count),
+        and_more(*.more, "line")
+    )]
     Columns {
         /// Line, from 1.
         line: u64,
