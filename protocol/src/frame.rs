@@ -44,6 +44,13 @@ impl core::error::Error for TooLong {}
 pub fn encode<T: Serialize>(message: &T) -> Result<Frame, TooLong> {
     let mut plain = [0; MAX_MESSAGE + CRC_LEN];
     let len = postcard::to_slice(message, &mut plain[..MAX_MESSAGE]).map_err(|_| TooLong)?.len();
+    framed(&mut plain, len)
+}
+
+/// Returns the frame of a message of the first `len` bytes, behind which is room for the CRC. It is
+/// there once for all types of messages: the firmware has little room.
+#[inline(never)]
+fn framed(plain: &mut [u8; MAX_MESSAGE + CRC_LEN], len: usize) -> Result<Frame, TooLong> {
     let crc = CRC.checksum(&plain[..len]).to_le_bytes();
     plain[len..len + CRC_LEN].copy_from_slice(&crc);
 
