@@ -13,9 +13,10 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Timer;
 use plumb_core::config_store::{ConfigStore, Stored};
+use plumb_core::law::KnownRig;
 
 use crate::chip::FLASH_SIZE as SIZE;
-use crate::watchdog;
+use crate::{law_worker, watchdog};
 
 /// Where the configuration is. The linker's memory leaves the last three sectors free.
 const STORE: ConfigStore =
@@ -52,6 +53,11 @@ pub(crate) fn open(flash: Peri<'static, FLASH>) -> (Option<Stored>, ConfigFlash)
     (STORE.load(&mut flash), flash)
 }
 
+/// Returns the rig that was stored with the configuration.
+pub(crate) fn known_rig(flash: &mut ConfigFlash) -> Option<KnownRig> {
+    STORE.known_rig(flash)
+}
+
 /// Requests a write. Called by the stepping interrupt; never waits.
 pub(crate) fn write(wanted: FlashWrite) {
     TO_WRITE.signal(wanted);
@@ -77,7 +83,10 @@ pub(crate) async fn write_requested(mut flash: ConfigFlash) {
         // Until a tick has fed the watchdog with the extended timeout.
         Timer::after_millis(4).await;
         let is_written = match wanted {
-            FlashWrite::Setup(setup) => STORE.save(&mut flash, &setup).is_ok(),
+            FlashWrite::Setup(setup) => {
+                let known = law_worker::known_rig().await;
+                STORE.save(&mut flash, &setup, known.as_ref()).is_ok()
+            }
             FlashWrite::Test => test(&mut flash) == Ok(true),
         };
         watchdog::extend_timeout(false);

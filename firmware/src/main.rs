@@ -78,6 +78,7 @@ fn main() -> ! {
     let generator = Generator::new(p.PIO0, (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2));
     let (coils, enable) = (Coils::new(), Enable::new());
     let (stored, mut flash) = flash::open(p.FLASH);
+    let known = flash::known_rig(&mut flash);
     let id = chip::unique_id(&mut flash);
     let (inbox_writer, inbox) = link::inbox();
     let link = LinkResources {
@@ -100,5 +101,5 @@ fn main() -> ! {
     }
     let resources = SteppingResources { inbox, generator, coils, enable, watchdog, cause, stored };
     stepping::start(resources);
-    law_worker::run()
+    law_worker::run(known)
 }

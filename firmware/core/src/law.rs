@@ -24,4 +24,4 @@ pub use selection::{
     DeferredLaw, DeferredLawKind, DeferredTicks, InlineLaw, LawSelection, LawTicks,
 };
 pub use sign::Sign;
-pub use taut::Taut;
+pub use taut::{KnownRig, Taut};

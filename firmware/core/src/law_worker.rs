@@ -18,8 +18,8 @@ use plumb_protocol::dimension::{PerAxis, PerMotor};
 use plumb_protocol::units::{Covariance, Micros, RelativeTension};
 
 use crate::law::{
-    Aim, DeferredLaw, DeferredLawKind, Law, MOTOR_SAMPLE_US, Measurement, MotorLimits, Setpoint,
-    variances,
+    Aim, DeferredLaw, DeferredLawKind, KnownRig, Law, MOTOR_SAMPLE_US, Measurement, MotorLimits,
+    Setpoint, variances,
 };
 use crate::params::Params;
 use crate::plan::Planner;
@@ -56,6 +56,8 @@ pub struct LawResponse {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LawWorker {
     law: Option<Configured>,
+    /// Rig that is known from an earlier configuration, until a law takes it.
+    known: Option<KnownRig>,
 }
 
 /// A law, and the configuration that it was made for.
@@ -69,20 +71,37 @@ struct Configured {
 impl LawWorker {
     /// Creates a worker without a law.
     pub const fn new() -> Self {
-        Self { law: None }
+        Self { law: None, known: None }
+    }
+
+    /// Takes in the rig that is `known`, with which the next law begins.
+    pub fn know(&mut self, known: Option<KnownRig>) {
+        self.known = known;
+    }
+
+    /// Returns what is known of the rig for the next configuration.
+    pub fn known_rig(&self) -> Option<KnownRig> {
+        self.law
+            .as_ref()
+            .and_then(|configured| configured.law.known_rig())
+            .or_else(|| self.known.clone())
     }
 
     /// Updates the law with the request's measurement. The first request of a configuration makes
-    /// the law anew, so a lost request leaves no law of an earlier configuration in place.
+    /// the law anew, so a lost request leaves no law of an earlier configuration in place. The new
+    /// law begins with the rig that the one before has learnt.
     #[inline(never)]
     pub fn respond(&mut self, request: &LawRequest) -> LawResponse {
         let LawRequest { number, kind, limits, generation, measurement } = request;
-        self.law.take_if(|configured| configured.generation != *generation);
+        if self.law.as_ref().is_some_and(|configured| configured.generation != *generation) {
+            self.known = self.known_rig();
+            self.law = None;
+        }
         let configured = self.law.get_or_insert_with(|| Configured {
             generation: *generation,
             law: DeferredLaw::new(*kind, *limits),
         });
-        let setpoint = configured.law.update(measurement);
+        let setpoint = configured.law.update_knowing(measurement, &mut self.known);
         LawResponse { number: *number, setpoint, tensions: configured.law.tensions() }
     }
 }

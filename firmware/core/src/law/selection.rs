@@ -9,7 +9,7 @@ use super::adaptive::Adaptive;
 use super::interval::Interval;
 use super::io::{Law, Measurement, MotorLimits, Setpoint};
 use super::sign::Sign;
-use super::taut::Taut;
+use super::taut::{KnownRig, Taut};
 use crate::timing::TICK_US;
 
 /// A configured law before its first measurement.
@@ -137,14 +137,32 @@ impl DeferredLaw {
             DeferredLawKind::Taut => Self::Taut(Taut::new(limits)),
         }
     }
+
+    /// Updates the law, as [`Law::update`]. A law that begins takes the rig that is `known` from an
+    /// earlier run, if it can use it.
+    pub fn update_knowing(
+        &mut self,
+        measurement: &Measurement,
+        known: &mut Option<KnownRig>,
+    ) -> Setpoint {
+        match self {
+            Self::Adaptive(law) => law.update(measurement),
+            Self::Taut(law) => law.update_knowing(measurement, known),
+        }
+    }
+
+    /// Returns the rig for the next run; `None` where the law does not know it.
+    pub fn known_rig(&self) -> Option<KnownRig> {
+        match self {
+            Self::Adaptive(_) => None,
+            Self::Taut(law) => law.known_rig(),
+        }
+    }
 }
 
 impl Law for DeferredLaw {
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
-        match self {
-            Self::Adaptive(law) => law.update(measurement),
-            Self::Taut(law) => law.update(measurement),
-        }
+        self.update_knowing(measurement, &mut None)
     }
 
     fn tensions(&self) -> Option<PerMotor<RelativeTension>> {

@@ -7,6 +7,7 @@
 
 mod filter;
 mod geometry;
+mod known_rig;
 mod multi_model;
 #[cfg(test)]
 mod tests;
@@ -19,6 +20,8 @@ use crate::vector::{per_axis, per_motor, plus};
 use filter::{Observation, millimetres, steps};
 use geometry::{Vector, along, dot, largest, length, scaled};
 use multi_model::{GRAVITY, Mixture, MultiModelFilter};
+
+pub use known_rig::KnownRig;
 
 /// Time of a change of the rates, s: a frame time at 30 Hz.
 const FRAME_S: f32 = 0.033;
@@ -103,14 +106,25 @@ impl Taut {
         }
     }
 
-    /// Updates the filters, and returns their mixture.
-    fn estimate(&mut self, seen: &Observation, target: Vector) -> Mixture {
+    /// Updates the filters, and returns their mixture. New filters take `known`.
+    fn estimate(
+        &mut self,
+        seen: &Observation,
+        target: Vector,
+        known: &mut Option<KnownRig>,
+    ) -> Mixture {
         match &mut self.filter {
             Some(filter) => {
                 filter.update(seen, target);
                 filter.mixture(target)
             }
-            none => none.insert(MultiModelFilter::new(seen, target)).mixture(target),
+            none => {
+                let filter = match known.take() {
+                    Some(known) => MultiModelFilter::knowing(seen, target, &known),
+                    None => MultiModelFilter::new(seen, target),
+                };
+                none.insert(filter).mixture(target)
+            }
         }
     }
 
@@ -226,10 +240,17 @@ impl Taut {
     }
 }
 
-impl Law for Taut {
-    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+impl Taut {
+    /// Updates the law, as [`Law::update`]. Where it begins, it takes the rig that is `known` from
+    /// an earlier run: a rig that was changed since is noticed, and told from the guesses.
+    #[inline]
+    pub(super) fn update_knowing(
+        &mut self,
+        measurement: &Measurement,
+        known: &mut Option<KnownRig>,
+    ) -> Setpoint {
         let target = millimetres(measurement.target);
-        let mixture = self.estimate(&Observation::new(measurement), target);
+        let mixture = self.estimate(&Observation::new(measurement), target, known);
         // The cast saturates.
         self.tensions =
             Some(mixture.tensions_at_rest().map(|t| RelativeTension((t * 256.0 + 0.5) as u16)));
@@ -257,6 +278,17 @@ impl Law for Taut {
             room: self.room(&mixture, ahead),
             ..Setpoint::at_once(rates)
         }
+    }
+
+    /// Returns the rig for the next run; `None` while the law knows too little of it.
+    pub(super) fn known_rig(&self) -> Option<KnownRig> {
+        self.filter.as_ref()?.known_rig()
+    }
+}
+
+impl Law for Taut {
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        self.update_knowing(measurement, &mut None)
     }
 
     fn tensions(&self) -> Option<[RelativeTension; 3]> {

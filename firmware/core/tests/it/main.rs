@@ -13,6 +13,7 @@ mod following;
 mod guards;
 mod hardware;
 mod home;
+mod known_rig;
 mod law;
 mod law_worker;
 mod mean;

@@ -25,9 +25,10 @@ struct InTransit {
 }
 
 impl DelayedLaw {
-    /// Records a new configuration, which resets the law.
+    /// Records a new configuration, which resets the law: only the known rig is left.
     pub(super) fn on_configured(&mut self) {
         self.fresh = LawWorker::new();
+        self.fresh.know(self.law_worker.known_rig());
     }
 
     /// Takes the response that is due, if any.

@@ -11,6 +11,7 @@ use super::geometry::{
     Cables, DELAY, Gradient, Guess, Matrix, N, STEP, Vector, along, cable_vectors, dot, length,
     scaled,
 };
+use super::known_rig::KnownRig;
 use crate::law::io::Measurement;
 use crate::vector::{per_axis, per_motor};
 
@@ -53,14 +54,26 @@ impl Filter {
     /// Creates the filter at the first measurement, on the way to `target` (mm).
     #[cold]
     pub(super) fn new(seen: &Observation, target: Vector, guess: &Guess) -> Self {
-        let Observation { ball, variances, motors, .. } = *seen;
-        let (x, p) = guess.prior(ball, variances, target);
+        Self::begun(seen, guess.prior(seen.ball, seen.variances, target))
+    }
+
+    /// Creates the filter of a known rig at the first measurement.
+    #[cold]
+    pub(super) fn knowing(seen: &Observation, known: &KnownRig) -> Self {
+        let mut filter = Self::begun(seen, known.begin(seen));
+        filter.clamp_state();
+        filter.cables = Cables::new(&filter.x);
+        filter
+    }
+
+    /// Creates the filter at the first measurement, with this state and covariance.
+    fn begun(seen: &Observation, (x, p): ([f32; N], [[f32; N]; N])) -> Self {
         Self {
             x,
             p,
             cables: Cables::new(&x),
-            variances,
-            motors,
+            variances: seen.variances,
+            motors: seen.motors,
             moved: [0.0; AXES],
             score: 0.0,
             bias: [0.0; AXES],
@@ -68,9 +81,19 @@ impl Filter {
         }
     }
 
+    /// Begins with this score instead of 0.
+    pub(super) fn begin_behind(&mut self, score: f32) {
+        self.score = score;
+    }
+
     /// Returns the filter as at the first measurement, with this score.
     pub(super) fn restarted(seen: &Observation, target: Vector, guess: &Guess, score: f32) -> Self {
         Self { score, ..Self::new(seen, target, guess) }
+    }
+
+    /// Returns the state and its covariance.
+    pub(super) fn state(&self) -> (&[f32; N], &[[f32; N]; N]) {
+        (&self.x, &self.p)
     }
 
     /// Returns the position of the ball, mm.

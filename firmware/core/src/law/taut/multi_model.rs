@@ -6,6 +6,7 @@ use super::filter::{Filter, Observation};
 use super::geometry::{
     Guess, Matrix, Vector, along, dot, length, projected, scaled, solve, transposed_times,
 };
+use super::known_rig::KnownRig;
 use crate::vector::{per_axis, per_motor};
 
 /// Gravity, mm/s².
@@ -36,12 +37,19 @@ const GUESSES: [Guess; 4] = [
     Guess { height: 800.0, width: 0.7, step: 0.75 },
 ];
 
+/// Place of the guess that a known rig replaces.
+const KNOWN: usize = GUESSES.len() - 1;
+/// Score with which the guesses begin beside a known rig: together they have 5 % of the weight.
+const SCORE_BESIDE_KNOWN: f32 = 20.0;
+
 /// Extended Kalman filters over the geometry, one for each guess.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MultiModelFilter {
     filters: [Filter; GUESSES.len()],
     /// Index of the best filter.
     best: usize,
+    /// Whether the filter in the place [`KNOWN`] is that of a known rig.
+    is_known: bool,
 }
 
 /// Estimate of one filter.
@@ -76,7 +84,26 @@ pub(super) struct Mixture {
 impl MultiModelFilter {
     /// Creates the filters at the first measurement, on the way to `target` (mm).
     pub(super) fn new(seen: &Observation, target: Vector) -> Self {
-        Self { filters: GUESSES.map(|guess| Filter::new(seen, target, &guess)), best: 0 }
+        let filters = GUESSES.map(|guess| Filter::new(seen, target, &guess));
+        Self { filters, best: 0, is_known: false }
+    }
+
+    /// Creates the filters at the first measurement, as [`new`](Self::new), one of them with a rig
+    /// that an earlier run has learnt.
+    #[cold]
+    pub(super) fn knowing(seen: &Observation, target: Vector, known: &KnownRig) -> Self {
+        let mut all = Self::new(seen, target);
+        for filter in &mut all.filters {
+            filter.begin_behind(SCORE_BESIDE_KNOWN);
+        }
+        all.filters[KNOWN] = Filter::knowing(seen, known);
+        (all.best, all.is_known) = (KNOWN, all.filters[KNOWN].is_valid());
+        all
+    }
+
+    /// Returns the rig as the best filter knows it; `None` while it knows too little.
+    pub(super) fn known_rig(&self) -> Option<KnownRig> {
+        KnownRig::of(&self.filters[self.best])
     }
 
     /// Updates the filters by a measurement on the way to `target` (mm). A filter that is no longer
@@ -89,11 +116,22 @@ impl MultiModelFilter {
                 *filter = Filter::restarted(seen, target, guess, worst);
             }
         }
+        if self.is_known && self.is_changed() {
+            self.filters[KNOWN] = Filter::restarted(seen, target, &GUESSES[KNOWN], worst);
+            self.is_known = false;
+        }
         for i in 0..GUESSES.len() {
             if self.filters[i].score() < self.filters[self.best].score() - MIN_ADVANTAGE {
                 self.best = i;
             }
         }
+    }
+
+    /// Returns whether a guess explains the measurements better than the known rig: that was
+    /// changed since.
+    fn is_changed(&self) -> bool {
+        let (guesses, known) = self.filters.split_at(KNOWN);
+        guesses.iter().any(|guess| known.iter().all(|known| guess.score() < known.score()))
     }
 
     /// Returns the mixture of the estimates, weighted by their likelihoods.
