@@ -48,7 +48,7 @@ pub use paper::{ControlError, PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
 pub(crate) use report::quantile;
 pub use simulate::RunEnd;
-pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, Suite, SuiteName};
+pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RigChange, Suite, SuiteName};
 
 /// Reason that a benchmark gave no result.
 #[derive(Debug, Error)]
@@ -78,6 +78,9 @@ pub enum BenchError {
     /// A controller that knows one target only.
     #[error("{0} drives to one target only: leave it out, or ask for one target")]
     CannotGoOn(String),
+    /// A controller that is no law of the board, for a suite with several runs.
+    #[error("{0} keeps nothing for a next run: choose a law of the board")]
+    CannotBeginAgain(String),
     /// A shape of a path with a parameter that is not above 0.
     #[error("a path of rig {rig} of seed {seed} is invalid", rig = .id.rig, seed = .id.seed)]
     Path {
@@ -116,6 +119,9 @@ pub fn run(
 ) -> Result<Vec<Report>, BenchError> {
     if suite.targets > 1 && !controller.can_go_on() {
         return Err(BenchError::CannotGoOn(controller.name()));
+    }
+    if suite.new_runs.is_some() && !controller.can_begin_again() {
+        return Err(BenchError::CannotBeginAgain(controller.name()));
     }
     let run_one = |rig| run_one(controller, suite, RunId { seed, rig });
     let runs = in_parallel(rigs.clone(), run_one, progress)?;
@@ -173,12 +179,16 @@ fn run_one(
 ) -> Result<Vec<(Outcome, f64)>, BenchError> {
     let on_error = |error| BenchError::Rig { id, error };
     let task = suite.task(id).map_err(on_error)?;
-    let (mut legs, mut start) = (Vec::new(), task.start);
-    for target in suite.places(&task, id) {
-        let way = Task { start, target, ..task };
+    let (mut legs, mut way) = (Vec::new(), task);
+    for (number, target) in suite.places(&task, id).into_iter().enumerate() {
+        let changed = match number {
+            1 => suite.changed(&task.geometry, id).map_err(on_error)?,
+            _ => None,
+        };
+        way = Task { geometry: changed.unwrap_or(way.geometry), target, ..way };
         let oracle_s = oracle::time_s(&way, &RigLimits::default(), suite.threshold_m);
-        legs.push(Leg { target, oracle_s: oracle_s.map_err(on_error)? });
-        start = target;
+        legs.push(Leg { target, oracle_s: oracle_s.map_err(on_error)?, changed });
+        way.start = target;
     }
     let mut controller = controller.build(suite, &task, id)?;
     let outcomes = simulate::run(&mut *controller, suite, &task, id, &legs)?;

@@ -15,7 +15,9 @@ pub(crate) struct BoardController {
     sequence: u16,
     reached: bool,
     resumed: bool,
+    /// The target; `None` between two runs.
     target: Option<Point>,
+    config: Config,
 }
 
 impl BoardController {
@@ -27,6 +29,7 @@ impl BoardController {
             reached: false,
             resumed: false,
             target: Point::from_metres(target.into()),
+            config,
         };
         controller.send_target(Micros(0));
         controller
@@ -65,6 +68,16 @@ impl Controller for BoardController {
         self.send_target(now);
     }
 
+    fn end_run(&mut self, now: Micros) {
+        self.target = None;
+        self.send(now, Command::Stop);
+    }
+
+    fn begin_run(&mut self, now: Micros, target: Point3<f64>) {
+        self.send(now, Command::Configure(self.config));
+        self.set_target(now, target);
+    }
+
     fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         self.sequence = self.sequence.wrapping_add(1);
         self.resume(now, ball.is_some());
@@ -87,8 +100,11 @@ impl Controller for BoardController {
 
     fn failed(&self) -> bool {
         let lost = State::Fault(Fault::PositionLost);
-        !matches!(self.harness.board.state(), State::Seeking | State::Holding | State::Ready)
-            && self.harness.board.state() != lost
+        let state = self.harness.board.state();
+        let is_between_runs = self.target.is_none() && state == State::Stopping;
+        !matches!(state, State::Seeking | State::Holding | State::Ready)
+            && state != lost
+            && !is_between_runs
     }
 
     fn resumed(&self) -> bool {

@@ -100,6 +100,12 @@ impl ControllerKind {
         !matches!(self, Self::Oracle | Self::Reference)
     }
 
+    /// Returns whether the controller can begin a further run with what it knows of the rig.
+    #[must_use]
+    pub const fn can_begin_again(&self) -> bool {
+        matches!(self, Self::Board(_))
+    }
+
     /// Creates the controller of a run of `suite`.
     ///
     /// # Errors

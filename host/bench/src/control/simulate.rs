@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::Point3;
 use plumb_core::TICK_US;
-use plumb_emulator::plant::{CameraMonitor, Plant, Task};
+use plumb_emulator::plant::{CameraMonitor, Geometry, Plant, Task};
 use plumb_protocol::units::Micros;
 use plumb_protocol::{MOTORS, PerMotor};
 
@@ -25,6 +25,9 @@ const HOLD_S: f64 = 3.0;
 /// Least share of the hold test that the ball must spend within the threshold.
 const MIN_HELD: f64 = 0.95;
 
+/// Ticks of the pause between two runs: 0.5 s.
+const REST_TICKS: u64 = 500_000 / TICK_US as u64;
+
 /// Time limit of a run in multiples of the oracle's time.
 const TIME_LIMIT_ORACLES: f64 = 15.0;
 /// Time limit of a run in addition to that, seconds.
@@ -43,6 +46,11 @@ pub(crate) trait Controller {
     /// Drives to another target from `now` on, metres in the rig frame. A controller whose kind
     /// [cannot go on](super::ControllerKind::can_go_on) gets none.
     fn set_target(&mut self, _now: Micros, _target: Point3<f64>) {}
+    /// Ends the run: the motors come to rest. A controller whose kind [cannot begin
+    /// again](super::ControllerKind::can_begin_again) is never told so.
+    fn end_run(&mut self, _now: Micros) {}
+    /// Begins another run to a target, metres in the rig frame, with motors at rest.
+    fn begin_run(&mut self, _now: Micros, _target: Point3<f64>) {}
     /// Returns whether the controller has given up.
     fn failed(&self) -> bool;
     /// Returns whether the controller stopped for a lost position and was started again.
@@ -173,6 +181,7 @@ impl Monitor {
 struct Simulation<'a> {
     controller: &'a mut dyn Controller,
     suite: &'a Suite,
+    id: RunId,
     plant: Box<dyn Plant>,
     camera: CameraMonitor,
     /// Map from true to measured positions.
@@ -183,20 +192,28 @@ struct Simulation<'a> {
     frames: u32,
     /// Ticks of the board so far.
     ticks: u64,
+    /// Positions of the motors after the last tick, full steps.
+    motors: PerMotor<f64>,
+    /// Positions of the motors with which the plant began, full steps.
+    zero: PerMotor<f64>,
 }
 
 impl Simulation<'_> {
     /// Drives to target `number`. The first one is that with which the controller was made.
     fn drive(&mut self, number: usize, leg: &Leg) -> Outcome {
-        let now = self.now();
-        let t = now.0 as f64 * 1e-6;
-        let start_s = match (number, self.suite.clock) {
-            (0, Clock::Picture) => None,
+        let is_new_run = number == 0 || self.suite.new_runs.is_some();
+        if number > 0 && is_new_run {
+            if let Err(end) = self.begin_run(leg) {
+                return Outcome { end, ..Outcome::default() };
+            }
+        } else if number > 0 {
+            self.controller.set_target(self.now(), leg.target);
+        }
+        let t = self.now().0 as f64 * 1e-6;
+        let start_s = match (is_new_run, self.suite.clock) {
+            (true, Clock::Picture) => None,
             _ => Some(t),
         };
-        if number > 0 {
-            self.controller.set_target(now, leg.target);
-        }
         let target = self.frame.true_position(leg.target);
         let mut monitor = Monitor::new(self.suite, target, start_s, t + leg.limit_s());
         let end = loop {
@@ -205,6 +222,26 @@ impl Simulation<'_> {
             }
         };
         monitor.outcome(end, self.controller.resumed())
+    }
+
+    /// Ends the run, and begins that of `leg` after a pause in which nothing is measured.
+    ///
+    /// # Errors
+    /// The end of the run where the ball does not hang in the changed rig, or a run has ended in
+    /// the pause.
+    fn begin_run(&mut self, leg: &Leg) -> Result<(), RunEnd> {
+        self.controller.end_run(self.now());
+        let mut ignored = Monitor::new(self.suite, leg.target, None, f64::INFINITY);
+        for _ in 0..REST_TICKS {
+            self.tick(&mut ignored).map_or(Ok(()), Err)?;
+        }
+        if let Some(geometry) = leg.changed {
+            let task = Task { geometry, start: self.plant.ball(), target: leg.target };
+            let plant = self.suite.plant(&task, self.id).map_err(|_| RunEnd::PlantFailed)?;
+            (self.plant, self.zero) = (plant, self.motors);
+        }
+        self.controller.begin_run(self.now(), leg.target);
+        Ok(())
     }
 
     /// Returns the time of the coming tick.
@@ -223,12 +260,13 @@ impl Simulation<'_> {
             return Some(RunEnd::TimedOut);
         }
         self.run_camera(now, t, monitor);
-        let motors = self.controller.tick(now);
+        self.motors = self.controller.tick(now);
         self.ticks += 1;
         if !self.ticks.is_multiple_of(TICKS_PER_STEP) {
             return None;
         }
-        if self.plant.advance(STEP_S, motors).is_err() {
+        let turned = std::array::from_fn(|k| self.motors[k] - self.zero[k]);
+        if self.plant.advance(STEP_S, turned).is_err() {
             return Some(RunEnd::PlantFailed);
         }
         let t = t + 1e-6 * f64::from(TICK_US);
@@ -261,6 +299,8 @@ pub(crate) struct Leg {
     pub(crate) target: Point3<f64>,
     /// Time that the oracle needs from the target before, seconds.
     pub(crate) oracle_s: f64,
+    /// The rig where it is changed before the run to this target.
+    pub(crate) changed: Option<Geometry>,
 }
 
 impl Leg {
@@ -293,9 +333,12 @@ pub(crate) fn run(
         frame,
         frames: 0,
         ticks: 0,
+        motors: [0.0; MOTORS],
+        zero: [0.0; MOTORS],
         camera,
         controller,
         suite,
+        id,
     };
     let mut outcomes: Vec<Outcome> = Vec::new();
     for (number, leg) in legs.iter().enumerate() {

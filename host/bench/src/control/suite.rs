@@ -4,9 +4,9 @@ mod name;
 
 use std::iter;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use plumb_emulator::plant::{
-    CameraMonitorParameters, DepthDrift, Elastic, ElasticParameters, Plant, Population,
+    CameraMonitorParameters, DepthDrift, Elastic, ElasticParameters, Geometry, Plant, Population,
     QuasiStatic, RigError, Task, Variations,
 };
 use plumb_protocol::MOTORS;
@@ -46,7 +46,28 @@ pub struct Suite {
     pub cables: CableSettings,
     /// Targets of each run, one after the other; at least 1.
     pub targets: usize,
+    /// Whether each further target is that of a new run: the board is configured anew, and the rig
+    /// is changed before the second one. `None`: all targets are of one run.
+    pub new_runs: Option<RigChange>,
 }
+
+/// What somebody changes about a rig between two runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RigChange {
+    /// Nothing.
+    Nothing,
+    /// A motor, A, B and C in turn, is moved by [`MOVED_M`] in a random direction.
+    Motor,
+    /// All pulleys get [`PULLEY_FACTOR`] times their radius, or so much less, in turn.
+    Pulleys,
+}
+
+/// Distance by which a motor is moved, metres.
+const MOVED_M: f64 = 0.05;
+/// Factor on the radius of the pulleys.
+const PULLEY_FACTOR: f64 = 1.5;
+/// Stream of the random numbers that give the direction in which a motor is moved.
+const MOVED_STREAM: u64 = 1 << 42;
 
 /// Start of a run's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,7 +139,35 @@ impl Suite {
                 },
             },
             targets: 1,
+            new_runs: match name {
+                SuiteName::Warm800 | SuiteName::Warm150 => Some(RigChange::Nothing),
+                SuiteName::WarmMoved => Some(RigChange::Motor),
+                SuiteName::WarmPulleys => Some(RigChange::Pulleys),
+                _ => None,
+            },
         }
+    }
+
+    /// Returns a rig as it is from the second run on; `None` where nobody changes it.
+    ///
+    /// # Errors
+    /// If the changed rig is invalid.
+    pub fn changed(&self, rig: &Geometry, id: RunId) -> Result<Option<Geometry>, RigError> {
+        let (mut motors, mut radii_m) = (*rig.motors(), rig.pulley_radii_m());
+        match self.new_runs {
+            None | Some(RigChange::Nothing) => return Ok(None),
+            Some(RigChange::Motor) => {
+                let mut rng = ChaCha8Rng::seed_from_u64(id.seed);
+                rng.set_stream(MOVED_STREAM | id.rig);
+                let direction = Vector3::from_fn(|_, _| rng.random::<f64>() - 0.5);
+                motors[id.rig as usize % MOTORS] += MOVED_M * direction.normalize();
+            }
+            Some(RigChange::Pulleys) if id.rig.is_multiple_of(2) => {
+                radii_m = radii_m.map(|radius| PULLEY_FACTOR * radius);
+            }
+            Some(RigChange::Pulleys) => radii_m = radii_m.map(|radius| radius / PULLEY_FACTOR),
+        }
+        Geometry::new(motors, radii_m).map(Some)
     }
 
     /// Returns the task of a run.
@@ -227,8 +276,14 @@ fn physics(name: SuiteName) -> Physics {
         SuiteName::Bounce3 => bounce(3.0, 0.1),
         SuiteName::Bounce2 => bounce(2.0, 0.05),
         SuiteName::Elastic => Physics::Elastic(&[STIFF_N_M, SOFT_N_M]),
-        SuiteName::Elastic800 | SuiteName::Stiff => Physics::Elastic(&[STIFF_N_M]),
-        SuiteName::Elastic150 => Physics::Elastic(&[SOFT_N_M]),
+        // Two rigs in turn have one stiffness, and other rigs in turn larger and smaller pulleys.
+        SuiteName::WarmMoved | SuiteName::WarmPulleys => {
+            Physics::Elastic(&[STIFF_N_M, STIFF_N_M, SOFT_N_M, SOFT_N_M])
+        }
+        SuiteName::Elastic800 | SuiteName::Stiff | SuiteName::Warm800 => {
+            Physics::Elastic(&[STIFF_N_M])
+        }
+        SuiteName::Elastic150 | SuiteName::Warm150 => Physics::Elastic(&[SOFT_N_M]),
         _ => Physics::QuasiStatic,
     }
 }

@@ -239,6 +239,33 @@ fn each_further_target_has_a_report_and_is_reached_sooner() {
     assert!(lost.into_iter().all(|lost| lost < first.lost_s), "{first}\n{second}\n{third}");
 }
 
+/// A run on a rig that the board knows from the run before begins as a later target. On a changed
+/// rig it is no slower than a cold start by more than noise.
+#[test]
+fn a_run_on_a_known_rig_is_quicker_than_a_cold_start() {
+    let later = |name| {
+        let suite = Suite { targets: 2, ..Suite::new(name) };
+        let mut reports = run(&controller("taut"), &suite, 0..40, 11, &mut |_| ()).unwrap();
+        for report in &reports {
+            assert_eq!((report.converged, report.false_reached), (1.0, 0.0), "{report}");
+        }
+        [reports.remove(0), reports.remove(0)]
+    };
+    let [cold, warm] = later(SuiteName::Warm800);
+    assert!(warm.lost_s < 0.9 * cold.lost_s, "{cold}\n{warm}");
+    for name in [SuiteName::WarmMoved, SuiteName::WarmPulleys] {
+        let [cold, changed] = later(name);
+        assert!(changed.lost_s < 1.2 * cold.lost_s, "{cold}\n{changed}");
+    }
+}
+
+#[test]
+fn a_controller_without_a_law_of_the_board_keeps_nothing_for_a_next_run() {
+    let suite = Suite::new(SuiteName::Warm800);
+    let refused = run(&controller("broyden"), &suite, 0..1, 1, &mut |_| ()).unwrap_err();
+    assert!(refused.to_string().starts_with("broyden keeps nothing"), "{refused}");
+}
+
 #[test]
 fn a_controller_that_plays_a_plan_has_no_further_target() {
     let suite = Suite { targets: 2, ..Suite::new(SuiteName::QuasiStatic) };

@@ -38,8 +38,9 @@ const DEFAULT_SEED: u64 = 1;
 /// the geometry in percent); limits: oracle, reference (slack-free). Times are multiples of the
 /// time of an oracle with a perfect model. Suites: paper (frames to 10 mm of the paper's task for
 /// several γ), quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, ages, latency,
-/// drift, unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, stiff, edge,
-/// high, fine, frame5, frame10, frame20 (positions turned about the target), calibrated-board,
+/// drift, unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, stiff, warm800,
+/// warm150, warm-moved, warm-pulleys (each further target is a run of its own), edge, high, fine,
+/// frame5, frame10, frame20 (positions turned about the target), calibrated-board,
 /// calibrated-motors, calibrated-ball (the camera's pose by that way of `plumb calibrate`),
 /// paper-task. The ball follows paths at 2, 5, 10 and 20 cm/s: path (rigid cables), path-elastic;
 /// with the laws, broyden, the models and oracle.
@@ -48,6 +49,7 @@ const DEFAULT_SEED: u64 = 1;
     after_help = examples![
         "plumb bench control --rigs 50 --law taut,interval",
         "plumb bench control --suite elastic800 --targets 3",
+        "plumb bench control --suite warm800 --law taut --targets 3",
         "plumb bench control --suite paper",
         "plumb bench control --suite path,path-elastic --rigs 20 --law taut,oracle",
     ]

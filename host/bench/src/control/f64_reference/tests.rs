@@ -66,7 +66,7 @@ fn whole_run(
     };
     let mut controller = Recorded { inner, rows: Vec::new() };
     let oracle_s = oracle::time_s(&task, &RigLimits::default(), suite.threshold_m).unwrap();
-    let leg = Leg { target: task.target, oracle_s };
+    let leg = Leg { target: task.target, oracle_s, changed: None };
     let mut outcomes = simulate::run(&mut controller, suite, &task, id, &[leg]).unwrap();
     (outcomes.remove(0), controller.rows)
 }

@@ -46,6 +46,15 @@ pub enum SuiteName {
     Elastic150,
     /// Spring cables of 800 N/m, of which the rig file says that they are stiff.
     Stiff,
+    /// Spring cables of 800 N/m, and each further target is that of a new run on the same board.
+    Warm800,
+    /// The same with cables of 150 N/m.
+    Warm150,
+    /// Both stiffnesses in turn, and a motor is moved by 5 cm before the second run.
+    WarmMoved,
+    /// Both stiffnesses in turn, and other pulleys before the second run: 1.5 times as large, or as
+    /// small.
+    WarmPulleys,
     /// Start and target close to the edge of the reachable region.
     Edge,
     /// Start and target close below the motors.
@@ -70,7 +79,7 @@ pub enum SuiteName {
 
 impl SuiteName {
     /// Every suite.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 33] = [
         Self::QuasiStatic,
         Self::Yaw,
         Self::Tilt,
@@ -90,6 +99,10 @@ impl SuiteName {
         Self::Elastic800,
         Self::Elastic150,
         Self::Stiff,
+        Self::Warm800,
+        Self::Warm150,
+        Self::WarmMoved,
+        Self::WarmPulleys,
         Self::Edge,
         Self::High,
         Self::Fine,
@@ -125,6 +138,10 @@ impl SuiteName {
             Self::Elastic800 => "elastic800",
             Self::Elastic150 => "elastic150",
             Self::Stiff => "stiff",
+            Self::Warm800 => "warm800",
+            Self::Warm150 => "warm150",
+            Self::WarmMoved => "warm-moved",
+            Self::WarmPulleys => "warm-pulleys",
             Self::Edge => "edge",
             Self::High => "high",
             Self::Fine => "fine",
@@ -161,6 +178,10 @@ impl SuiteName {
             Self::Elastic800 => "0.1-0.3 kg on 800 N/m",
             Self::Elastic150 => "0.1-0.3 kg on 150 N/m",
             Self::Stiff => "0.1-0.3 kg on 800 N/m, in the rig file too",
+            Self::Warm800 => "0.1-0.3 kg on 800 N/m, a run for each target",
+            Self::Warm150 => "0.1-0.3 kg on 150 N/m, a run for each target",
+            Self::WarmMoved => "a run for each target, a motor moved by 5 cm after the first",
+            Self::WarmPulleys => "a run for each target, pulleys x1.5 or /1.5 after the first",
             Self::Edge => "start and target with λ >= 0.005",
             Self::High => "5 to 20 cm below the motors",
             Self::Fine => "threshold 2 mm",
