@@ -21,7 +21,7 @@ use thiserror::Error;
 use super::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera, SyntheticError};
 
 pub use clock::{RealTimeBall, RealTimeRig, ServedRig, SimClock, VirtualRig};
-pub use hil::{HilObserver, HilPlant, HilRig};
+pub use hil::{BoardMotion, HilObserver, HilPlant, HilRig};
 pub use virtual_board::{DriveError, VirtualBoard};
 pub use wired::wired;
 
@@ -227,17 +227,15 @@ mod tests {
             [Box::new(QuasiStatic::new(geometry, start).unwrap()), Box::new(elastic)]
         };
         for (first, second) in plants().into_iter().zip(plants()) {
-            let [first, second] = [first, second].map(HilPlant::new);
+            let [first, mut second] = [first, second].map(HilPlant::new);
             let mut follower = first.observer();
-            follower.board_moved([0.0; MOTORS]).unwrap();
             assert!((first.ball() - start).norm() < 1e-3, "{}", first.ball());
             follower.board_stands([100.0, -50.0, 7.0]).unwrap();
             assert!((first.ball() - start).norm() > 1e-2, "{}", first.ball());
             // The rig of the next run of the same board.
             second.observer().board_stands([100.0, -50.0, 7.0]).unwrap();
             assert_eq!(first.ball(), second.ball());
-            let mut follower = second.observer();
-            follower.board_moved([100.0, -50.0, 7.0]).unwrap();
+            second.wait_until(0.0).unwrap();
             assert!((first.ball() - second.ball()).norm() < 1e-3, "at rest: {}", second.ball());
         }
     }

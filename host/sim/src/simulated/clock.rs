@@ -64,6 +64,15 @@ impl SimClock for VirtualRig {
 
 /// Ball of a rig that moves in real time.
 pub trait RealTimeBall {
+    /// Moves the rig to the present, `now` seconds on the rig's clock, where it does not move by
+    /// itself.
+    ///
+    /// # Errors
+    /// If the rig cannot follow its motors.
+    fn move_to(&self, _now: f64) -> Result<(), RigError> {
+        Ok(())
+    }
+
     /// Returns the present centre of the ball, metres, rig frame.
     fn ball(&self) -> Point3<f64>;
 
@@ -114,7 +123,7 @@ impl<B: RealTimeBall> SimClock for RealTimeRig<B> {
 
     fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
         self.clock.wait_until(time);
-        Ok(())
+        self.ball.move_to(self.clock.now())
     }
 
     fn ball(&self) -> Point3<f64> {
