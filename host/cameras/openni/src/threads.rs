@@ -16,12 +16,11 @@ use crate::error::OpenniError;
 /// Work for a thread.
 type Job = Box<dyn FnOnce() + Send>;
 
-/// Threads without a job, by the sender of their jobs.
-static IDLE: Mutex<Vec<Sender<Job>>> = Mutex::new(Vec::new());
+/// Threads that are used again and again, by the senders of the jobs of those without one.
+struct Threads(Mutex<Vec<Sender<Job>>>);
 
-fn idle() -> MutexGuard<'static, Vec<Sender<Job>>> {
-    IDLE.lock().unwrap_or_else(PoisonError::into_inner)
-}
+/// The threads that call the library.
+static THREADS: Threads = Threads::new();
 
 /// Runs `job` on a thread of its own, an idle one where there is one. Returns the receiver of its
 /// result; without a sender the job has panicked.
@@ -31,19 +30,37 @@ fn idle() -> MutexGuard<'static, Vec<Sender<Job>>> {
 pub(crate) fn run<T: Send + 'static>(
     job: impl FnOnce() -> T + Send + 'static,
 ) -> io::Result<Receiver<T>> {
-    let (done, result) = mpsc::channel();
-    let waiting = idle().pop();
-    let thread = waiting.map_or_else(start, Ok)?;
-    let own = thread.clone();
-    let job = move || {
-        let value = job();
-        idle().push(own);
-        // The caller may have given up.
-        let _ = done.send(value);
-    };
-    // An idle thread and a new one wait for their job.
-    let _ = thread.send(Box::new(job));
-    Ok(result)
+    THREADS.run(job)
+}
+
+impl Threads {
+    const fn new() -> Self {
+        Self(Mutex::new(Vec::new()))
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<Sender<Job>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// See [`run`].
+    fn run<T: Send + 'static>(
+        &'static self,
+        job: impl FnOnce() -> T + Send + 'static,
+    ) -> io::Result<Receiver<T>> {
+        let (done, result) = mpsc::channel();
+        let waiting = self.idle().pop();
+        let thread = waiting.map_or_else(start, Ok)?;
+        let own = thread.clone();
+        let job = move || {
+            let value = job();
+            self.idle().push(own);
+            // The caller may have given up.
+            let _ = done.send(value);
+        };
+        // An idle thread and a new one wait for their job.
+        let _ = thread.send(Box::new(job));
+        Ok(result)
+    }
 }
 
 /// Starts a thread, and returns the sender of its jobs.
@@ -161,15 +178,19 @@ mod tests {
 
     #[test]
     fn a_thread_is_used_again_after_its_job_and_never_after_a_panic() {
+        // Other tests use the threads of the library meanwhile.
+        static OWN: Threads = Threads::new();
         let number = || thread::current().id();
-        let first = run(number).unwrap().recv().unwrap();
-        assert_eq!(run(number).unwrap().recv().unwrap(), first);
+        let first = OWN.run(number).unwrap().recv().unwrap();
+        assert_eq!(OWN.run(number).unwrap().recv().unwrap(), first);
         let (free, blocked) = mpsc::channel::<()>();
-        let busy = run(move || blocked.recv()).unwrap();
-        assert_ne!(run(number).unwrap().recv().unwrap(), first);
+        let busy = OWN.run(move || blocked.recv()).unwrap();
+        assert_ne!(OWN.run(number).unwrap().recv().unwrap(), first);
         free.send(()).unwrap();
         busy.recv().unwrap().unwrap();
-        assert!(run(|| assert!(idle().is_empty(), "a panic on purpose")).unwrap().recv().is_err());
+        let panics = || assert!(OWN.idle().is_empty(), "a panic on purpose");
+        assert!(OWN.run(panics).unwrap().recv().is_err());
+        assert_eq!(OWN.idle().len(), 1);
     }
 
     const LONG: Duration = Duration::from_secs(60);
