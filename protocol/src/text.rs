@@ -155,7 +155,9 @@ impl fmt::Display for Refusal {
                 "a jog needs a rate above 0, within the limits of its motor and of jogs",
             ),
             Self::JogTravel => f.write_str("the jog would pass the motor's travel limit"),
-            Self::Unsupported => f.write_str("this board cannot do that"),
+            Self::Unsupported => {
+                f.write_str("this board cannot do that; an emulated one has no flash and no pins")
+            }
             Self::NotStored => f.write_str("the board's flash could not be written"),
             Self::OutsideTravel(i) => write!(
                 f,

@@ -2,10 +2,12 @@
 //!
 //! - [`toml_file`]: configuration files; every mistake comes with its file, line and key;
 //!   [`toml_text`]: change of values in their text.
-//! - [`quantity`]: numbers with a range and a unit; [`any_case`](mod@any_case): names in any case;
+//! - [`quantity`]: numbers with a range and a unit; [`digit_groups`]: numbers with signs between
+//!   their thousands; [`any_case`](mod@any_case): names in any case;
 //!   [`reference`](mod@reference): the keys of a file, from its reference page in the book.
 //! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
 //!   records are whole, also where the disk is full.
+//! - [`book`]: pages of the book in messages.
 //! - [`error_chain`]: the message of an error with its causes; [`type_words`]: types in messages of
 //!   `serde`, in words.
 
@@ -13,7 +15,9 @@
 #![deny(missing_docs)]
 
 pub mod any_case;
+pub mod book;
 pub mod bounded_read;
+pub mod digit_groups;
 pub mod error_chain;
 pub mod quantity;
 pub mod reference;

@@ -11,6 +11,8 @@ pub struct Key {
     pub range: String,
     /// Default, or an example for a required key; empty for none.
     pub value: String,
+    /// Whether a file must have the key.
+    pub is_required: bool,
     /// Meaning.
     pub meaning: String,
 }
@@ -30,9 +32,10 @@ fn key(line: &str) -> Option<Key> {
         line.split('|').map(|cell| cell.trim().replace(ESCAPED_BAR, "|")).collect();
     let [_, name, unit, range, value, meaning, _] = cells.as_slice() else { return None };
     let name = name.strip_prefix('`')?.strip_suffix('`')?.to_owned();
+    let is_required = value.starts_with("required");
     let value = value.split('`').nth(1).unwrap_or_default().to_owned();
     let [unit, range, meaning] = [unit, range, meaning].map(|cell| plain(cell));
-    Some(Key { name, unit, range, value, meaning })
+    Some(Key { name, unit, range, value, is_required, meaning })
 }
 
 /// Returns a cell without links and code marks.
@@ -73,6 +76,7 @@ mod tests {
             unit: unit.to_owned(),
             range: range.to_owned(),
             value: value.to_owned(),
+            is_required: value == "0.005",
             meaning: meaning.to_owned(),
         };
         let expected = [

@@ -117,7 +117,12 @@ pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
             let unit = if base == "t" || base == "dwell" { "seconds" } else { "metres" };
             format!("'{name}' must be in {unit}: convert it, and write {base}")
         }
-        _ => format!("'{name}' is unknown"),
+        unit => match unit.map_or(name.as_str(), |(base, _)| base) {
+            "dwell" | "tolerance" => {
+                format!("'{name}' is for waypoints (`--waypoints`), not for a path")
+            }
+            _ => format!("'{name}' is unknown"),
+        },
     });
     let other_unit =
         |name: &str| found.iter().any(|it| with_unit(it).is_some_and(|(base, _)| base == name));
@@ -252,6 +257,8 @@ mod tests {
         assert_eq!(wrong("x[mm] y z"), convert);
         assert_eq!(wrong("x[mm] w z"), format!("{convert}, 'w' is unknown, y is missing"));
         assert_eq!(wrong("z y x"), "");
+        let path = wrong_names(&["x", "y", "z", "dwell"].map(str::to_owned), &["x", "y", "z"], 3);
+        assert_eq!(path, "'dwell' is for waypoints (`--waypoints`), not for a path");
     }
 
     #[test]

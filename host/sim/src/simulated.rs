@@ -15,6 +15,7 @@ use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::source::{CameraSource, SourceError};
 use plumb_protocol::{MOTORS, PerMotor};
 use plumb_runtime::link::LinkError;
+use plumb_runtime::rig::check::SimulationMistake;
 use plumb_runtime::rig::{Rig, Simulation};
 use thiserror::Error;
 
@@ -35,6 +36,17 @@ pub enum SimulationError {
     /// The frame could not be rendered.
     #[error(transparent)]
     Synthetic(#[from] SyntheticError),
+}
+
+impl From<SimulationError> for SimulationMistake {
+    fn from(error: SimulationError) -> Self {
+        let key = match error {
+            SimulationError::Rig(RigError::CannotHang { .. }) => "simulation.start",
+            SimulationError::Rig(RigError::Flat { .. }) => "simulation.motors",
+            _ => "simulation",
+        };
+        Self { key, error: error.into() }
+    }
 }
 
 impl From<SimulationError> for SourceError {

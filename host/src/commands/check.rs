@@ -6,8 +6,7 @@ mod words;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb_frame::source::BoxedError;
-use plumb_runtime::rig::check::{Finding, Severity, check};
+use plumb_runtime::rig::check::{Finding, Severity, SimulationMistake, check};
 use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
@@ -66,7 +65,7 @@ struct Line<'a> {
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let findings = check(&args.rig.rig, &EmulatedBoard::refusals, &|rig, simulation, camera| {
-        check_simulation(rig, simulation, camera).map_err(BoxedError::from)
+        check_simulation(rig, simulation, camera).map_err(SimulationMistake::from)
     });
     for finding in &findings {
         tell!("{finding}");

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use plumb_cameras::stream::StreamAddress;
+use plumb_config::book::page;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
 use plumb_runtime::rig::{BoardName, Stiffness};
 use serde::Serialize;
@@ -202,7 +203,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     write_files(&args.folder, &rig_path, &camera_path, &files)?;
     note!("written: {} and {}", rig_path.display(), camera_path.display());
     if let Some(sender) = sender(&rig.camera, &args.folder) {
-        note!("pictures: {sender} (`camera.stream` in the rig file; docs/use/stream.md)");
+        note!("pictures: {sender} (`camera.stream` in the rig file; {})", page("stream"));
     }
     if let Some(straps) = &files.straps {
         let end = if rig.microsteps == 1 { "" } else { "s" };
@@ -233,32 +234,34 @@ fn sender(camera: &NewCamera, folder: &Path) -> Option<String> {
 }
 
 /// Returns what a person must know of the board and its drivers before they get current.
-fn notes(rig: &NewRig) -> Vec<&'static str> {
+fn notes(rig: &NewRig) -> Vec<String> {
     let mut notes = Vec::new();
     match rig.driver {
         DriverKind::Tmc2209Uart => {
-            notes.push(
-                "0.8 A is a guess: set `run_current` to the motors' data sheet \
-                 (docs/use/skr-pico.md)",
-            );
+            let page = page("skr-pico");
+            notes.push(format!(
+                "0.8 A is a guess: set `run_current` to the motors' data sheet ({page})"
+            ));
             if rig.board.board().has_free_drivers {
-                notes.push(
+                notes.push(format!(
                     "each driver takes its address from its straps: of motor A MS1 and MS2 low, of \
-                     B MS1 high, of C MS2 high (docs/use/skr-pico.md)",
-                );
+                     B MS1 high, of C MS2 high ({page})"
+                ));
             }
         }
-        DriverKind::Tb6600 | DriverKind::Dm542 => notes.push(
+        DriverKind::Tb6600 | DriverKind::Dm542 => notes.push(format!(
             "a current switches these drivers off, so that a crash of the board leaves the motors \
-             on; they need a 5 V buffer (docs/use/opto.md)",
-        ),
+             on; they need a 5 V buffer ({})",
+            page("opto")
+        )),
         _ => {}
     }
     if rig.board == BoardName::Pico2 {
-        notes.push(
+        notes.push(format!(
             "inputs of a Pico 2 may stay at about 2 V with the chip's pull-downs: resistors to \
-             ground must be 8.2 kΩ or less (docs/use/pico2.md)",
-        );
+             ground must be 8.2 kΩ or less ({})",
+            page("pico2")
+        ));
     }
     notes
 }

@@ -3,6 +3,7 @@
 //! option.
 
 use clap::builder::TypedValueParser;
+use plumb_config::digit_groups::without_groups;
 use plumb_config::quantity::{Coordinate, OtherUnit, Range};
 use plumb_path::shape::{LEAST_SIZE_M, MAX_SIZE_M};
 use plumb_runtime::rig::new_rig::{
@@ -61,7 +62,7 @@ pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
 }
 
 /// Returns the hint at the end of an error about `text`: how the number is written where it has a
-/// decimal comma, a comma behind it or a unit, else nothing.
+/// decimal comma, groups of digits, a comma behind it or a unit, else nothing.
 fn hint(text: &str, range: &Range) -> String {
     if let Some(number) = in_unit_of(range, text) {
         return format!("; write {number}, in {}", range.unit());
@@ -73,7 +74,9 @@ fn hint(text: &str, range: &Range) -> String {
     }
     match with_decimal_point(text).filter(|point| point != text) {
         Some(point) => format!("; write {point}, with a decimal point"),
-        None => String::new(),
+        None => without_groups(text)
+            .map(|number| format!("; write {number}, with nothing between the thousands"))
+            .unwrap_or_default(),
     }
 }
 
@@ -137,6 +140,8 @@ mod tests {
         }
         let error = parse("-0,5", &COORDINATE).unwrap_err();
         assert!(error.ends_with("; write -0.5, with a decimal point"), "{error}");
+        let error = parse("1.000,5", &COORDINATE).unwrap_err();
+        assert!(error.ends_with("; write 1000.5, with nothing between the thousands"), "{error}");
         for text in ["0.65,", "0.65 m", "0.65m"] {
             let error = parse(text, &SIDE).unwrap_err();
             assert!(error.ends_with("; write 0.65 alone"), "{error}");

@@ -7,6 +7,7 @@ use std::process::Command;
 use nix::sys::mman::{MlockAllFlags, mlockall};
 use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
 use nix::unistd::{geteuid, gettid};
+use plumb_config::book::page;
 
 /// Program of util-linux that sets the scheduling policy of a thread. This program has no code of
 /// its own for it: the call needs `unsafe`.
@@ -47,7 +48,7 @@ impl fmt::Display for RealTime {
         if self.priority.is_ok() && self.memory.is_ok() {
             return Ok(());
         }
-        f.write_str("; the run goes on. docs/use/running.md, \"Real time\", says how to allow it")
+        write!(f, "; the run goes on. {}, \"Real time\", says how to allow it", page("running"))
     }
 }
 
@@ -94,9 +95,11 @@ mod tests {
         assert_eq!(real_time.to_string(), all);
         let no = |why: &str| Err(why.to_owned());
         let real_time = RealTime { priority: no("not permitted"), memory: no("limit of 8192 kB") };
-        let none = "the control loop has no real-time priority (not permitted), and its memory is \
-                    not locked (limit of 8192 kB); the run goes on. docs/use/running.md, \
-                    \"Real time\", says how to allow it";
+        let none = format!(
+            "the control loop has no real-time priority (not permitted), and its memory is not \
+             locked (limit of 8192 kB); the run goes on. {}, \"Real time\", says how to allow it",
+            page("running")
+        );
         assert_eq!(real_time.to_string(), none);
     }
 

@@ -151,7 +151,9 @@ fn only_board() -> Result<String, Failure> {
     let found = boards()?;
     match &found[..] {
         [port] => Ok(port.clone()),
-        [] => Err(bad_input("no Plumb board is on USB; plug it in, or name its port with --port")),
+        [] => Err(bad_input(format!(
+            "no Plumb board is on USB; plug it in, or name its port with --port or {PORT_VARIABLE}"
+        ))),
         several => Err(bad_input(format!(
             "several Plumb boards are on USB; choose one with --port: {}",
             several.join(", ")

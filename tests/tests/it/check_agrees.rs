@@ -13,7 +13,7 @@ use plumb_config::toml_file::MAX_BYTES;
 use plumb_emulator::EmulatedBoard;
 use plumb_frame::source::BoxedError;
 use plumb_runtime::rig::Rig;
-use plumb_runtime::rig::check::{Severity, check};
+use plumb_runtime::rig::check::{Severity, SimulationMistake, check};
 use plumb_runtime::run::Run;
 use plumb_sim::simulated::{VirtualBoard, check_simulation};
 
@@ -66,7 +66,7 @@ fn refusal(path: &Path) -> Result<(), BoxedError> {
 /// Returns the errors that `plumb check` finds.
 fn errors(path: &Path) -> Vec<String> {
     let findings = check(path, &EmulatedBoard::refusals, &|rig, simulation, camera| {
-        check_simulation(rig, simulation, camera).map_err(BoxedError::from)
+        check_simulation(rig, simulation, camera).map_err(SimulationMistake::from)
     });
     let errors = findings.iter().filter(|finding| finding.severity == Severity::Error);
     errors.map(ToString::to_string).collect()

@@ -5,6 +5,7 @@ use toml::de::{DeTable, DeValue, Error};
 
 use super::brackets::unclosed;
 use super::{line_at, one_line};
+use crate::digit_groups::without_groups;
 use crate::type_words::in_words;
 
 /// Mistake in the syntax of a file.
@@ -50,12 +51,62 @@ impl SyntaxMistake {
             let message = format!("must have a decimal point: write {point}");
             return plain(key_below(text, line, name), value, message);
         }
-        let message = match list_with_commas(written) {
-            Some(message) => message,
-            None => in_words(&one_line(error.message())),
-        };
-        plain(String::new(), "", message)
+        if let Some(message) = list_with_commas(written) {
+            return plain(String::new(), "", message);
+        }
+        let message = in_words(&one_line(error.message()));
+        match assignment(written) {
+            Some((name, value)) => {
+                let message =
+                    value_mistake(value).unwrap_or_else(|| format!("cannot be read: {message}"));
+                plain(key_below(text, line, name), value, message)
+            }
+            None => plain(String::new(), "", message),
+        }
     }
+}
+
+/// Returns the name and the value of a line `name = value`, without its comment; `None` for another
+/// line, and where the value is missing.
+fn assignment(line: &str) -> Option<(&str, &str)> {
+    let (name, value) = line.split_once('=')?;
+    let (name, value) = (name.trim(), without_comment(value).trim());
+    let is_part = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    let is_name = !name.is_empty() && name.chars().all(is_part);
+    (is_name && !value.is_empty() && !value.starts_with('=')).then_some((name, value))
+}
+
+/// Returns a value without the comment behind it.
+fn without_comment(value: &str) -> &str {
+    let mut quote = None;
+    for (index, c) in value.char_indices() {
+        match quote {
+            Some(end) if c == end => quote = None,
+            None if c == '"' || c == '\'' => quote = Some(c),
+            None if c == '#' => return &value[..index],
+            _ => {}
+        }
+    }
+    value
+}
+
+/// Returns what is wrong with a value that people write, and what to write; `None` where that is
+/// not known.
+fn value_mistake(value: &str) -> Option<String> {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
+    if value.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/')
+        && value.chars().all(is_word)
+    {
+        return Some(match value.to_lowercase().as_str() {
+            word @ ("true" | "false") => format!("must be in small letters: write {word}"),
+            _ => format!("must be in quotation marks: write \"{value}\""),
+        });
+    }
+    if value.starts_with('[') && value.contains(';') && !value.contains(['"', '\'']) {
+        return Some(format!("must have commas: write {}", value.replace(';', ",")));
+    }
+    let number = without_groups(value)?;
+    Some(format!("must have nothing between its thousands: write {number}"))
 }
 
 /// Returns the key `name` of a line with the table that it is in.
@@ -153,4 +204,36 @@ fn pairs_message(numbers: &[&str]) -> String {
     }
     let points = numbers.chunks(2).map(|pair| pair.join(".")).collect::<Vec<_>>();
     format!("{what}, [{}]", points.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_people_write_is_answered_with_what_to_write() {
+        for (value, answer) in [
+            ("TMC2209", "must be in quotation marks: write \"TMC2209\""),
+            ("/dev/ttyACM0", "must be in quotation marks: write \"/dev/ttyACM0\""),
+            ("True", "must be in small letters: write true"),
+            ("[0.1; 0.2; 3]", "must have commas: write [0.1, 0.2, 3]"),
+            ("1,000.0", "must have nothing between its thousands: write 1000.0"),
+            ("1.000,5", "must have nothing between its thousands: write 1000.5"),
+            ("-1'000", "must have nothing between its thousands: write -1000"),
+            ("1 000 000", "must have nothing between its thousands: write 1000000"),
+        ] {
+            assert_eq!(value_mistake(value).as_deref(), Some(answer), "{value}");
+        }
+        for value in ["1.2.3", "1..2", "0x", "\"a", "[1, 2", "{ a = 1 }", "é", "-"] {
+            assert_eq!(value_mistake(value), None, "{value}");
+        }
+    }
+
+    #[test]
+    fn a_line_is_a_name_and_a_value_without_its_comment() {
+        assert_eq!(assignment(" a.b = 'x # y' # z"), Some(("a.b", "'x # y'")));
+        for line in ["a 1", "a =", "a = # b", "a = = 2", "[a]", "a b = 2"] {
+            assert_eq!(assignment(line), None, "{line}");
+        }
+    }
 }

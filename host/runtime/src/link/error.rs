@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::time::Duration;
 
+use plumb_config::book::page;
 use plumb_protocol::RELEASE;
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
@@ -219,7 +220,8 @@ pub enum LinkError {
     /// The board has another version of the protocol.
     #[error(
         "{port}: the board runs {runs}, which this program, Plumb {RELEASE}, does not speak with: \
-         flash the firmware of this release (docs/use/board.md)"
+         flash the firmware of this release ({})",
+        page("board")
     )]
     Version {
         /// Its path.

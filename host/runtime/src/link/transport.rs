@@ -8,6 +8,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use std::{fmt, fs};
 
+use plumb_config::book::page;
 use serialport::{ClearBuffer, SerialPort, SerialPortInfo, SerialPortType, TTYPort};
 
 use super::LinkError;
@@ -270,21 +271,26 @@ fn is_other_end(folder: &Path, number: &OsStr, port: &Path) -> bool {
 impl fmt::Display for PortUsers {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_empty() {
-            return f.write_str(
+            return write!(
+                f,
                 ", of another user: `sudo fuser -v` with the port's name shows which. Close it; \
                  ModemManager lets go by itself after some seconds, and leaves the board alone \
-                 where its udev rule is installed (docs/use/board.md, \"The port\")",
+                 where its udev rule is installed ({}, \"The port\")",
+                page("board")
             );
         }
         let names: Vec<_> =
             self.0.iter().map(|PortUser { pid, name }| format!("{name}, process {pid}")).collect();
         write!(f, " ({})", names.join("; "))?;
-        f.write_str(if self.has("ModemManager") {
+        if !self.has("ModemManager") {
+            return f.write_str("; close it first");
+        }
+        write!(
+            f,
             ": it asks whether the board is a modem. Wait some seconds, and install the board's \
-             udev rule (docs/use/board.md, \"The port\")"
-        } else {
-            "; close it first"
-        })
+             udev rule ({}, \"The port\")",
+            page("board")
+        )
     }
 }
 

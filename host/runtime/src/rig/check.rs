@@ -27,7 +27,17 @@ use super::{MotionError, REFERENCE, Rig, Simulation, WrongTarget};
 pub use self::board::BoardCheck;
 
 /// Check of the simulated rig of a rig file, with the camera of its camera file.
-pub type SimulationCheck<'a> = &'a dyn Fn(&Rig, &Simulation, &Camera) -> Result<(), BoxedError>;
+pub type SimulationCheck<'a> =
+    &'a dyn Fn(&Rig, &Simulation, &Camera) -> Result<(), SimulationMistake>;
+
+/// Reason that a simulated rig cannot be simulated.
+#[derive(Debug)]
+pub struct SimulationMistake {
+    /// The key of the rig file that is wrong; the whole table `simulation` where it is not known.
+    pub key: &'static str,
+    /// The reason.
+    pub error: BoxedError,
+}
 
 /// Values with which the check goes on where the file has a mistake.
 const PLACEHOLDERS: &str = include_str!("check/placeholders.toml");
@@ -90,9 +100,9 @@ fn simulated(
     if rig.camera.source(true).ok()? != SourceName::Simulated {
         return None;
     }
-    let error = check(rig, simulation, camera).err()?;
+    let SimulationMistake { key, error } = check(rig, simulation, camera).err()?;
     let problem = format!("cannot be simulated: {}", ErrorChain(&*error));
-    Some(document.finding(Severity::Error, &["simulation"], problem))
+    Some(document.finding(Severity::Error, &[key], problem))
 }
 
 /// Checks the text of the rig file at `path`. Returns all findings, and the camera file that it
@@ -338,7 +348,10 @@ impl<'a> Document<'a> {
         // The message of a number names its range, after the number itself.
         let range = mistake.message.split_once(" must be ");
         let range = range.filter(|(number, _)| number.parse::<f64>().is_ok());
-        let problem = range.map(|(_, range)| format!("must be {range}"));
+        let choice = self.choice(mistake);
+        let choice =
+            choice.map(|example| format!("has keys of its own: write, for example, `{example}`"));
+        let problem = choice.or_else(|| range.map(|(_, range)| format!("must be {range}")));
         let allowed = self.allowed(key).filter(|_| !is_header && problem.is_none());
         Finding {
             severity: Severity::Error,
@@ -348,6 +361,19 @@ impl<'a> Document<'a> {
             problem: problem.unwrap_or_else(|| mistake.message.clone()),
             allowed: allowed.unwrap_or_default(),
         }
+    }
+
+    /// Returns what to write in place of a name alone that has required keys: of `motors.driver =
+    /// "coils"` it is `motors.driver.coils = { duty = 0.8 }`.
+    fn choice(&self, mistake: &Mistake) -> Option<String> {
+        let name = mistake.value.strip_prefix(['"', '\''])?.strip_suffix(['"', '\''])?;
+        let name = format!("{}.{name}", mistake.key);
+        let keys = self.keys.iter().filter(|key| key.is_required).filter_map(|key| {
+            let own = key.name.strip_prefix(&name)?.strip_prefix('.')?;
+            Some(format!("{own} = {}", key.value))
+        });
+        let keys = keys.collect::<Vec<_>>().join(", ");
+        (!keys.is_empty()).then(|| format!("{name} = {{ {keys} }}"))
     }
 
     /// Returns the range of a key with an example; `None` for an unknown key.
