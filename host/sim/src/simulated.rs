@@ -21,7 +21,7 @@ use thiserror::Error;
 
 use super::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera, SyntheticError};
 
-pub use clock::{RealTimeBall, RealTimeRig, ServedRig, SimClock, VirtualRig};
+pub use clock::{RealTimeBall, RealTimeRig, Seen, ServedRig, SimClock, VirtualRig};
 pub use hil::{BoardMotion, HilObserver, HilPlant, HilRig};
 pub use virtual_board::{DriveError, VirtualBoard};
 pub use wired::wired;
@@ -138,9 +138,7 @@ pub struct SimulatedCamera<C> {
 struct Capture {
     /// Time of capture, seconds.
     time: f64,
-    /// Centre of the ball, metres, rig frame.
-    ball: Point3<f64>,
-    ground_truth: Option<GroundTruth>,
+    seen: Seen,
 }
 
 impl<C: SimClock> SimulatedCamera<C> {
@@ -164,9 +162,8 @@ impl<C: SimClock> SimulatedCamera<C> {
     fn capture(&mut self) -> Result<(), RigError> {
         self.rig.wait_until(self.next_capture)?;
         let now = self.rig.now();
-        let tensions = self.rig.tensions_per_weight();
-        let ground_truth = tensions.map(|tensions| GroundTruth { tensions });
-        self.in_transit.push_back(Capture { time: now, ball: self.rig.ball(), ground_truth });
+        let seen = Seen { ball: self.rig.ball(), tensions: self.rig.tensions_per_weight() };
+        self.in_transit.push_back(Capture { time: now, seen });
         // A host that is too slow misses frames.
         let period = 1.0 / self.timing.rate;
         self.next_capture +=
@@ -177,14 +174,16 @@ impl<C: SimClock> SimulatedCamera<C> {
     /// Waits until the next frame arrives and renders it.
     fn wait_for_frame(&mut self) -> Result<RgbdFrame, SimulationError> {
         loop {
-            if let Some(&Capture { time, ball, ground_truth }) = self.in_transit.front()
+            if let Some(&Capture { time, seen }) = self.in_transit.front()
                 && time + self.timing.latency <= self.next_capture
             {
                 self.in_transit.pop_front();
                 self.rig.wait_until(time + self.timing.latency)?;
+                let Seen { ball, tensions } = self.rig.seen_at(time)?.unwrap_or(seen);
                 let hue = self.camera.camera().ball_hue;
                 let scene = Scene::rig(ball, self.motors).with_ball_hue(hue);
                 let frame = self.camera.render(time, &scene)?;
+                let ground_truth = tensions.map(|tensions| GroundTruth { tensions });
                 return Ok(frame.with_ground_truth(ground_truth));
             }
             self.capture()?;
@@ -239,7 +238,7 @@ mod tests {
             [Box::new(QuasiStatic::new(geometry, start).unwrap()), Box::new(elastic)]
         };
         for (first, second) in plants().into_iter().zip(plants()) {
-            let [first, mut second] = [first, second].map(HilPlant::new);
+            let [first, second] = [first, second].map(HilPlant::new);
             let mut follower = first.observer();
             assert!((first.ball() - start).norm() < 1e-3, "{}", first.ball());
             follower.board_stands([100.0, -50.0, 7.0]).unwrap();
@@ -247,7 +246,7 @@ mod tests {
             // The rig of the next run of the same board.
             second.observer().board_stands([100.0, -50.0, 7.0]).unwrap();
             assert_eq!(first.ball(), second.ball());
-            second.wait_until(0.0).unwrap();
+            second.seen_at(second.now()).unwrap();
             assert!((first.ball() - second.ball()).norm() < 1e-3, "at rest: {}", second.ball());
         }
     }

@@ -13,6 +13,15 @@ use plumb_frame::clock::LiveClock;
 use plumb_protocol::PerMotor;
 use plumb_protocol::units::Micros;
 
+/// Ball of a simulated rig at a moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Centre of the ball, metres, rig frame.
+    pub ball: Point3<f64>,
+    /// See [`SimClock::tensions_per_weight`].
+    pub tensions: Option<PerMotor<f64>>,
+}
+
 /// The clock of a simulated rig, and the position of its ball.
 pub trait SimClock {
     /// Returns the time, seconds.
@@ -31,6 +40,15 @@ pub trait SimClock {
     /// a rig without forces.
     fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
         None
+    }
+
+    /// Returns the ball at `time`, seconds, which has passed, and is no earlier than at the last
+    /// call. `None` for a rig that knew its ball at that time.
+    ///
+    /// # Errors
+    /// If the rig cannot follow its motors.
+    fn seen_at(&self, _time: f64) -> Result<Option<Seen>, RigError> {
+        Ok(None)
     }
 
     /// Returns the clock of [`now`](Self::now) for other threads; `None` in virtual time.
@@ -64,13 +82,12 @@ impl SimClock for VirtualRig {
 
 /// Ball of a rig that moves in real time.
 pub trait RealTimeBall {
-    /// Moves the rig to the present, `now` seconds on the rig's clock, where it does not move by
-    /// itself.
+    /// See [`SimClock::seen_at`].
     ///
     /// # Errors
     /// If the rig cannot follow its motors.
-    fn move_to(&self, _now: f64) -> Result<(), RigError> {
-        Ok(())
+    fn seen_at(&self, _time: f64) -> Result<Option<Seen>, RigError> {
+        Ok(None)
     }
 
     /// Returns the present centre of the ball, metres, rig frame.
@@ -123,7 +140,11 @@ impl<B: RealTimeBall> SimClock for RealTimeRig<B> {
 
     fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
         self.clock.wait_until(time);
-        self.ball.move_to(self.clock.now())
+        Ok(())
+    }
+
+    fn seen_at(&self, time: f64) -> Result<Option<Seen>, RigError> {
+        self.ball.seen_at(time)
     }
 
     fn ball(&self) -> Point3<f64> {

@@ -1,19 +1,22 @@
 //! Hardware in the loop: a simulated rig on a board's motor positions.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Point3;
 use plumb_emulator::plant::{LONGEST_STEP_S, Plant, RigError};
-use plumb_protocol::PerMotor;
+use plumb_protocol::{MOTORS, PerMotor};
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::{FrameRecord, Observer};
 
 use super::SimulationError;
-use super::clock::{RealTime, RealTimeBall, RealTimeRig};
+use super::clock::{RealTime, RealTimeBall, RealTimeRig, Seen};
 
 /// Longest time for which the motors are assumed to go on as reported, seconds. On a busy computer
 /// a report may be older.
 const MAX_AHEAD_S: f64 = 0.1;
+/// Reports that are kept: those of a second at 30 pictures a second.
+const REPORTS: usize = 30;
 /// Rate at which the clock of the board may be slower than that of the computer: five times what
 /// quartzes differ by.
 const DRIFT: f64 = 5e-4;
@@ -39,8 +42,8 @@ pub struct HilRig {
     plant: Box<dyn Plant + Send>,
     /// Time of the last motion, seconds.
     moved: f64,
-    /// The motors at a moment of the computer's clock.
-    reported: BoardMotion,
+    /// The motors at moments of the computer's clock, the oldest first; never empty.
+    reported: VecDeque<BoardMotion>,
 }
 
 /// Motion of a board's motors.
@@ -56,22 +59,50 @@ pub struct BoardMotion {
 
 impl BoardMotion {
     /// Returns where the motors are at `time`, seconds, if they go on.
-    fn motors_at(&self, time: f64) -> PerMotor<f64> {
+    fn motors_after(&self, time: f64) -> PerMotor<f64> {
         let ahead = (time - self.time).clamp(0.0, MAX_AHEAD_S);
         std::array::from_fn(|k| self.motors[k] + ahead * self.rates[k])
+    }
+
+    /// Returns where the motors were at `time`, seconds, between this report and a `later` one.
+    fn motors_between(&self, later: &Self, time: f64) -> PerMotor<f64> {
+        let part = ((time - self.time) / (later.time - self.time)).clamp(0.0, 1.0);
+        std::array::from_fn(|k| self.motors[k] + part * (later.motors[k] - self.motors[k]))
     }
 }
 
 impl HilRig {
-    /// Moves the rig to `now`, seconds. After a longer time than the rig steps at once, the ball is
-    /// at rest: the program was suspended, or prepared its first frame on a busy computer.
-    fn move_to(&mut self, now: f64) -> Result<(), RigError> {
-        let seconds = now - self.moved;
+    /// Adds a report. One that is no newer than the last is ignored.
+    fn report(&mut self, motion: BoardMotion) {
+        if self.reported.back().is_some_and(|last| motion.time <= last.time) {
+            return;
+        }
+        if self.reported.len() == REPORTS {
+            self.reported.pop_front();
+        }
+        self.reported.push_back(motion);
+    }
+
+    /// Returns where the motors were at `time`, seconds.
+    fn motors_at(&self, time: f64) -> PerMotor<f64> {
+        let after = self.reported.partition_point(|report| report.time <= time);
+        match (after.checked_sub(1).map(|before| &self.reported[before]), self.reported.get(after))
+        {
+            (Some(before), Some(later)) => before.motors_between(later, time),
+            (Some(last), None) => last.motors_after(time),
+            (None, first) => first.map_or([0.0; MOTORS], |first| first.motors),
+        }
+    }
+
+    /// Moves the rig to `time`, seconds. After a longer time than the rig steps at once, the ball
+    /// is at rest: the program was suspended, or prepared its first frame on a busy computer.
+    fn move_to(&mut self, time: f64) -> Result<(), RigError> {
+        let seconds = time - self.moved;
         if seconds <= 0.0 {
             return Ok(());
         }
-        let motors = self.reported.motors_at(now);
-        self.moved = now;
+        let motors = self.motors_at(time);
+        self.moved = time;
         if seconds > LONGEST_STEP_S {
             self.plant.settle(motors)
         } else {
@@ -83,7 +114,8 @@ impl HilRig {
 impl HilPlant {
     /// Creates the rig of `plant`, whose motors are at 0.
     pub fn new(plant: Box<dyn Plant + Send>) -> Self {
-        let rig = HilRig { plant, moved: 0.0, reported: BoardMotion::default() };
+        let reported = VecDeque::from([BoardMotion::default()]);
+        let rig = HilRig { plant, moved: 0.0, reported };
         Self::start(Arc::new(Mutex::new(rig)))
     }
 
@@ -95,8 +127,13 @@ impl HilPlant {
 }
 
 impl RealTimeBall for Arc<Mutex<HilRig>> {
-    fn move_to(&self, now: f64) -> Result<(), RigError> {
-        lock(self).move_to(now)
+    /// The telemetry that tells where the motors were comes later than the picture is taken, and
+    /// before it arrives.
+    fn seen_at(&self, time: f64) -> Result<Option<Seen>, RigError> {
+        let mut rig = lock(self);
+        rig.move_to(time)?;
+        let (ball, tensions) = (rig.plant.ball(), rig.plant.tensions_per_weight());
+        Ok(Some(Seen { ball, tensions }))
     }
 
     fn ball(&self) -> Point3<f64> {
@@ -118,18 +155,19 @@ impl HilObserver {
         let mut rig = lock(&self.rig);
         rig.plant.settle(motors)?;
         rig.moved = self.clock.now();
-        rig.reported = BoardMotion { time: rig.moved, motors, ..BoardMotion::default() };
+        let report = BoardMotion { time: rig.moved, motors, ..BoardMotion::default() };
+        rig.reported = VecDeque::from([report]);
         Ok(())
     }
 
     /// Takes in the motion of the board's motors at a moment of the board's clock. The rig moves
-    /// with the next picture.
+    /// when a picture arrives.
     pub fn board_moved(&mut self, motion: BoardMotion) {
         let now = self.clock.now();
         let drifted = self.ahead + DRIFT * (now - self.updated);
         self.ahead = drifted.min(now - motion.time);
         self.updated = now;
-        lock(&self.rig).reported = BoardMotion { time: motion.time + self.ahead, ..motion };
+        lock(&self.rig).report(BoardMotion { time: motion.time + self.ahead, ..motion });
     }
 }
 
@@ -148,7 +186,6 @@ fn lock(rig: &Mutex<HilRig>) -> MutexGuard<'_, HilRig> {
 #[cfg(test)]
 mod tests {
     use plumb_emulator::plant::{Elastic, ElasticParameters, QuasiStatic, Task};
-    use plumb_protocol::MOTORS;
 
     use super::*;
     use crate::simulated::SimClock;
@@ -170,29 +207,33 @@ mod tests {
             lock(&observer.rig).moved -= 60.0;
             let motors = [50.0, 0.0, 0.0];
             observer.board_moved(BoardMotion { motors, ..BoardMotion::default() });
-            rig.ball.move_to(rig.now()).unwrap();
+            rig.seen_at(rig.now()).unwrap();
             assert!((rig.ball() - before).norm() > 0.005);
         }
     }
 
-    /// The ball is where the motors are when the picture is taken, and not where they were when the
-    /// last report came.
+    /// The ball is where the motors were when the picture was taken: between two reports, and
+    /// behind the last one.
     #[test]
     fn a_picture_shows_the_ball_at_its_own_time() {
-        for plant in plants() {
-            let rig = HilPlant::new(plant);
-            rig.observer().board_stands([0.0; MOTORS]).unwrap();
-            let mut hil = lock(&rig.ball);
-            let begin = hil.moved;
-            hil.reported = BoardMotion { time: begin, motors: [0.0; 3], rates: [100.0, 0.0, 0.0] };
-            hil.move_to(begin + 0.05).unwrap();
-            let ahead = hil.plant.ball();
-            hil.reported =
-                BoardMotion { time: begin + 0.05, motors: [5.0, 0.0, 0.0], rates: [0.0; 3] };
-            hil.move_to(begin + 0.051).unwrap();
-            assert!((hil.plant.ball() - ahead).norm() < 5e-4, "{}", hil.plant.ball() - ahead);
-            assert!((ahead - Task::paper().start).norm() > 1e-3);
+        let rig = HilPlant::new(plants().into_iter().next().unwrap());
+        rig.observer().board_stands([0.0; MOTORS]).unwrap();
+        let mut hil = lock(&rig.ball);
+        let begin = hil.moved;
+        let report = |time: f64, motor: f64, rate: f64| BoardMotion {
+            time: begin + time,
+            motors: [motor, 0.0, 0.0],
+            rates: [rate, 0.0, 0.0],
+        };
+        hil.report(report(0.04, 4.0, 100.0));
+        // It came late.
+        hil.report(report(0.03, 0.0, 0.0));
+        let motor_at = |hil: &HilRig, time: f64| hil.motors_at(begin + time)[0];
+        for (time, motor) in [(-0.1, 0.0), (0.02, 2.0), (0.04, 4.0), (0.06, 6.0), (9.0, 14.0)] {
+            assert!((motor_at(&hil, time) - motor).abs() < 1e-9, "{}", motor_at(&hil, time));
         }
+        hil.report(report(0.08, 6.0, 0.0));
+        assert!((motor_at(&hil, 0.06) - 5.0).abs() < 1e-9);
     }
 
     #[test]
@@ -204,7 +245,6 @@ mod tests {
         observer.board_moved(BoardMotion { time: board_time(&rig), ..BoardMotion::default() });
         let late = board_time(&rig) - 0.5;
         observer.board_moved(BoardMotion { time: late, ..BoardMotion::default() });
-        let reported = lock(&rig.ball).reported.time;
-        assert!((reported - (late - 1000.0)).abs() < 1e-3, "{reported}");
+        assert!((late + observer.ahead - (late - 1000.0)).abs() < 1e-3, "{}", observer.ahead);
     }
 }
