@@ -109,9 +109,9 @@ pub(crate) fn known_rig() -> KnownRig {
 /// Place below the middle of the paper's rig, where a changed rig holds the ball too.
 const MIDDLE: Point3<f64> = Point3::new(0.62, 0.27, 0.25);
 
-/// Drives to [`MIDDLE`], and back in a second run on a `changed` rig. Returns the largest difference
-/// of the tensions that the law tells at the end of the first run and at the start of the second,
-/// and the pictures of the way back.
+/// Drives to [`MIDDLE`], and back in a second run on a `changed` rig. Returns by how much the
+/// tensions that the law tells at the start of the second run differ most from those at the end of
+/// the first one, and the pictures of the way back.
 fn second_run(changed: Geometry, is_warm: bool) -> (f64, usize) {
     let task = Task::paper();
     let mut rig = Rig::new(&task);
