@@ -6,7 +6,7 @@ use std::path::Path;
 const INSTALLED: &str = "/usr/share/doc/plumb/html";
 
 /// Returns where a person finds the page `name` of the book's part "use": the installed page, or
-/// else its source in the repository, `docs/use/NAME.md`.
+/// else its source in the repository, below `docs/use`.
 pub fn page(name: &str) -> String {
     page_in(Path::new(INSTALLED), name)
 }

@@ -2,12 +2,15 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use plumb_protocol::Config;
+use nalgebra::Point3;
+use plumb_emulator::plant::{Geometry, Plant, QuasiStatic, Task};
+use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::{Command, FromBoard, Hello, Jog, Refusal, State};
 use plumb_protocol::provenance::{BoardKind, RELEASE};
-use plumb_protocol::units::{Rate, Steps16};
+use plumb_protocol::units::{Milliseconds, Rate, RelativeTension, Steps16};
 use plumb_protocol::wiring::StepDir;
+use plumb_protocol::{Config, MOTORS};
 use plumb_tests::chip::{Chip, ENABLE, fast_config, firmware_image};
 use serde_json::json;
 
@@ -65,6 +68,58 @@ fn a_stored_configuration_survives_power_off_without_motion_before_hello() {
     assert_eq!(chip.state(), State::Ready);
     assert_eq!(chip.pin_level(ENABLE), 0);
     assert!(has_config(&mut chip, &config));
+}
+
+/// Drives a ball on the paper's rig to `target` for some pictures. Returns the tensions that the
+/// board tells at the end. The motors are where they are when the ball hangs as in `plant`.
+fn drive(
+    chip: &mut Chip,
+    plant: &mut QuasiStatic,
+    target: Point3<f64>,
+    pictures: u32,
+) -> [f64; MOTORS] {
+    let micrometres = |place: Point3<f64>| [0, 1, 2].map(|i| (place[i] * 1e6) as i32);
+    let zero = chip.status().motors.map(Steps16::to_si);
+    let start = plant.ball();
+    *plant = QuasiStatic::new(Geometry::paper(), start).expect("the paper's rig");
+    chip.seek(micrometres(start), micrometres(target));
+    for _ in 0..pictures {
+        chip.run_us(30_000);
+        let motors = chip.status().motors.map(Steps16::to_si);
+        let turned = std::array::from_fn(|k| motors[k] - zero[k]);
+        plant.advance(0.033, turned).expect("the ball hangs");
+        chip.send_position(micrometres(plant.ball()));
+    }
+    chip.run_us(30_000);
+    let tensions = chip.status().tensions.expect("the law taut tells them");
+    tensions.map(RelativeTension::to_si)
+}
+
+/// What the law taut has learnt of the rig is stored with the configuration. After power-off the
+/// board tells the tensions as before, at its first position; without it, others.
+#[test]
+fn what_a_law_has_learnt_survives_power_off() {
+    let Some(image) = firmware_image() else { return };
+    let (start, middle) = (Task::paper().start, Point3::new(0.62, 0.27, 0.25));
+    let setup = fast_config(110.0, StepDir::A4988)
+        .with_law(Law::Taut(Estimated { delay: Milliseconds(0) }));
+    let [cold, warm] = [false, true].map(|is_stored_later| {
+        let mut chip = Chip::start(&image).configured(setup);
+        let mut plant = QuasiStatic::new(Geometry::paper(), start).expect("the paper's rig");
+        if !is_stored_later {
+            store(&mut chip);
+        }
+        let before = drive(&mut chip, &mut plant, middle, 60);
+        chip.stop_and_wait();
+        if is_stored_later {
+            store(&mut chip);
+        }
+        chip.power_cycle();
+        chip.request(Command::Hello(Hello::OURS));
+        let after = drive(&mut chip, &mut plant, start, 1);
+        (0..MOTORS).map(|k| (after[k] - before[k]).abs()).fold(0.0, f64::max)
+    });
+    assert!(warm < 0.06 && warm < cold / 1.5, "{warm} with it, {cold} without");
 }
 
 /// Cuts the power at twelve times of the second Store: while the sector is erased, while the page
