@@ -28,9 +28,9 @@ const FULL: f32 = i16::MAX as f32;
 /// Geometry of a rig as a filter has estimated it, with its covariance, in 199 bytes: they fit a
 /// page of the flash.
 ///
-/// The bytes are [`LAYOUT`]; the positions of motors A, B, C (mm), ln of the cable of a step in mm,
+/// The bytes are a version; the positions of motors A, B, C (mm), ln of the cable of a step in mm,
 /// and the delay (frame times); the standard deviations of these; and the correlations of each with
-/// those before it, over [`FULL`]. Numbers begin with their least byte.
+/// those before it, in 2⁻¹⁵. Numbers begin with their least byte.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KnownRig(Vec<u8, BYTES>);
 
