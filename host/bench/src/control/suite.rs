@@ -56,9 +56,9 @@ pub struct Suite {
 pub enum RigChange {
     /// Nothing.
     Nothing,
-    /// A motor, A, B and C in turn, is moved by [`MOVED_M`] in a random direction.
+    /// A motor, A, B and C in turn, is moved by 5 cm in a random direction.
     Motor,
-    /// All pulleys get [`PULLEY_FACTOR`] times their radius, or so much less, in turn.
+    /// All pulleys get 1.5 times their radius, or so much less, in turn.
     Pulleys,
 }
 
