@@ -47,18 +47,27 @@ fn begins_anew(line: &str) -> bool {
 }
 
 /// Returns the brackets of a line outside its strings and its comment.
-fn brackets(line: &str) -> Vec<char> {
+fn brackets(line: &str) -> impl Iterator<Item = char> {
+    unquoted(line).into_iter().map(|(_, c)| c).filter(|c| "[]{}".contains(*c))
+}
+
+/// Returns the characters of a line outside its strings, with their places in bytes, up to the `#`
+/// of its comment. Quotation marks are left out.
+pub(super) fn unquoted(line: &str) -> Vec<(usize, char)> {
     let (mut found, mut quote, mut is_escaped) = (Vec::new(), None, false);
-    for c in line.chars() {
+    for (place, c) in line.char_indices() {
         match quote {
             Some(_) if is_escaped => is_escaped = false,
             Some('"') if c == '\\' => is_escaped = true,
             Some(end) if c == end => quote = None,
             Some(_) => {}
-            None if c == '#' => break,
             None if c == '"' || c == '\'' => quote = Some(c),
-            None if "[]{}".contains(c) => found.push(c),
-            None => {}
+            None => {
+                found.push((place, c));
+                if c == '#' {
+                    break;
+                }
+            }
         }
     }
     found

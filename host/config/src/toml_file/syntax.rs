@@ -3,7 +3,7 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
-use super::brackets::unclosed;
+use super::brackets::{unclosed, unquoted};
 use super::{line_at, one_line};
 use crate::digit_groups::without_groups;
 use crate::type_words::in_words;
@@ -78,16 +78,10 @@ fn assignment(line: &str) -> Option<(&str, &str)> {
 
 /// Returns a value without the comment behind it.
 fn without_comment(value: &str) -> &str {
-    let mut quote = None;
-    for (index, c) in value.char_indices() {
-        match quote {
-            Some(end) if c == end => quote = None,
-            None if c == '"' || c == '\'' => quote = Some(c),
-            None if c == '#' => return &value[..index],
-            _ => {}
-        }
+    match unquoted(value).last() {
+        Some((comment, '#')) => &value[..*comment],
+        _ => value,
     }
-    value
 }
 
 /// Returns what is wrong with a value that people write, and what to write; `None` where that is
@@ -232,6 +226,7 @@ mod tests {
     #[test]
     fn a_line_is_a_name_and_a_value_without_its_comment() {
         assert_eq!(assignment(" a.b = 'x # y' # z"), Some(("a.b", "'x # y'")));
+        assert_eq!(assignment(r#"a = "x\" # y" # z"#), Some(("a", r#""x\" # y""#)));
         for line in ["a 1", "a =", "a = # b", "a = = 2", "[a]", "a b = 2"] {
             assert_eq!(assignment(line), None, "{line}");
         }
