@@ -69,8 +69,8 @@ impl ConfigStore {
         (page.sequence == record.sequence && page.content.is_usable()).then_some(page.content)
     }
 
-    /// Stores `wanted`, and the rig as far as it is `known`. Blocks until they are written and read
-    /// back; writes nothing where they are stored already.
+    /// Stores `wanted`, with the `known` rig if there is one. Waits until both are written and read
+    /// back. Writes nothing if they are stored already.
     ///
     /// # Errors
     /// [`StoreError`] where the flash fails, or reads back something else.
@@ -100,8 +100,8 @@ impl ConfigStore {
         if is_written { Ok(()) } else { Err(StoreError) }
     }
 
-    /// Returns whether the record of a slot with this number is `wanted`, with the rig as far as it
-    /// is `known`.
+    /// Returns whether the record of a slot has this number, contains `wanted`, and contains the
+    /// `known` rig if there is one.
     ///
     /// # Errors
     /// [`StoreError`] where the flash cannot be read.

@@ -143,7 +143,8 @@ fn every_page_that_a_source_names_exists() {
             }
         }
         // Messages name a page by `plumb_config::book`.
-        let by_name = text.split(" page(\"").chain(text.split("(page(\"")).skip(1);
+        let calls = [" page(\"", "(page(\""];
+        let by_name = calls.iter().flat_map(|call| text.split(call).skip(1));
         for name in by_name.filter_map(|rest| rest.split_once("\")").map(|(name, _)| name)) {
             let is_name = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-');
             if is_name && !root().join(format!("docs/use/{name}.md")).exists() {

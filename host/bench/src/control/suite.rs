@@ -148,7 +148,7 @@ impl Suite {
         }
     }
 
-    /// Returns a rig as it is from the second run on; `None` where nobody changes it.
+    /// Returns the rig of the second run and of those after it; `None` if it is not changed.
     ///
     /// # Errors
     /// If the changed rig is invalid.
