@@ -15,8 +15,6 @@
 //! after 36 ms at most.
 
 mod datagram;
-#[cfg(test)]
-mod emulated;
 mod monitor;
 mod settings;
 

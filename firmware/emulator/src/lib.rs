@@ -8,6 +8,7 @@ pub mod board;
 pub mod harness;
 pub mod plant;
 pub mod serve;
+pub mod tmc2209;
 pub mod wire;
 
 pub use board::{EMULATED, EmulatedBoard, MotorSample};

@@ -1,11 +1,11 @@
 use std::vec::Vec;
 
+use plumb_emulator::tmc2209::{Driver, Wire};
 use plumb_protocol::boards::SKR_PICO;
 use plumb_protocol::message::{DriverFault, DriverReading};
 use plumb_protocol::wiring::{Chopper, Tmc2209};
 
 use super::super::EXCHANGE_US;
-use super::super::emulated::{Driver, Wire};
 use super::{Event, Monitor};
 use crate::tmc2209::Settings;
 
