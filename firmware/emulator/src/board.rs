@@ -1,7 +1,8 @@
 //! Board in virtual time: bytes in and out, a clock that the caller advances, and a plant that the
 //! board's steps move. Samples of the motor positions are taken at even intervals.
 
-use std::collections::VecDeque;
+mod sampler;
+
 use std::ops::Range;
 
 use nalgebra::Point3;
@@ -16,6 +17,9 @@ use plumb_protocol::{Config, MOTORS, PerMotor, Wiring};
 use crate::harness::{Harness, LawDelay};
 use crate::plant::{Plant, RigError};
 use crate::wire::{Link, Traffic, Wire};
+use sampler::Sampler;
+
+pub use sampler::MotorSample;
 
 /// Limits of an emulated board: the pulse rate of the Pico's firmware, no storage, any kind of
 /// board, and laws that respond as on an RP2040.
@@ -278,74 +282,5 @@ impl EmulatedBoard {
         self.harness.outbox.clear();
         let excess = self.waiting.len().saturating_sub(WAITING_BYTES_MAX);
         self.waiting.drain(..excess);
-    }
-}
-
-/// Largest number of samples that wait for [`EmulatedBoard::take_samples`], 10 s at 200 Hz. Beyond
-/// it the oldest are dropped.
-const WAITING_SAMPLES_MAX: usize = 2000;
-
-/// Motor positions at one moment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotorSample {
-    /// Time on the board's clock.
-    pub time: Micros,
-    /// Motor positions, full steps since the rig's start, + pays out; order A, B, C.
-    pub motors: PerMotor<f64>,
-}
-
-/// Samples that wait to be taken.
-#[derive(Debug)]
-struct Sampler {
-    interval: Micros,
-    next: Micros,
-    waiting: VecDeque<MotorSample>,
-    dropped: u64,
-}
-
-impl Sampler {
-    /// Creates a sampler with the first sample at `start`.
-    fn new(start: Micros, interval: Micros) -> Self {
-        Self { interval, next: start, waiting: VecDeque::new(), dropped: 0 }
-    }
-
-    /// Adds a sample where one is due at `time`.
-    fn note(&mut self, time: Micros, motors: PerMotor<f64>) {
-        if time < self.next {
-            return;
-        }
-        self.next = Micros(self.next.0 + self.interval.0);
-        if self.waiting.len() == WAITING_SAMPLES_MAX {
-            self.waiting.pop_front();
-            self.dropped += 1;
-        }
-        self.waiting.push_back(MotorSample { time, motors });
-    }
-
-    /// Takes the samples that wait, and the number of those that were dropped since the last call.
-    fn take(&mut self) -> (Vec<MotorSample>, u64) {
-        (self.waiting.drain(..).collect(), std::mem::take(&mut self.dropped))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn samples_are_even_in_time_and_the_oldest_are_dropped() {
-        let mut sampler = Sampler::new(Micros(0), Micros(5000));
-        for tick in 0..=20 {
-            sampler.note(Micros(tick * 1000), [tick as f64, 0.0, 0.0]);
-        }
-        let (samples, dropped) = sampler.take();
-        let times: Vec<u64> = samples.iter().map(|sample| sample.time.0).collect();
-        assert_eq!((times, dropped), (vec![0, 5000, 10_000, 15_000, 20_000], 0));
-        assert_eq!(samples[3].motors, [15.0, 0.0, 0.0]);
-        for tick in 21..=(21 + 5 * 2010) {
-            sampler.note(Micros(tick * 1000), [0.0; MOTORS]);
-        }
-        let (samples, dropped) = sampler.take();
-        assert_eq!((samples.len(), dropped), (WAITING_SAMPLES_MAX, 10));
     }
 }
