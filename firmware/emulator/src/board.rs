@@ -1,6 +1,8 @@
 //! Board in virtual time: bytes in and out, a clock that the caller advances, and a plant that the
-//! board's steps move. Samples of the motor positions are taken at even intervals.
+//! board's steps move. Drivers on a UART are emulated with their registers. Samples of the motor
+//! positions are taken at even intervals.
 
+mod driver_uart;
 mod sampler;
 
 use std::ops::Range;
@@ -8,6 +10,7 @@ use std::ops::Range;
 use nalgebra::Point3;
 use plumb_core::law::LawTicks;
 use plumb_core::params::Params;
+use plumb_core::tmc2209::Event;
 use plumb_core::{Board, BuildLimits, TICK_US, Tick};
 use plumb_protocol::diagnostics::ChipCounts;
 use plumb_protocol::message::{DriverFault, Refusal, StartCause, State};
@@ -17,8 +20,10 @@ use plumb_protocol::{Config, MOTORS, PerMotor, Wiring};
 use crate::harness::{Harness, LawDelay};
 use crate::plant::{Plant, RigError};
 use crate::wire::{Link, Traffic, Wire};
+use driver_uart::DriverUart;
 use sampler::Sampler;
 
+pub use driver_uart::DriverTrouble;
 pub use sampler::MotorSample;
 
 /// Limits of an emulated board: the pulse rate of the Pico's firmware, no storage, any kind of
@@ -50,13 +55,21 @@ pub struct EmulatedBoard {
     sampler: Option<Sampler>,
     /// When the emergency input is open by a plan.
     emergency: Range<Micros>,
+    /// Drivers on a UART, where the configuration has some.
+    drivers: Option<DriverUart>,
+    /// The board's configuration generation that has these drivers.
+    generation: u32,
+    /// Trouble of a driver by a plan.
+    trouble: Option<DriverTrouble>,
 }
 
 impl EmulatedBoard {
     /// Creates a board without a rig.
     pub fn new(build: BuildLimits) -> Self {
+        let mut harness = Harness::new(build, LawDelay::SameTick);
+        harness.sets_up_drivers = false;
         Self {
-            harness: Harness::new(build, LawDelay::SameTick),
+            harness,
             plant: None,
             origin: [0.0; MOTORS],
             link: None,
@@ -65,6 +78,9 @@ impl EmulatedBoard {
             requests: None,
             sampler: None,
             emergency: Micros(0)..Micros(0),
+            drivers: None,
+            generation: 0,
+            trouble: None,
         }
     }
 
@@ -135,6 +151,7 @@ impl EmulatedBoard {
             if self.emergency.contains(&self.now) {
                 self.open_emergency([0; MOTORS]);
             }
+            self.run_drivers();
             // Only hardware needs the step plan. The rig follows the board's positions, which
             // count the same pulses.
             self.requests = self.harness.tick(self.now);
@@ -144,6 +161,9 @@ impl EmulatedBoard {
             }
             if asked.measure {
                 self.harness.on_measured(self.now, None);
+            }
+            if let Some(drivers) = self.drivers.as_mut().filter(|_| asked.set_up_drivers) {
+                drivers.request_set_up();
             }
             self.now.0 += u64::from(TICK_US);
             self.collect();
@@ -160,6 +180,24 @@ impl EmulatedBoard {
             }
         }
         Ok(())
+    }
+
+    /// Runs the drivers on a UART to the present tick, and passes what they tell to the board.
+    fn run_drivers(&mut self) {
+        let core = &self.harness.board;
+        if core.generation() != self.generation {
+            self.generation = core.generation();
+            self.drivers = DriverUart::of(core, self.now);
+        }
+        let Some(drivers) = &mut self.drivers else { return };
+        match drivers.advance(self.now, core.rates(), self.trouble.as_ref()) {
+            None => {}
+            Some(Event::Ready) => self.harness.on_drivers_ready(),
+            Some(Event::Failed(fault)) => self.harness.on_driver_failure(self.now, fault),
+            Some(Event::Readings(readings)) => {
+                self.harness.on_driver_readings(self.now, readings);
+            }
+        }
     }
 
     /// Returns the motor positions, full steps since the board's last start, + pays out. Home does
@@ -233,6 +271,7 @@ impl EmulatedBoard {
     pub fn restart(&mut self, cause: StartCause) {
         self.origin = self.rig_motors();
         self.harness.restart(cause, None);
+        (self.drivers, self.generation) = (None, 0);
         if let Some(link) = &mut self.link {
             link.to_host.restart(self.now);
         }
@@ -250,6 +289,11 @@ impl EmulatedBoard {
     /// button. A rehearsal: the motors are where the last tick's plan says.
     pub fn press_emergency_button(&mut self, open: Range<Micros>) {
         self.emergency = open;
+    }
+
+    /// Lets a motor's driver on a UART have this trouble; drivers of other kinds have none.
+    pub fn trouble_driver(&mut self, trouble: DriverTrouble) {
+        self.trouble = Some(trouble);
     }
 
     /// Stops the board because a Motor HAT does not answer. Call this before every tick as long

@@ -11,7 +11,7 @@ pub mod serve;
 pub mod tmc2209;
 pub mod wire;
 
-pub use board::{EMULATED, EmulatedBoard, MotorSample};
+pub use board::{DriverTrouble, EMULATED, EmulatedBoard, MotorSample};
 pub use harness::{Harness, LawDelay};
 pub use serve::{Served, Terminal, serve};
 pub use wire::Wire;

@@ -1,5 +1,6 @@
 //! Emulated TMC2209 drivers on a wire, from the data sheet rev. 1.09: registers, CRC, IFCNT,
-//! replies. Written apart from the firmware's datagrams and registers, which they test.
+//! replies, and what troubles a driver. Written apart from the firmware's datagrams and registers,
+//! which they test.
 
 use std::collections::BTreeMap;
 
@@ -13,19 +14,74 @@ mod register {
     pub(super) const DRV_STATUS: u8 = 0x6f;
 }
 
-/// GCONF, GSTAT, CHOPCONF and DRV_STATUS after a reset, at standstill.
+/// GCONF, GSTAT, CHOPCONF and DRV_STATUS after a reset.
 const AFTER_RESET: [(u8, u32); 4] = [
     (register::GCONF, 0x141),
     (register::GSTAT, 1),
     (register::CHOPCONF, 0x1000_0053),
-    (register::DRV_STATUS, 1 << 31 | 1 << 30),
+    (register::DRV_STATUS, 1 << 30),
 ];
 /// CHOPCONF: `toff`, which switches the coils on.
 const TOFF: u32 = 0b1111;
-/// DRV_STATUS: a short circuit of a coil.
-const SHORT: u32 = 0b1111 << 2;
+
+/// Flags of GSTAT (section 5.1).
+mod gstat {
+    /// The driver has switched off for its temperature or a short circuit; kept.
+    pub(super) const DRV_ERR: u32 = 1 << 1;
+    /// The charge pump has too low a voltage; not kept.
+    pub(super) const UV_CP: u32 = 1 << 2;
+}
+
+/// Flags of DRV_STATUS (section 5.5.3).
+mod drv_status {
+    /// The temperature is above that of the warning.
+    pub(super) const OTPW: u32 = 1;
+    /// The temperature is above that of the shut-down.
+    pub(super) const OT: u32 = 1 << 1;
+    /// A coil of phase A is shorted to ground.
+    pub(super) const S2GA: u32 = 1 << 2;
+    /// Any short circuit.
+    pub(super) const SHORTS: u32 = 0b1111 << 2;
+    /// Phase A has no current.
+    pub(super) const OLA: u32 = 1 << 6;
+    /// The motor stands.
+    pub(super) const STST: u32 = 1 << 31;
+}
+
 /// IOIN: the version.
 const VERSION: u32 = 0x21 << 24;
+
+/// What troubles a driver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trouble {
+    /// Its temperature is above that of the warning, 120 °C.
+    Hot,
+    /// A coil has no current. The driver tells it while its coils are on.
+    OpenCoil,
+    /// Its temperature is above that of the shut-down, 150 °C.
+    Overtemperature,
+    /// A coil is shorted to ground.
+    Short,
+    /// Its charge pump has too low a voltage.
+    Undervoltage,
+    /// It loses its settings at once, as without its supply.
+    Reset,
+    /// It answers nothing.
+    Silent,
+}
+
+impl Trouble {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Hot,
+        Self::OpenCoil,
+        Self::Overtemperature,
+        Self::Short,
+        Self::Undervoltage,
+        Self::Reset,
+        Self::Silent,
+    ];
+}
 
 /// An emulated TMC2209.
 #[derive(Debug, Clone)]
@@ -36,8 +92,9 @@ pub struct Driver {
     pub motor: u8,
     /// Registers that were written or have a value after a reset; the others are 0.
     pub registers: BTreeMap<u8, u32>,
-    /// Whether it answers nothing.
-    pub is_silent: bool,
+    /// Whether its motor stands.
+    pub is_standing: bool,
+    trouble: Option<Trouble>,
     /// Accepted writes; wraps.
     pub count: u8,
     /// All writes in their order: register and value.
@@ -47,20 +104,30 @@ pub struct Driver {
 impl Driver {
     /// Returns a driver after power-on, at standstill.
     pub fn new(address: u8, motor: u8) -> Self {
-        let registers = BTreeMap::from(AFTER_RESET);
-        Self { address, motor, registers, is_silent: false, count: 250, written: Vec::new() }
+        Self {
+            address,
+            motor,
+            registers: BTreeMap::from(AFTER_RESET),
+            is_standing: true,
+            trouble: None,
+            count: 250,
+            written: Vec::new(),
+        }
     }
 
-    /// Sets the registers as a reset leaves them.
-    pub fn reset(&mut self) {
-        self.registers = BTreeMap::from(AFTER_RESET);
+    /// Sets what troubles the driver from now on.
+    pub fn set_trouble(&mut self, trouble: Option<Trouble>) {
+        let was = std::mem::replace(&mut self.trouble, trouble);
+        if trouble == Some(Trouble::Reset) && was != trouble {
+            self.registers = BTreeMap::from(AFTER_RESET);
+        }
     }
 
     /// Returns the reply to a datagram; `None` to a write, a damaged one or that of another driver.
     fn answer(&mut self, datagram: &[u8], directions: [bool; 3]) -> Option<[u8; 8]> {
         let (check, body) = datagram.split_last()?;
         let (&[_, address, register], data) = body.split_first_chunk()?;
-        if self.is_silent || address != self.address || crc(body) != *check {
+        if self.trouble == Some(Trouble::Silent) || address != self.address || crc(body) != *check {
             return None;
         }
         if let [a, b, c, d] = *data {
@@ -73,17 +140,56 @@ impl Driver {
         Some(reply)
     }
 
-    /// Returns the value of a register.
-    fn read(&self, register: u8, directions: [bool; 3]) -> u32 {
+    /// Returns the value of a register that is read.
+    fn read(&mut self, register: u8, directions: [bool; 3]) -> u32 {
+        self.switch_off_if_due();
+        let is_troubled_by = |trouble| self.trouble == Some(trouble);
         match register {
+            register::GSTAT if is_troubled_by(Trouble::Undervoltage) => {
+                self.value(register) | gstat::UV_CP
+            }
+            register::DRV_STATUS => self.value(register) | self.present_flags(),
             register::IFCNT => u32::from(self.count),
             register::IOIN => {
                 let [a, b, c] = directions;
                 let is_high = [a, b, c, false, true][usize::from(self.motor)];
                 VERSION | u32::from(is_high) << 9 | u32::from(self.address) << 2
             }
-            register => self.registers.get(&register).copied().unwrap_or(0),
+            register => self.value(register),
         }
+    }
+
+    /// Returns the stored value of a register.
+    fn value(&self, register: u8) -> u32 {
+        self.registers.get(&register).copied().unwrap_or(0)
+    }
+
+    /// Returns whether the coils are on by CHOPCONF.
+    fn is_on(&self) -> bool {
+        self.value(register::CHOPCONF) & TOFF != 0
+    }
+
+    /// Stores the flags that outlive their reason (section 5.5.3).
+    fn switch_off_if_due(&mut self) {
+        let is_shorted = self.trouble == Some(Trouble::Short) && self.is_on();
+        if is_shorted {
+            *self.registers.entry(register::DRV_STATUS).or_default() |= drv_status::S2GA;
+        }
+        if is_shorted || self.trouble == Some(Trouble::Overtemperature) {
+            *self.registers.entry(register::GSTAT).or_default() |= gstat::DRV_ERR;
+        }
+    }
+
+    /// Returns the flags of DRV_STATUS that end with their reason.
+    fn present_flags(&self) -> u32 {
+        let standing = if self.is_standing { drv_status::STST } else { 0 };
+        standing
+            | match self.trouble {
+                Some(Trouble::Hot) => drv_status::OTPW,
+                Some(Trouble::Overtemperature) => drv_status::OTPW | drv_status::OT,
+                Some(Trouble::OpenCoil) if self.is_on() => drv_status::OLA,
+                _ => 0,
+            }
     }
 
     fn write(&mut self, register: u8, value: u32) {
@@ -95,7 +201,7 @@ impl Driver {
         }
         if register == register::CHOPCONF && value & TOFF == 0 {
             // The flags of a short circuit end (section 5.5.3).
-            *self.registers.entry(register::DRV_STATUS).or_default() &= !SHORT;
+            *self.registers.entry(register::DRV_STATUS).or_default() &= !drv_status::SHORTS;
         }
         self.registers.insert(register, value);
     }

@@ -1,6 +1,6 @@
 use std::vec::Vec;
 
-use plumb_emulator::tmc2209::{Driver, Wire};
+use plumb_emulator::tmc2209::{Driver, Trouble, Wire};
 use plumb_protocol::boards::SKR_PICO;
 use plumb_protocol::message::{DriverFault, DriverReading};
 use plumb_protocol::wiring::{Chopper, Tmc2209};
@@ -125,11 +125,11 @@ fn each_fault_of_a_driver_is_found_in_a_round_with_its_motor() {
 fn a_silent_driver_is_named_at_once() {
     for motor in 0..3 {
         let mut bench = Bench::new();
-        bench.wire.drivers[usize::from(motor)].is_silent = true;
+        bench.wire.drivers[usize::from(motor)].set_trouble(Some(Trouble::Silent));
         assert_eq!(bench.event(), Some(Event::Failed(DriverFault::Silent(motor))));
         let mut bench = Bench::ready();
         bench.exchanges = 0;
-        bench.wire.drivers[usize::from(motor)].is_silent = true;
+        bench.wire.drivers[usize::from(motor)].set_trouble(Some(Trouble::Silent));
         assert_eq!(bench.event(), Some(Event::Failed(DriverFault::Silent(motor))));
         assert!(bench.exchanges <= 7 + 3, "{} exchanges", bench.exchanges);
     }
@@ -233,7 +233,7 @@ fn directions_are_set_only_before_the_drivers_are_on() {
 #[test]
 fn a_driver_that_was_reset_gets_its_settings_again() {
     let mut bench = Bench::ready();
-    bench.wire.drivers[1].reset();
+    bench.wire.drivers[1].set_trouble(Some(Trouble::Reset));
     assert_eq!(bench.event(), Some(Event::Failed(DriverFault::Reset(1))));
     bench.monitor.set_up_again();
     assert_eq!(bench.event(), Some(Event::Ready));
@@ -248,17 +248,17 @@ fn warnings_are_reported_when_they_come_and_go() {
     assert_eq!(readings.map(|it| it.stall_guard), [Some(0), Some(0x1fe), Some(0)]);
     assert_eq!(readings.map(|it| (it.is_hot, it.has_open_load)), [(false, false); 3]);
     bench.exchanges = 0;
-    bench.set(2, 0x6f, 1 << 31 | 1);
+    bench.wire.drivers[2].set_trouble(Some(Trouble::Hot));
     assert!(bench.readings()[2].is_hot);
     assert!(bench.exchanges <= 7, "in the same round");
     // An open coil counts while the motor turns, in two polls in a row.
-    bench.set(2, 0x6f, 1 << 31 | 1 << 6);
+    bench.wire.drivers[2].set_trouble(Some(Trouble::OpenCoil));
     assert!(!bench.readings()[2].has_open_load, "at standstill");
-    bench.set(2, 0x6f, 1 << 6);
+    bench.wire.drivers[2].is_standing = false;
     bench.exchanges = 0;
     assert!(bench.readings()[2].has_open_load);
     assert!((8..=14).contains(&bench.exchanges), "{} exchanges", bench.exchanges);
-    bench.set(2, 0x6f, 1 << 31);
+    bench.wire.drivers[2].is_standing = true;
     assert!(!bench.readings()[2].has_open_load);
 }
 
