@@ -2,6 +2,7 @@
 
 mod link;
 mod motors;
+mod rehearsal;
 mod wire;
 
 use std::path::PathBuf;
@@ -11,7 +12,6 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
-use plumb_protocol::units::Micros;
 use plumb_runtime::rig::Rig;
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, Served, serve};
 use serde::Serialize;
@@ -19,10 +19,11 @@ use tracing::info;
 
 use self::link::TerminalLink;
 use self::motors::MotorLines;
+use self::rehearsal::RehearsalOptions;
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
 use super::rig_args::rig_path;
-use super::{Failure, Physics, bad_input, numbers, print};
+use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///
@@ -51,13 +52,11 @@ pub(crate) struct Args {
     /// start, positive where cable is paid out. A slow reader loses lines
     #[arg(long)]
     motors: bool,
-    /// Time after which the emergency button is pressed for 3 s, above 0, to 1e9 s
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    #[arg(value_parser = numbers::within(numbers::TIME))]
-    emergency_after: Option<f64>,
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    rehearsal: RehearsalOptions,
     #[command(flatten)]
     wire: WireOptions,
 }
@@ -83,9 +82,6 @@ impl Line {
         }
     }
 }
-
-/// Time for which the emergency button is pressed, seconds.
-const PRESS_S: f64 = 3.0;
 
 /// Interval at which the board's state is read, short enough for a person to follow.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -115,17 +111,15 @@ fn prepared(args: &Args) -> Result<EmulatedBoard, Failure> {
     if args.motors {
         board.sample_motors(motors::INTERVAL);
     }
-    if let Some(seconds) = args.emergency_after {
-        let [pressed, released] =
-            [seconds, seconds + PRESS_S].map(|time| Micros((time * 1e6) as u64));
-        board.press_emergency_button(pressed..released);
-    }
+    args.rehearsal.plan(&mut board);
     Ok(board)
 }
 
 /// Makes the board, and runs it for a moment in virtual time with a message on its way.
 #[cfg(test)]
 pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
+    use plumb_protocol::units::Micros;
+
     let mut board = prepared(args)?;
     board.write(&[1, 1, 0]);
     board.run_to(Micros(20_000)).map_err(super::failed)
