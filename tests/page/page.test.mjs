@@ -41,6 +41,7 @@ test("a run is shown, stopped with the space key, and driven to another target",
     await tab.until(`${text("state")} === "seeking"`);
     assert.match(await tab.evaluate(text("law")), /taut/);
     assert.doesNotMatch(await tab.evaluate(text("goal")), /reached/);
+    assert.equal(await tab.evaluate(`document.getElementById("driver-row").hidden`), true);
     const first = await tab.evaluate(SUM);
     await tab.until(`${SUM} !== ${first}`);
 

@@ -5,7 +5,7 @@ mod motors;
 mod rehearsal;
 mod wire;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -107,11 +107,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
 
 /// Returns the board of the options behind its link.
 fn prepared(args: &Args) -> Result<EmulatedBoard, Failure> {
-    let mut board = board(args)?.with_wire(args.wire.wire()?);
+    let rig = args.rig.as_deref().map(Rig::read).transpose()?;
+    let mut board = board(args, rig.as_ref())?.with_wire(args.wire.wire()?);
     if args.motors {
         board.sample_motors(motors::INTERVAL);
     }
-    args.rehearsal.plan(&mut board);
+    args.rehearsal.plan(&mut board, rig.as_ref())?;
     Ok(board)
 }
 
@@ -126,18 +127,17 @@ pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
 }
 
 /// Returns the board of the options, with its simulated rig if there is one.
-fn board(args: &Args) -> Result<EmulatedBoard, Failure> {
-    let Some(path) = &args.rig else { return Ok(EmulatedBoard::new(EMULATED)) };
-    let rig = Rig::read(path)?;
+fn board(args: &Args, rig: Option<&Rig>) -> Result<EmulatedBoard, Failure> {
+    let Some(rig) = rig else { return Ok(EmulatedBoard::new(EMULATED)) };
     let Some(simulation) = &rig.simulation else {
         return Err(bad_input(format!(
             "{}: no [simulation] table: this is the file of a real rig. A board without a rig \
              needs no file (`plumb emulate --link board`); `plumb init trial --simulated` writes a \
              rig that is simulated",
-            path.display()
+            args.rig.as_deref().unwrap_or_else(|| Path::new("")).display()
         )));
     };
-    Ok(EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, simulation)?))
+    Ok(EmulatedBoard::with_plant(EMULATED, args.physics.plant(rig, simulation)?))
 }
 
 /// Reports every change of the board's state (`-v`), and prints its motor positions to `lines`,

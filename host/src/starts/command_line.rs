@@ -120,6 +120,8 @@ impl Folder {
         // A calibration starts up to its first picture.
         let blind = rig.replace("[camera]\n", "[camera]\nsource = \"openni\"\n");
         assert!(blind != rig, "{rig}");
+        let uart = rig.replace("\"a4988\"", "{ tmc2209-uart = { run_current = 0.8 } }");
+        fs::write(folder.path().join("uart.toml"), uart).unwrap();
         fs::write(folder.path().join("rig.toml"), rig).unwrap();
         let lens = "K: [[600, 0, 320], [0, 600, 240], [0, 0, 1]]\nD: [0, 0, 0, 0]\n";
         fs::write(folder.path().join("lens.yaml"), lens).unwrap();
@@ -169,7 +171,9 @@ impl Folder {
                 .map(|line| words(&line))
                 .into();
             }
-            "emulate" => format!("emulate {rig} --lost=0.1"),
+            "emulate" => {
+                format!("emulate {} --lost=0.1 --driver-trouble=hot", self.path("uart.toml"))
+            }
             "verify" => format!("verify {rig}"),
             "bench control" => "bench control --law interval".to_owned(),
             "bench calibration" => "bench calibration --way motors".to_owned(),

@@ -10,7 +10,7 @@ use nix::unistd::Pid;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{Emulator, folder, json, patient, rig_file, stderr, until_rows};
+use crate::common::{Emulator, folder, json, patient, plumb, rig_file, stderr, until_rows};
 
 /// Three targets, each 12 cm or more from the one before.
 const TARGETS: &str = "targets = [[0.40, 0.40, 0.15], [0.52, 0.30, 0.30], [0.42, 0.36, 0.20]]";
@@ -23,16 +23,21 @@ struct Run {
 }
 
 impl Run {
-    /// Starts `plumb run` over the link that `wire` describes to `plumb emulate`.
-    fn start(wire: &[&str]) -> Self {
+    /// Starts `plumb run` with the board that `options` of `plumb emulate` describe.
+    fn start(options: &[&str]) -> Self {
+        Self::start_with("\"a4988\"", options)
+    }
+
+    /// The same with these drivers in the rig file.
+    fn start_with(driver: &str, options: &[&str]) -> Self {
         let folder = folder();
         let rig = rig_file(folder.path(), |text| {
-            let text = patient(text);
+            let text = patient(text).replace("\"a4988\"", driver);
             text.lines()
                 .map(|line| if line.starts_with("targets") { TARGETS } else { line })
                 .fold(String::new(), |text, line| text + line + "\n")
         });
-        let emulator = Emulator::start_with(wire);
+        let emulator = Emulator::start_with(options);
         let child = Command::new(env!("CARGO_BIN_EXE_plumb"))
             .args([
                 "run",
@@ -99,6 +104,28 @@ fn an_emergency_stop_can_be_rehearsed() {
     let (output, line) = Run::start(&["--emergency-after", "6"]).end();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(line["ending"].as_str().unwrap().contains("emergency"), "{line}");
+}
+
+#[test]
+fn a_driver_s_fault_can_be_rehearsed() {
+    let drivers = "{ tmc2209-uart = { run_current = 0.8 } }";
+    let options = ["--driver-trouble", "short", "--driver-trouble-motor", "b"];
+    let options = [&options[..], &["--driver-trouble-after", "6"]].concat();
+    let (output, line) = Run::start_with(drivers, &options).end();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let ending = line["ending"].as_str().unwrap();
+    assert!(ending.contains("motor B has a short circuit"), "{line}");
+}
+
+#[test]
+fn a_trouble_of_drivers_that_tell_none_is_refused() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let output = plumb(&["emulate", &rig, "--driver-trouble", "hot"], folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("not TMC2209 on a UART"), "{}", stderr(&output));
+    let output = plumb(&["emulate", "--driver-trouble-after", "5"], folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
 }
 
 /// The board's process is stopped, so that nothing comes from it and nothing is wrong with its

@@ -2,11 +2,13 @@
 
 use std::ops::Range;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use plumb_protocol::units::Micros;
-use plumb_sim::emulator::EmulatedBoard;
+use plumb_runtime::rig::{Driver, Rig};
+use plumb_sim::emulator::tmc2209::Trouble;
+use plumb_sim::emulator::{DriverTrouble, EmulatedBoard};
 
-use crate::commands::numbers;
+use crate::commands::{Failure, bad_input, numbers};
 
 /// What goes wrong with the emulated board.
 #[derive(Args)]
@@ -16,17 +18,89 @@ pub(super) struct RehearsalOptions {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::within(numbers::TIME))]
     emergency_after: Option<f64>,
+    /// Trouble of a motor's TMC2209 on a UART, for 10 s
+    #[arg(long, value_enum, value_name = "TROUBLE")]
+    driver_trouble: Option<TroubleName>,
+    /// Motor whose driver has the trouble
+    #[arg(long, value_enum, value_name = "MOTOR", ignore_case = true)]
+    #[arg(default_value = "a", requires = "driver_trouble")]
+    driver_trouble_motor: MotorName,
+    /// Time after which the driver has the trouble, above 0, to 1e9 s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(default_value_t = 10.0, requires = "driver_trouble")]
+    #[arg(value_parser = numbers::within(numbers::TIME))]
+    driver_trouble_after: f64,
+}
+
+/// Trouble of a driver: two that it warns of, and five with which it fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TroubleName {
+    /// Above 120 °C: a warning
+    Hot,
+    /// A coil without current: a warning while the motor turns
+    OpenCoil,
+    /// Above 150 °C: the driver switches off
+    Overtemperature,
+    /// A short circuit of a coil
+    Short,
+    /// Too low a supply voltage
+    Undervoltage,
+    /// The loss of all settings, as without supply
+    Reset,
+    /// No answer
+    Silent,
+}
+
+impl From<TroubleName> for Trouble {
+    fn from(name: TroubleName) -> Self {
+        match name {
+            TroubleName::Hot => Self::Hot,
+            TroubleName::OpenCoil => Self::OpenCoil,
+            TroubleName::Overtemperature => Self::Overtemperature,
+            TroubleName::Short => Self::Short,
+            TroubleName::Undervoltage => Self::Undervoltage,
+            TroubleName::Reset => Self::Reset,
+            TroubleName::Silent => Self::Silent,
+        }
+    }
+}
+
+/// Name of a motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MotorName {
+    A,
+    B,
+    C,
 }
 
 /// Time for which the emergency button is pressed, seconds.
 const PRESS_S: f64 = 3.0;
+/// Time for which a driver has its trouble, seconds.
+const TROUBLE_S: f64 = 10.0;
 
 impl RehearsalOptions {
-    /// Plans for `board` what the options say.
-    pub(super) fn plan(&self, board: &mut EmulatedBoard) {
+    /// Plans for the board of `rig` what the options say.
+    ///
+    /// # Errors
+    /// Where the rig's drivers have no UART, over which a trouble would be told.
+    pub(super) fn plan(&self, board: &mut EmulatedBoard, rig: Option<&Rig>) -> Result<(), Failure> {
         if let Some(seconds) = self.emergency_after {
             board.press_emergency_button(span(seconds, PRESS_S));
         }
+        let Some(name) = self.driver_trouble else { return Ok(()) };
+        if rig.is_some_and(|rig| !matches!(rig.motors.driver, Driver::Tmc2209Uart(_))) {
+            return Err(bad_input(
+                "--driver-trouble: the drivers of this rig file are not TMC2209 on a UART, and \
+                 only those tell their troubles. Such a file has \
+                 `driver = { tmc2209-uart = { run_current = 0.8 } }` in [motors]",
+            ));
+        }
+        board.trouble_driver(DriverTrouble {
+            motor: self.driver_trouble_motor as u8,
+            trouble: name.into(),
+            time: span(self.driver_trouble_after, TROUBLE_S),
+        });
+        Ok(())
     }
 }
 
