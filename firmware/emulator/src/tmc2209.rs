@@ -119,7 +119,7 @@ impl Driver {
     pub fn set_trouble(&mut self, trouble: Option<Trouble>) {
         let was = std::mem::replace(&mut self.trouble, trouble);
         if trouble == Some(Trouble::Reset) && was != trouble {
-            self.registers = BTreeMap::from(AFTER_RESET);
+            (self.registers, self.count) = (BTreeMap::from(AFTER_RESET), 0);
         }
     }
 

@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::fmt;
-use std::mem::discriminant;
 
 use plumb_frame::source::SourceError;
 use plumb_protocol::message::{Fault, State};
@@ -48,12 +47,10 @@ pub enum Cause {
 pub const TRAVEL: Cause = Cause::Board(Fault::Travel(0));
 
 impl Cause {
-    /// Returns whether two causes are the same, whichever motor they name.
+    /// Returns whether two causes are the same, whichever motor's travel they name.
     pub fn is_like(self, other: Self) -> bool {
         match (self, other) {
-            (Self::Board(ours), Self::Board(theirs)) => {
-                discriminant(&ours) == discriminant(&theirs)
-            }
+            (Self::Board(Fault::Travel(_)), Self::Board(Fault::Travel(_))) => true,
             _ => self == other,
         }
     }
@@ -110,11 +107,15 @@ fn is_repetition(error: &SourceError) -> bool {
     error.source().is_some_and(|cause| cause.is::<RepeatedPicture>())
 }
 
-/// The name of the fault, or a few words.
+/// The name of the fault without its motor, or a few words.
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Board(Fault::Travel(_)) => "Travel",
+            Self::Board(Fault::Driver(fault)) => {
+                let name = format!("{fault:?}");
+                return write!(f, "Driver {}", name.split('(').next().unwrap_or_default());
+            }
             Self::Board(fault) => return write!(f, "{fault:?}"),
             Self::NoTelemetry => "nothing from the board",
             Self::Lagging => "positions not acknowledged",

@@ -98,6 +98,8 @@ pub enum Kind {
     Crash,
     /// The motor drivers do not answer.
     DriverBus,
+    /// A motor's TMC2209 on a UART has one of its troubles, two of which are only warnings.
+    DriverUart,
     /// The emergency input opens; its contact bounces when it opens and when it closes.
     Emergency,
 }

@@ -3,13 +3,17 @@
 use nalgebra::Point3;
 use plumb_core::TICK_US;
 use plumb_emulator::plant::Task;
+use plumb_emulator::tmc2209::Trouble;
 use plumb_path::trajectory::{MotionLimits, Run, Trajectory, Waypoints};
+use plumb_protocol::message::{self, DriverFault};
 use plumb_protocol::units::{Micros, Point};
-use plumb_runtime::rig::{LawName, LawSettings, Rig};
+use plumb_runtime::rig::quantity::Current;
+use plumb_runtime::rig::{Driver, LawName, LawSettings, Rig, UartSettings};
 use plumb_runtime::run::PathPlan;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::cause::Cause;
 use crate::kind::{KINDS, Kind, Span};
 
 /// Instant of a fault, µs: the ball is on its way to the first targets.
@@ -37,6 +41,10 @@ const PATH_SPEED: std::ops::Range<f64> = 0.03..0.1;
 const FIRST_SIDE: f64 = 0.2;
 /// Largest distance of a path from a corner, m.
 const CORNER_M: f64 = 0.02;
+/// Current of a motor with a driver on a UART, A.
+const RUN_CURRENT: Current = Current::constant(0.8);
+/// Faults of motor drivers that can be asked. The campaign's emulated chip has no such drivers.
+const DRIVERS: [Kind; 2] = [Kind::DriverBus, Kind::DriverUart];
 /// Gain of law `interval`, 1/s. The paper's, 30, takes minutes for some of the targets.
 const GAMMA: f64 = 200.0;
 
@@ -79,6 +87,27 @@ impl Fault {
             return random.random();
         }
         self.acts(now)
+    }
+
+    /// Returns whether a cause that is told describes the fault truly.
+    pub fn explains(&self, cause: Cause) -> bool {
+        let told = match self.driver_trouble() {
+            None => return self.kind.traits().causes.iter().any(|own| own.is_like(cause)),
+            Some(Trouble::Hot | Trouble::OpenCoil) => return false,
+            Some(Trouble::Overtemperature) => DriverFault::Overtemperature,
+            Some(Trouble::Short) => DriverFault::Short,
+            Some(Trouble::Undervoltage) => DriverFault::Undervoltage,
+            Some(Trouble::Reset) => DriverFault::Reset,
+            Some(Trouble::Silent) => DriverFault::Silent,
+        };
+        cause == Cause::Board(message::Fault::Driver(told(self.motor as u8)))
+    }
+
+    /// Returns the trouble of a motor's driver on a UART; `None` of other kinds of faults.
+    pub fn driver_trouble(&self) -> Option<Trouble> {
+        let troubles = Trouble::ALL;
+        let index = (self.seed % troubles.len() as u64) as usize;
+        (self.kind == Kind::DriverUart).then(|| troubles[index])
     }
 
     /// Returns whether the fault ends by itself.
@@ -157,7 +186,8 @@ impl Plan {
         let mut faults = vec![draw_fault(kind, &mut random)];
         if random.random::<f64>() < two {
             let second = KINDS[random.random_range(0..KINDS.len())].kind;
-            if second != kind {
+            // A board has drivers of one kind.
+            if second != kind && !(DRIVERS.contains(&second) && DRIVERS.contains(&kind)) {
                 faults.push(draw_fault(second, &mut random));
             }
         }
@@ -166,10 +196,10 @@ impl Plan {
     }
 
     /// Draws the short plan of `seed`, for the emulated chip: one fault, early and of at most
-    /// 0.8 s, or one that lasts. The chip has no motor driver that can be asked.
+    /// 0.8 s, or one that lasts. Motor drivers have none.
     pub fn draw_short(seed: u64) -> Self {
         let kinds = KINDS.iter().map(|traits| traits.kind);
-        let kinds: Vec<Kind> = kinds.filter(|kind| *kind != Kind::DriverBus).collect();
+        let kinds: Vec<Kind> = kinds.filter(|kind| !DRIVERS.contains(kind)).collect();
         let kind = kinds[(seed % kinds.len() as u64) as usize];
         let mut plan = Self::draw_with(seed, kind, 0.0);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -236,7 +266,11 @@ impl Plan {
         if self.law == LawName::Interval {
             law.set_gamma(GAMMA).expect("a gain");
         }
-        Rig { law, ..Rig::paper().expect("the paper's rig file") }
+        let mut rig = Rig { law, ..Rig::paper().expect("the paper's rig file") };
+        if self.faults.iter().any(|fault| fault.driver_trouble().is_some()) {
+            rig.motors.driver = Driver::Tmc2209Uart(UartSettings::new(RUN_CURRENT));
+        }
+        rig
     }
 }
 

@@ -88,10 +88,9 @@ fn check_causes(
     let fault = course.fault.filter(|(at, _)| *at <= ended);
     let fault = fault.map(|(_, fault)| Cause::Board(fault)).filter(|fault| Some(*fault) != told);
     for cause in told.into_iter().chain(fault) {
-        let begun = plan.faults.iter().filter(|fault| fault.from <= ended);
-        let mut allowed = begun.flat_map(|fault| fault.kind.traits().causes);
+        let mut begun = plan.faults.iter().filter(|fault| fault.from <= ended);
         // A target that is not reached in time is one, whatever the reason.
-        if cause != Cause::Timeout && !allowed.any(|allowed| allowed.is_like(cause)) {
+        if cause != Cause::Timeout && !begun.any(|fault| fault.explains(cause)) {
             violations.push(format!("{TRUE_CAUSE}: {cause}"));
         }
     }

@@ -29,7 +29,7 @@ pub struct Traits {
     pub place: Place,
     /// When it acts.
     pub span: Span,
-    /// Causes that describe it truly.
+    /// Causes that describe it truly; see also [`Fault::explains`](crate::plan::Fault::explains).
     pub causes: &'static [Cause],
 }
 
@@ -80,7 +80,7 @@ const CRASHED: &[Cause] =
 const GREETED: &[Cause] = &[Cause::OtherProgram, Cause::SessionLost];
 
 /// Every kind, in the order of [`Kind`] and of the table.
-pub static KINDS: [Traits; 37] = {
+pub static KINDS: [Traits; 38] = {
     use Kind::*;
     [
         of(BitFlips, "bit flips", Link, Passing(50..4000), POOR_LINK),
@@ -125,6 +125,7 @@ pub static KINDS: [Traits; 37] = {
             Passing(10..3000),
             &[Board(Driver(DriverFault::Hat))],
         ),
+        of(DriverUart, "trouble of a TMC2209", Power, Passing(10..3000), &[]),
         of(Emergency, "emergency input", Power, Passing(1..2000), &[Board(EmergencyStop)]),
     ]
 };

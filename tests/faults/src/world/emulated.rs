@@ -1,7 +1,7 @@
 //! The emulated board.
 
 use nalgebra::Point3;
-use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_emulator::{DriverTrouble, EMULATED, EmulatedBoard};
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
 
@@ -21,7 +21,13 @@ pub(super) struct Emulated {
 impl Emulated {
     /// Returns the board of a plan, which has just started.
     pub(super) fn new(plan: &Plan) -> Self {
-        let board = EmulatedBoard::with_plant(EMULATED, Box::new(FaultyRig::new(plan)));
+        let mut board = EmulatedBoard::with_plant(EMULATED, Box::new(FaultyRig::new(plan)));
+        for fault in &plan.faults {
+            if let Some(trouble) = fault.driver_trouble() {
+                let (motor, time) = (fault.motor as u8, fault.from..fault.to);
+                board.trouble_driver(DriverTrouble { motor, trouble, time });
+            }
+        }
         Self { witness: Witness::new(plan.seed, &board), power: Power::new(plan), board }
     }
 }

@@ -71,8 +71,9 @@ impl Answers {
         let holds = asked.diagnose == self.diagnosis.is_some()
             && asked.measure == self.measurement.is_some();
         outcome.check(holds, ANSWERED, || format!("{:?} for {self:?}", ticked.requests));
-        let other =
-            |reply: &FromBoard| !matches!(reply, FromBoard::Telemetry(_) | FromBoard::Fault(_));
+        let other = |reply: &FromBoard| {
+            !matches!(reply, FromBoard::Telemetry(_) | FromBoard::Fault(_) | FromBoard::Drivers(_))
+        };
         let answers = ticked.replies.iter().any(other);
         outcome.check(!answers, ANSWERED, || format!("in a tick: {:?}", ticked.replies));
     }
