@@ -24,7 +24,7 @@ const SLACK: f64 = 1e-6;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error(
     "the path is not possible at [{:.4}, {:.4}, {:.4}] m, {distance_m:.3} m and {time_s:.2} s \
-     after its begin", position.x, position.y, position.z
+     after its start", position.x, position.y, position.z
 )]
 pub struct Breach<E: Error + 'static> {
     /// Time after the start, seconds.

@@ -150,7 +150,7 @@ struct Word {
 }
 
 impl Word {
-    /// Returns the code without zeros at its begin: `G1` for `G01`.
+    /// Returns the code without zeros at its start: `G1` for `G01`.
     fn code(self) -> String {
         format!("{}{}", self.letter, self.number)
     }

@@ -158,7 +158,7 @@ impl TimeLaw {
         }
     }
 
-    /// Returns the profile at a time, seconds: at rest before its begin and after its end.
+    /// Returns the profile at a time, seconds: at rest before its start and after its end.
     fn instant(&self, time: f64) -> Instant {
         let next = self.instants.partition_point(|instant| instant.time <= time);
         if next == 0 {

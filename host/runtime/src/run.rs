@@ -186,7 +186,7 @@ impl<T: Transport> Run<T> {
         Ok(())
     }
 
-    /// Replaces the targets of the rig file by a path: the ball drives to its begin, and then
+    /// Replaces the targets of the rig file by a path: the ball drives to its start, and then
     /// follows it to its end; a loop until the run is interrupted.
     ///
     /// # Errors

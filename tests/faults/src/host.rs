@@ -114,7 +114,7 @@ struct Watch {
     plan: Plan,
     world: Shared,
     interrupted: Rc<AtomicBool>,
-    /// Begin of the present drive.
+    /// Start of the present drive.
     began: Micros,
     target: Point3<f64>,
     /// Targets that were reached with all faults acting or over.
@@ -173,7 +173,7 @@ impl Watch {
     fn note_reached(&mut self) {
         self.check_near(TRUE_REACHED, self.target, REACHED_M);
         if self.plan.goal != Goal::Targets {
-            // The begin of the path.
+            // The start of the path.
             return;
         }
         if self.began >= self.plan.settled() {

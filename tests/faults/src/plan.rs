@@ -124,7 +124,7 @@ impl Fault {
 /// Life of the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Life {
-    /// Begin.
+    /// Start.
     pub from: Micros,
     /// Instant at which the host is killed; `None` for the last life.
     pub to: Option<Micros>,

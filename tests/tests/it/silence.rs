@@ -21,7 +21,7 @@ use plumb_sim::simulated::{Timing, VirtualBoard, VirtualRig};
 use plumb_tests::links::{FixedDetector, TrackingCamera};
 use plumb_vision::frame::RgbdFrame;
 
-/// Begin of the silence, µs on the board's clock.
+/// Start of the silence, µs on the board's clock.
 const SILENT_FROM: u64 = 2_000_000;
 /// Longest time until the run has ended, µs: a second to notice, and three Stops.
 const NOTICED_WITHIN: u64 = 1_200_000;

@@ -167,7 +167,7 @@ impl ReferenceTracker {
         }
     }
 
-    /// Advances the path's time by a step, after the path's motion `leader` at its begin.
+    /// Advances the path's time by a step, after the path's motion `leader` at its start.
     fn lead(&mut self, leader: &Motion, deviation: Option<u32>, params: &Params) -> Work {
         let conditions = Conditions {
             deviation,

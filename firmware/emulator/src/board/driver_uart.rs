@@ -18,7 +18,7 @@ pub struct DriverTrouble {
     pub motor: u8,
     /// What troubles the driver.
     pub trouble: Trouble,
-    /// When, on the board's clock; [`Trouble::Reset`] comes once, at the begin.
+    /// When, on the board's clock; [`Trouble::Reset`] comes once, at the start.
     pub time: Range<Micros>,
 }
 

@@ -32,7 +32,7 @@ pub(crate) fn parse(text: &str) -> Result<Map<String, Value>, ImportError> {
     }
 }
 
-/// Returns a text without the directives at its begin: OpenCV's `%YAML:1.0` is none of YAML's.
+/// Returns a text without the directives at its start: OpenCV's `%YAML:1.0` is none of YAML's.
 fn without_directives(text: &str) -> String {
     let lines = text.lines().skip_while(|line| line.starts_with('%') || line.trim().is_empty());
     lines.fold(String::with_capacity(text.len()), |text, line| text + line + "\n")

@@ -14,7 +14,7 @@ const RECORD_HEADER: usize = 9;
 #[derive(Debug, Default)]
 pub(super) struct Chunk {
     bytes: Vec<u8>,
-    /// Begin of the next record in `bytes`.
+    /// Start of the next record in `bytes`.
     begin: usize,
 }
 

@@ -43,7 +43,7 @@ pub(super) struct Message {
     pub(super) data: Vec<u8>,
 }
 
-/// Reader of an MCAP file from its begin.
+/// Reader of an MCAP file from its start.
 pub(super) struct Reader {
     path: PathBuf,
     file: File,

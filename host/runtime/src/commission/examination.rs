@@ -77,7 +77,7 @@ pub struct Examination<'a, 'p, T> {
     pub(super) start: Point3<f64>,
     /// Scatter of the ball's positions before the first jog, metres.
     start_scatter: f64,
-    /// Begin of the examination, seconds on the source's clock.
+    /// Start of the examination, seconds on the source's clock.
     pub(super) begin: f64,
 }
 

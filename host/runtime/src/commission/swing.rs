@@ -377,7 +377,7 @@ fn residual(places: &[Sample], curve: &[f64], begin: f64) -> f64 {
     if xx > 0.0 { (yy - xy * xy / xx).max(0.0) } else { yy }
 }
 
-/// Returns the value of `curve` at `time` seconds from its begin; its ends go on for ever.
+/// Returns the value of `curve` at `time` seconds from its start; its ends go on for ever.
 fn interpolated(curve: &[f64], time: f64) -> f64 {
     let ticks = (time / TICK_S).max(0.0);
     let before = ticks as usize;

@@ -40,7 +40,7 @@ pub(super) struct Evidence {
     late: Recent,
     /// All late wake-ups since `counted_from`.
     late_wakeups: LateWakeups,
-    /// Begin of the count of late wake-ups.
+    /// Start of the count of late wake-ups.
     counted_from: Duration,
     /// Positions that the board refused for their age.
     old: Recent,

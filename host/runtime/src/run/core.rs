@@ -103,7 +103,7 @@ pub(super) struct RunCore {
 }
 
 impl RunCore {
-    /// Returns the state of a run along `route`, before its begin. `plan` is the path that follows,
+    /// Returns the state of a run along `route`, before its start. `plan` is the path that follows,
     /// and `targets` follow what moves.
     pub(super) fn new(
         settings: Settings,

@@ -94,7 +94,7 @@ impl Goal {
 pub(super) struct Drive {
     /// The target, its dwell time and its tolerance.
     pub(super) waypoint: Waypoint,
-    /// Time of its begin.
+    /// Time of its start.
     begin: f64,
     /// Time at which the target was reached.
     reached: Option<f64>,
@@ -108,7 +108,7 @@ impl Drive {
         Self { waypoint, begin: now, reached: None, frames_before: frames }
     }
 
-    /// Returns the time since its begin.
+    /// Returns the time since its start.
     pub(super) fn elapsed(&self, now: f64) -> f64 {
         now - self.begin
     }

@@ -184,7 +184,7 @@ impl PathDrive {
         self.trajectory().is_loop()
     }
 
-    /// Returns the end of the path, of a loop its begin, metres, rounded to the board's unit.
+    /// Returns the end of the path, of a loop its start, metres, rounded to the board's unit.
     pub(crate) fn end(&self) -> [f64; 3] {
         let end = if self.is_loop() { 0.0 } else { self.trajectory().duration() };
         let end = self.trajectory().at(end).position.into();

@@ -94,7 +94,7 @@ impl TargetSource for Sender {
     }
 }
 
-/// Two motions: targets of the second one come from its begin on.
+/// Two motions: targets of the second one come from its start on.
 pub(crate) struct Two {
     senders: [Sender; 2],
 }

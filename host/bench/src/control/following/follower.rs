@@ -10,7 +10,7 @@ use plumb_protocol::units::Micros;
 pub(super) struct Reading {
     /// Moment, seconds after the start of the run.
     pub(super) at_s: f64,
-    /// The path's time, seconds after its begin. A path that waits is behind the run's time.
+    /// The path's time, seconds after its start. A path that waits is behind the run's time.
     pub(super) path_s: f64,
 }
 

@@ -65,7 +65,7 @@ pub(super) struct Checks {
     positions: VecDeque<[f64; 3]>,
     last_frame: Micros,
     is_configured: bool,
-    /// Begin of the present fault.
+    /// Start of the present fault.
     faulted: Option<(Micros, Fault)>,
     violations: Vec<String>,
 }
