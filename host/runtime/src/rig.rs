@@ -36,7 +36,7 @@ pub use self::cables::{CableSettings, Stiffness};
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
 pub use self::motion::{
-    MotionError, MotionRules, OtherUnit, Outside, Side, TargetAtBorder, WrongTarget,
+    MistakenUnit, MotionError, MotionRules, Outside, Side, TargetAtBorder, WrongTarget,
 };
 pub use self::motors::Motors;
 pub use self::simulation::Simulation;

@@ -91,7 +91,7 @@ impl MotionError {
     }
 
     /// Returns the unit in which the place probably is, in place of metres.
-    pub fn other_unit(&self) -> Option<OtherUnit> {
+    pub fn other_unit(&self) -> Option<MistakenUnit> {
         match self {
             Self::Workspace(outside) => outside.unit,
             Self::Triangle | Self::MotorRate { .. } => None,
@@ -146,12 +146,12 @@ pub struct Outside {
     /// Border of the workspace on this side, metres.
     pub limit_m: f64,
     /// Unit in which the place probably is, in place of metres.
-    pub unit: Option<OtherUnit>,
+    pub unit: Option<MistakenUnit>,
 }
 
 /// Unit of length that a place in metres was written in by mistake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OtherUnit {
+pub enum MistakenUnit {
     /// Millimetres.
     Millimetres,
     /// Centimetres.
@@ -162,7 +162,7 @@ pub enum OtherUnit {
     Metres,
 }
 
-impl fmt::Display for OtherUnit {
+impl fmt::Display for MistakenUnit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Millimetres => "millimetres",
@@ -305,21 +305,21 @@ impl MotionRules {
 
     /// Returns the unit in which a place (metres) is inside the workspace; `None` where there is
     /// none, or the place could be one of a rig.
-    fn other_unit(&self, place: Point3<f64>) -> Option<OtherUnit> {
+    fn other_unit(&self, place: Point3<f64>) -> Option<MistakenUnit> {
         let is_inside = |per_metre: f64| self.outside(place / per_metre, 0.0).is_none();
         let all_below = |most_m: f64| place.iter().all(|coordinate| coordinate.abs() < most_m);
         if all_below(LEAST_IN_OTHER_UNIT) {
             let is_tiny = all_below(LEAST_IN_OTHER_UNIT / 1000.0) && is_inside(1e-3);
-            return is_tiny.then_some(OtherUnit::Metres);
+            return is_tiny.then_some(MistakenUnit::Metres);
         }
         match (is_inside(1000.0), is_inside(100.0)) {
-            (true, false) => Some(OtherUnit::Millimetres),
-            (false, true) => Some(OtherUnit::Centimetres),
-            (true, true) => Some(OtherUnit::Either),
+            (true, false) => Some(MistakenUnit::Millimetres),
+            (false, true) => Some(MistakenUnit::Centimetres),
+            (true, true) => Some(MistakenUnit::Either),
             // No rig is so far from its origin.
             (false, false) => {
                 let is_far = |it: &f64| it.is_finite() && !Coordinate::RANGE.contains(*it);
-                place.iter().any(is_far).then_some(OtherUnit::Millimetres)
+                place.iter().any(is_far).then_some(MistakenUnit::Millimetres)
             }
         }
     }
