@@ -264,9 +264,13 @@ impl Board {
 
     /// Stops the board because a motor driver failed: the motor positions are unknown. Call this in
     /// every tick as long as a Motor HAT does not answer, and once for a driver on a UART, which is
-    /// set up again once the fault is cleared.
+    /// set up again once the board is in no fault, this one or another.
     #[inline(never)]
     pub fn on_driver_failure(&mut self, now: Micros, fault: DriverFault, out: &mut Outbox) {
+        let has_uart = self.setup.wiring().is_some_and(|wiring| wiring.drivers.tmc2209().is_some());
+        if has_uart && self.schedule.driver_setup == DriverSetup::Done {
+            self.schedule.driver_setup = DriverSetup::Again;
+        }
         self.fault(now, Fault::Driver(fault), out);
     }
 

@@ -382,13 +382,6 @@ impl Board {
         }
         self.require_rest()?;
         let configured = self.setup.params().is_some();
-        let has_uart = self.setup.wiring().is_some_and(|wiring| wiring.drivers.tmc2209().is_some());
-        if has_uart
-            && matches!(fault, Fault::Driver(_))
-            && self.schedule.driver_setup == DriverSetup::Done
-        {
-            self.schedule.driver_setup = DriverSetup::Again;
-        }
         self.state = if configured { State::Ready } else { State::Unconfigured };
         self.servo.tracker_mut().clear_outside();
         Ok(())

@@ -103,6 +103,27 @@ fn a_fault_of_a_driver_stops_the_board_and_clearing_it_sets_the_drivers_up_again
 }
 
 #[test]
+fn a_driver_that_fails_with_another_fault_is_set_up_too() {
+    for is_first in [true, false] {
+        let mut bench = configured();
+        bench.harness.on_drivers_ready();
+        bench.run_ms(140);
+        if is_first {
+            fail(&mut bench, DriverFault::Short(1));
+        }
+        bench.harness.on_emergency_stop(Micros(bench.now), [0; 3]);
+        if !is_first {
+            fail(&mut bench, DriverFault::Short(1));
+        }
+        bench.run_ms(400);
+        assert_eq!(bench.harness.board.state(), State::Fault(Fault::EmergencyStop));
+        assert_eq!(bench.send(Command::ClearFault), Ok(()));
+        let asked = bench.tick();
+        assert!(asked.set_up_drivers && asked.drivers_enabled, "{asked:?}");
+    }
+}
+
+#[test]
 fn drivers_whose_set_up_failed_stay_off_until_it_succeeds() {
     let mut bench = configured();
     bench.tick();
