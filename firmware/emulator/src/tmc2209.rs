@@ -1,6 +1,10 @@
 //! Emulated TMC2209 drivers on a wire, from the data sheet rev. 1.09: registers, CRC, IFCNT,
 //! replies, and what troubles a driver. Written apart from the firmware's datagrams and registers,
 //! which they test.
+//!
+//! Left out: the present current (CS_ACTUAL), the comparators of the temperature (t120 to t157) and
+//! the hysteresis of the shut-down. A motor stands as soon as its rate is 0, without the driver's
+//! wait of 2^20 clocks.
 
 use std::collections::BTreeMap;
 
@@ -58,7 +62,7 @@ pub enum Trouble {
     Hot,
     /// A coil has no current. The driver tells it while its coils are on.
     OpenCoil,
-    /// Its temperature is above that of the shut-down, 150 °C.
+    /// Its temperature is above that of the shut-down, 143 °C or 150 °C.
     Overtemperature,
     /// A coil is shorted to ground.
     Short,
@@ -121,6 +125,7 @@ impl Driver {
         if trouble == Some(Trouble::Reset) && was != trouble {
             (self.registers, self.count) = (BTreeMap::from(AFTER_RESET), 0);
         }
+        self.keep_flags();
     }
 
     /// Returns the reply to a datagram; `None` to a write, a damaged one or that of another driver.
@@ -142,7 +147,7 @@ impl Driver {
 
     /// Returns the value of a register that is read.
     fn read(&mut self, register: u8, directions: [bool; 3]) -> u32 {
-        self.switch_off_if_due();
+        self.keep_flags();
         let is_troubled_by = |trouble| self.trouble == Some(trouble);
         match register {
             register::GSTAT if is_troubled_by(Trouble::Undervoltage) => {
@@ -170,7 +175,7 @@ impl Driver {
     }
 
     /// Stores the flags that outlive their reason (section 5.5.3).
-    fn switch_off_if_due(&mut self) {
+    fn keep_flags(&mut self) {
         let is_shorted = self.trouble == Some(Trouble::Short) && self.is_on();
         if is_shorted {
             *self.registers.entry(register::DRV_STATUS).or_default() |= drv_status::S2GA;

@@ -175,8 +175,8 @@ impl Pair {
     }
 }
 
-/// Returns the bytes without the frames that tell of a board's program, and of drivers that only
-/// the chip has.
+/// Returns the bytes without the frames that tell of a board's program, and of its drivers, which
+/// each board asks at its own moments.
 fn without_own(bytes: &[u8]) -> Vec<u8> {
     let is_own =
         |message: &FromBoard| matches!(message, FromBoard::Provenance(_) | FromBoard::Drivers(_));
@@ -219,7 +219,7 @@ fn seeking_on_an_skr_pico(image: &std::path::Path) -> Pair {
     let mut pair = Pair::new(chip);
     pair.request(Command::Wire(wiring));
     pair.request(Command::Configure(rig.config().expect("a configuration")));
-    // Only the chip's drivers take time to be set up.
+    // Their drivers take time to be set up, each its own.
     pair.run(300_000);
     pair.request(Command::Target(rig.targets().expect("a target")[0]));
     pair

@@ -38,7 +38,7 @@ struct Rule {
 /// Every crate of the workspace.
 const CRATES: &[Rule] = &[
     Rule { name: "plumb-protocol", uses: &[], tests_use: &[] },
-    // The integration tests run a board in the emulator's harness.
+    // The tests run a board in the emulator's harness, and its motor drivers.
     Rule { name: "plumb-core", uses: &["plumb-protocol"], tests_use: &["plumb-emulator"] },
     Rule { name: "plumb-firmware", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-image", uses: &["plumb-protocol"], tests_use: &[] },

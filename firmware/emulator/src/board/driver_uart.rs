@@ -18,7 +18,8 @@ pub struct DriverTrouble {
     pub motor: u8,
     /// What troubles the driver.
     pub trouble: Trouble,
-    /// When, on the board's clock; [`Trouble::Reset`] comes once, at the start.
+    /// When, on the board's clock. [`Trouble::Reset`] comes once at the start of it, and once for
+    /// drivers that a configuration within it names.
     pub time: Range<Micros>,
 }
 

@@ -3,7 +3,7 @@
 use plumb_protocol::boards::PICO;
 use plumb_protocol::frame::{self, Accumulator};
 use plumb_protocol::message::{
-    Command, DriverFault, DriverReading, Fault, FromBoard, Hello, Jog, State, ToBoard,
+    Command, DriverFault, DriverReading, Fault, FromBoard, Hello, Jog, StartCause, State, ToBoard,
 };
 use plumb_protocol::units::{Micros, Rate, Steps16};
 use plumb_protocol::wiring::{Drivers, Tmc2209};
@@ -71,11 +71,11 @@ impl Bench {
     /// Runs to `end`, µs. Returns the drivers' newest readings.
     fn readings(&mut self, end: u64) -> [DriverReading; 3] {
         let messages = self.run_to(end).into_iter();
-        let readings = messages.filter_map(|message| match message {
+        let mut readings = messages.filter_map(|message| match message {
             FromBoard::Drivers(report) => Some(report.motors),
             _ => None,
         });
-        readings.last().unwrap()
+        readings.next_back().unwrap()
     }
 
     /// Clears the fault and jogs motor A. Returns how far it has turned, 1/16 steps.
@@ -136,10 +136,25 @@ fn an_open_coil_is_told_while_the_motor_turns() {
 }
 
 #[test]
+fn a_driver_that_failed_before_an_emergency_stop_is_watched_after_it() {
+    let mut bench = Bench::new(1, Trouble::Short);
+    bench.run_to(BEGIN.0 + LIMIT_US);
+    bench.board.open_emergency([0; 3]);
+    bench.run_to(END.0);
+    assert_eq!(bench.clear_and_jog(), 160);
+    let now = bench.board.now();
+    let time = now..Micros(u64::MAX);
+    bench.board.trouble_driver(DriverTrouble { motor: 2, trouble: Trouble::Silent, time });
+    let told = bench.faults(now.0 + LIMIT_US);
+    let silent = Fault::Driver(DriverFault::Silent(2));
+    assert!(matches!(told[..], [(_, fault)] if fault == silent), "{told:?}");
+}
+
+#[test]
 fn a_board_that_restarts_sets_its_drivers_up_again() {
     let mut bench = Bench::new(0, Trouble::Hot);
     assert_eq!(bench.clear_and_jog(), 160);
-    bench.board.restart(plumb_protocol::message::StartCause::PowerOn);
+    bench.board.restart(StartCause::PowerOn);
     bench.send(Command::Hello(Hello::OURS));
     bench.send(Command::Wire(Wiring::pico(Drivers::Tmc2209(Tmc2209::of(&PICO)))));
     bench.send(Command::Configure(Config::example()));
