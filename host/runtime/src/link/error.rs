@@ -153,9 +153,10 @@ pub enum LinkError {
         /// Cause of the restart, if the board reported it.
         cause: Option<StartCause>,
     },
-    /// The board has lost this session and does not answer: the cause is unknown.
+    /// The board has lost this session; the cause is unknown, since the board does not answer, or
+    /// had no configuration of this program.
     #[error(
-        "{port}: the board has lost its session with this program and does not answer: it \
+        "{port}: the board has lost its session with this program, and the cause is not known: it \
          restarted, or a program of another version has greeted it"
     )]
     SessionLost {

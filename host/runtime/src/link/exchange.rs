@@ -132,10 +132,11 @@ impl<T: Transport> Link<T> {
         let (port, cause) = (self.transport.name(), self.ask_start_cause());
         match self.ask_state() {
             None => LinkError::SessionLost { port },
+            Some(State::Fault(Fault::Watchdog)) => LinkError::Restarted { port, cause },
+            // Nothing of this host's is gone by which a restart could be told.
+            Some(_) if !self.clock.was_configured() => LinkError::SessionLost { port },
             // What a restart leads to.
-            Some(State::Unconfigured | State::Fault(Fault::Watchdog)) => {
-                LinkError::Restarted { port, cause }
-            }
+            Some(State::Unconfigured) => LinkError::Restarted { port, cause },
             // So does a stored configuration; the board's clock begins at 0 then.
             Some(_) if !self.clock.has_gone_on() => LinkError::Restarted { port, cause },
             Some(_) => LinkError::OtherProgram { port },

@@ -141,6 +141,11 @@ impl BoardClock {
         }
     }
 
+    /// Returns whether the board has ever had this host's configuration.
+    pub(super) fn was_configured(&self) -> bool {
+        self.configured.is_some()
+    }
+
     /// Returns whether the clock has gone on since the board last had this host's configuration. A
     /// board on a chip begins at 0 when it restarts, an emulated one goes on.
     pub(super) fn has_gone_on(&self) -> bool {
