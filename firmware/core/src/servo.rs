@@ -63,6 +63,20 @@ pub struct DriveProgress {
     pub fault: Option<Fault>,
 }
 
+/// What a tick leaves to the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReferenceTick {
+    /// Whether the tick has other work: the next state waits if it can.
+    pub is_busy: bool,
+    /// Whether the drivers take pulses. Until then a path that waits stands.
+    pub can_move: bool,
+}
+
+impl ReferenceTick {
+    /// No other work, and drivers that take pulses.
+    pub const FREE: Self = Self { is_busy: false, can_move: true };
+}
+
 /// The response of a deferred law was not there in its tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LawLate;
@@ -415,18 +429,17 @@ impl<L: Law> Servo<L> {
     }
 
     /// Makes a part of the next state of the reference, where it is due at `now`. Call in every
-    /// tick, before [`make_request`](Self::make_request). `is_busy`: the tick has other work, and
-    /// the state waits if it can. Returns the position of the reference at `now`; `None` while the
-    /// drive follows none.
+    /// tick, before [`make_request`](Self::make_request). Returns the position of the reference at
+    /// `now`; `None` while the drive follows none.
     pub fn advance_reference(
         &mut self,
         now: Micros,
-        is_busy: bool,
+        ReferenceTick { is_busy, can_move }: ReferenceTick,
         params: &Params,
     ) -> Option<Point> {
         let is_due = self.next_reference_step(params)? <= now;
         let is_seen = now.since(self.last_seen()) <= coasting_us(params.deadlines.position);
-        let filtered = self.tracker.filtered().filter(|_| is_seen);
+        let filtered = self.tracker.filtered().filter(|_| is_seen && can_move);
         let reference = self.reference.as_mut()?;
         if is_due && (!is_busy || reference.is_late(now, mean_lag_us(params.mean_ms))) {
             let deviation = filtered.map(|ball| magnitude(error(ball, reference.smoothed())));

@@ -65,6 +65,12 @@ impl Schedule {
             drivers_ready: None,
         }
     }
+
+    /// Returns whether the drivers are set up and take pulses.
+    #[inline(always)]
+    pub(super) fn can_move(&self) -> bool {
+        self.drivers_ready.is_none() && self.driver_setup == DriverSetup::Done
+    }
 }
 
 impl Board {

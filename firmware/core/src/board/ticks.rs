@@ -8,6 +8,7 @@ use super::state::{AfterStop, Goal, Settling, State};
 use super::{Board, Outbox, Tick};
 use crate::law::{MotorRates, Setpoint};
 use crate::law_worker::{LawRequest, LawWorker};
+use crate::servo::ReferenceTick;
 
 impl Board {
     /// Plans and reports the tick that begins at `now`; call every
@@ -149,8 +150,7 @@ impl Board {
     /// Returns the setpoint of the present state: none before the drivers are set up and ready. A
     /// jog that has arrived ends.
     fn setpoint(&mut self, now: Micros) -> Setpoint {
-        if self.schedule.drivers_ready.is_some() || self.schedule.driver_setup != DriverSetup::Done
-        {
+        if !self.schedule.can_move() {
             return Setpoint::default();
         }
         if let State::Jogging(jogging) = &self.state {
@@ -172,7 +172,8 @@ impl Board {
         let (State::Following(goal), Some(params)) = (&mut self.state, self.setup.params()) else {
             return;
         };
-        if let Some(target) = self.servo.advance_reference(now, is_busy, params) {
+        let tick = ReferenceTick { is_busy, can_move: self.schedule.can_move() };
+        if let Some(target) = self.servo.advance_reference(now, tick, params) {
             goal.target = target;
         }
     }

@@ -1,10 +1,11 @@
 //! A board that has the ball follow a path.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use plumb_protocol::Config;
 use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micros, Milliseconds, Point, Speed};
+use plumb_protocol::wiring::{Drivers, StepDir};
+use plumb_protocol::{Config, Wiring};
 
 use crate::common::bench::{BALL, Bench, TARGET, point};
 use crate::common::config;
@@ -55,7 +56,10 @@ struct Line {
 
 impl Line {
     fn new(config: Config) -> Self {
-        let mut bench = Bench::configured(config);
+        Self::with(Bench::configured(config))
+    }
+
+    fn with(mut bench: Bench) -> Self {
         bench.send_ball(BALL);
         Self { bench, sequence: 0, end: u64::MAX, waits: true, references: Vec::new(), off: 0.0 }
     }
@@ -159,6 +163,19 @@ fn the_reference_starts_at_the_ball_and_keeps_the_paths_speed() {
         assert!((0..3).all(|i| (at[i] - expected[i]).abs() < 1e-4), "{at:?} {expected:?}");
         line.check_limits();
     }
+}
+
+/// A DM542 takes no pulses for 200 ms after ENABLE.
+#[test]
+fn a_path_that_waits_begins_once_the_drivers_take_pulses() {
+    let drivers = Drivers::StepDir(StepDir { enable: Milliseconds(200), ..StepDir::A4988 });
+    let mut line = Line::with(Bench::wired(Wiring::pico(drivers), config()));
+    line.follow(5);
+    let at = line.reference().position.to_metres();
+    assert!((0..3).all(|i| (at[i] - BALL[i]).abs() < 1e-4), "after 165 ms: {at:?}");
+    line.follow(60);
+    assert_eq!(line.reference().pace, 256);
+    line.check_limits();
 }
 
 #[test]

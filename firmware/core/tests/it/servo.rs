@@ -7,7 +7,7 @@ use plumb_core::law::{InlineLaw, Law, LawSelection, Measurement, Setpoint};
 use plumb_core::plan::{Planner, RunOut};
 use plumb_core::servo::{
     ArrivalDetector, BallPosition, BallTracker, DriveState, Guards, MotorPositions, MotorsOfDrive,
-    Servo,
+    ReferenceTick, Servo,
 };
 use plumb_protocol::Config;
 use plumb_protocol::config::{Growth, Reached};
@@ -263,7 +263,7 @@ fn a_law_gets_the_velocity_of_the_reference_if_it_uses_it() {
         let mut servo = following(Some(Velocity { is_used }));
         let end = START + 1_500_000;
         for now in (START..end).step_by(200) {
-            servo.advance_reference(Micros(now), false, &params);
+            servo.advance_reference(Micros(now), ReferenceTick::FREE, &params);
         }
         let position = BallPosition { captured: Micros(end), ball: [0; 3], covariance: None };
         let target = Some(Point::default());
@@ -282,7 +282,8 @@ fn time_to_pace(is_busy: bool) -> u64 {
     ticks
         .find(|time| {
             let now = Micros(START + time);
-            servo.advance_reference(now, is_busy, &params);
+            let tick = ReferenceTick { is_busy, ..ReferenceTick::FREE };
+            servo.advance_reference(now, tick, &params);
             servo.reference_state(now).unwrap().pace > 0
         })
         .unwrap()

@@ -6,7 +6,7 @@ use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_core::law_worker::LawResponse;
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
-use plumb_core::servo::{BallPosition, MotorPositions, Servo};
+use plumb_core::servo::{BallPosition, MotorPositions, ReferenceTick, Servo};
 use plumb_protocol::PerMotor;
 use plumb_protocol::config::Config;
 use plumb_protocol::message::{Fault, Reference, ReferenceState};
@@ -162,7 +162,7 @@ impl Controller for LawController {
             (self.changed, self.planned) = (false, setpoint.rates);
         }
         self.planner.tick();
-        let _ = self.servo.advance_reference(now, false, &self.params);
+        let _ = self.servo.advance_reference(now, ReferenceTick::FREE, &self.params);
         self.respond(now);
         self.planner.positions().map(|p| Steps16(p).to_si())
     }
