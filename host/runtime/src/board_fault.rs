@@ -162,8 +162,9 @@ pub fn after_fault(fault: Fault) -> &'static str {
              Then clear the fault."
         }
         Fault::EmergencyStop => {
-            "The motors have no current and the ball falls. Close the emergency loop, hang the \
-             ball again, then clear the fault."
+            "The motors have no current and the ball falls. Close the emergency loop, then clear \
+             the fault with your hands off the drums. Hang the ball again, and run `plumb home` \
+             with it at a known place."
         }
         Fault::Watchdog => {
             "The motor positions begin at 0 where the motors stand. Check the cables, then clear \

@@ -133,6 +133,12 @@ pub(crate) struct BoardArgs {
 }
 
 impl BoardArgs {
+    /// Returns the kind of the board in the rig file; `None` without a file.
+    pub(crate) fn kind(&self) -> Result<Option<BoardName>, Failure> {
+        let rig = self.rig.as_deref().map(Rig::read).transpose()?;
+        Ok(rig.map(|rig| rig.board.kind))
+    }
+
     /// Opens the port of the options, of the rig file, or of the one board on USB, in this order.
     pub(crate) fn open(&self) -> Result<Serial, Failure> {
         let BoardPort { port, baud } = self.board()?;

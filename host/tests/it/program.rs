@@ -214,6 +214,11 @@ fn a_board_is_asked_how_it_is_and_configured() {
     assert!(stderr(&unasked).contains("--yes"), "{}", stderr(&unasked));
 
     let folder = folder();
+    let skr =
+        rig_file(folder.path(), |text| text.replace("[board]", "[board]\nkind = \"skr-pico\""));
+    let test = board(&["selftest", &skr, "--yes"]);
+    assert!(stderr(&test).contains("board.kind = \"skr-pico\""), "{}", stderr(&test));
+
     let save = board(&["save", &rig_file(folder.path(), |text| text)]);
     assert_eq!(save.status.code(), Some(1));
     // The emulated board has no flash; its configuration has arrived all the same.

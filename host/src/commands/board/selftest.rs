@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb_protocol::RELEASE;
 use plumb_runtime::link::Link;
+use plumb_runtime::rig::BoardName;
 use plumb_runtime::selftest::{self, Check, Outcome};
 use serde_json::json;
 
@@ -20,9 +21,10 @@ use crate::commands::{Failure, failed, print};
 pub(super) struct Args {
     #[command(flatten)]
     board: BoardArgs,
-    /// Kind of the board, whose STEP and DIR pins are tested
-    #[arg(long, value_enum, ignore_case = true, default_value = "pico")]
-    kind: BoardOption,
+    /// Kind of the board, whose STEP and DIR pins are tested [default: that of the rig file; pico
+    /// without one]
+    #[arg(long, value_enum, ignore_case = true)]
+    kind: Option<BoardOption>,
     /// The motors' supply is off: do not ask
     #[arg(long)]
     yes: bool,
@@ -32,13 +34,17 @@ pub(super) struct Args {
 }
 
 pub(super) fn main(args: &Args) -> Result<ExitCode, Failure> {
-    if !(args.yes || ask("The pins will give pulses. Is the motors' supply off?")?) {
+    let kind = kind(args)?;
+    let pins = kind.board().name;
+    let question =
+        format!("The pins of board.kind = \"{pins}\" will give pulses. Is the motors' supply off?");
+    if !(args.yes || ask(&question)?) {
         return Err(failed("nothing was tested: switch the motors' supply off first"));
     }
     let mut link = Link::connect(args.board.open()?)?;
     let (port, provenance) = (link.port(), link.provenance()?);
-    tell!("{port}: {provenance}");
-    let checks = selftest::run(&mut link, args.kind.into(), print_check)?;
+    tell!("{port}: {provenance}; the pins are those of board.kind = \"{pins}\"");
+    let checks = selftest::run(&mut link, kind, print_check)?;
     let failed = checks.iter().filter(|check| check.outcome == Outcome::Failed).count();
     let report = json!({
         "plumb": RELEASE.to_string(),
@@ -57,6 +63,14 @@ pub(super) fn main(args: &Args) -> Result<ExitCode, Failure> {
         print::result(report)?;
     }
     Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+}
+
+/// Returns the kind of the board: of the option, or of the rig file. A Pico without both.
+fn kind(args: &Args) -> Result<BoardName, Failure> {
+    match args.kind {
+        Some(kind) => Ok(kind.into()),
+        None => Ok(args.board.kind()?.unwrap_or_default()),
+    }
 }
 
 /// Prints a check for people.
