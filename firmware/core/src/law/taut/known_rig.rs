@@ -30,7 +30,7 @@ const FULL: f32 = i16::MAX as f32;
 ///
 /// The bytes are a version; the positions of motors A, B, C (mm), ln of the cable of a step in mm,
 /// and the delay (frame times); the standard deviations of these; and the correlations of each with
-/// those before it, in 2⁻¹⁵. Numbers begin with their least byte.
+/// those before it, over 32 767. Numbers begin with their least byte.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KnownRig(Vec<u8, BYTES>);
 
