@@ -21,15 +21,26 @@ pub fn without_groups(text: &str) -> Option<String> {
     let has_decimals =
         signs.len() > 1 && matches!(signs.last(), Some('.' | ',')) && signs.last() != signs.first();
     let decimals = if has_decimals { signs.pop().and(groups.pop()) } else { None };
-    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     let (first, rest) = groups.split_first()?;
     let are_groups = (1..=3).contains(&first.len()) && rest.iter().all(|group| group.len() == 3);
     let is_one_sign = signs.first().is_some_and(|first| signs.iter().all(|sign| sign == first));
-    if !are_groups || !is_one_sign || !groups.iter().chain(&decimals).all(|it| is_number(it)) {
+    if !are_groups || !is_one_sign || !groups.iter().chain(&decimals).all(|it| is_digits(it)) {
         return None;
     }
     let point = decimals.map(|decimals| format!(".{decimals}")).unwrap_or_default();
     Some(format!("{minus}{}{point}", groups.concat()))
+}
+
+/// Returns whether a text has digits only, and at least one.
+///
+/// ```
+/// use plumb_config::digit_groups::is_digits;
+///
+/// assert!(is_digits("007"));
+/// assert!(!is_digits("") && !is_digits("-7") && !is_digits("7.0"));
+/// ```
+pub fn is_digits(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 #[cfg(test)]

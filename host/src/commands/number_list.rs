@@ -1,6 +1,7 @@
 //! Several numbers in one word of the command line, with commas between them: places, sides.
 
 use nalgebra::Point3;
+use plumb_config::digit_groups::is_digits;
 use plumb_config::quantity::Range;
 
 use super::numbers;
@@ -25,10 +26,7 @@ pub(super) fn list<const N: usize>(text: &str, range: &Range) -> Result<[f64; N]
 /// Returns N numbers with decimal points where `words` are the parts before and behind their
 /// decimal commas: whole numbers, twice as many as are needed. `None` for other words.
 fn with_points<const N: usize>(words: &[&str]) -> Option<Vec<String>> {
-    let is_whole = |word: &&str| {
-        let digits = word.trim_start_matches('-');
-        !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
-    };
+    let is_whole = |word: &&str| is_digits(word.trim_start_matches('-'));
     let are_pairs = words.len() == 2 * N && words.iter().all(is_whole);
     are_pairs.then(|| words.chunks(2).map(|pair| pair.join(".")).collect())
 }

@@ -5,7 +5,7 @@ use toml::de::{DeTable, DeValue, Error};
 
 use super::brackets::{unclosed, unquoted};
 use super::{line_at, one_line};
-use crate::digit_groups::without_groups;
+use crate::digit_groups::{is_digits, without_groups};
 use crate::type_words::in_words;
 
 /// Mistake in the syntax of a file.
@@ -133,8 +133,7 @@ fn decimal_comma(line: &str) -> Option<(&str, &str, String)> {
 /// Returns a number with a decimal comma with a decimal point; `None` for any other text.
 fn with_point(text: &str) -> Option<String> {
     let (whole, decimals) = text.split_once(',')?;
-    let are_digits = |text: &str| !text.is_empty() && text.bytes().all(|it| it.is_ascii_digit());
-    let is_it = are_digits(whole.trim_start_matches(['-', '+'])) && are_digits(decimals);
+    let is_it = is_digits(whole.trim_start_matches(['-', '+'])) && is_digits(decimals);
     is_it.then(|| format!("{whole}.{decimals}"))
 }
 
@@ -144,14 +143,9 @@ fn list_with_commas(line: &str) -> Option<String> {
     let list = &line[line.rfind('[')? + 1..];
     let list = &list[..list.find(']')?];
     let numbers: Vec<&str> = list.split(',').map(str::trim).filter(|it| !it.is_empty()).collect();
-    let digits = |text: &&str| text.trim_start_matches('-').to_owned();
-    let is_whole = |text: &&str| {
-        let digits = digits(text);
-        !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
-    };
-    let has_zero =
-        numbers.iter().any(|text| digits(text).len() > 1 && digits(text).starts_with('0'));
-    (has_zero && numbers.iter().all(is_whole)).then(|| pairs_message(&numbers))
+    let digits = || numbers.iter().map(|text| text.trim_start_matches('-'));
+    let has_zero = digits().any(|digits| digits.len() > 1 && digits.starts_with('0'));
+    (has_zero && digits().all(is_digits)).then(|| pairs_message(&numbers))
 }
 
 /// Least number of whole numbers of a list that are taken for fewer numbers with decimal commas: no
