@@ -147,7 +147,10 @@ impl Chip {
         let Emulator { cores, bus, .. } = &mut self.emulator;
         let core = &mut cores.expect_arm_mut()[0];
         let atomics = bus.atomics.clone();
-        let pended = atomics.irq_pending_load(0) | pending(&core.ppb.nvic_ispr);
+        // The emulator pends an interrupt anew while its handler runs, until that has cleared the
+        // cause: the handler would run twice.
+        atomics.irq_pending[0].fetch_and(!mask(&core.ppb.nvic_iabr), Ordering::Relaxed);
+        let pended = atomics.irq_pending_load(0) | mask(&core.ppb.nvic_ispr);
         if core.ppb.any_pending_enabled(pended) || atomics.event_flag_consume(0) {
             atomics.clear_wfe_waiting(0);
         }
@@ -212,6 +215,11 @@ impl Chip {
         self.uart.set_byte(cycles);
     }
 
+    /// Returns the cycle at which the firmware's UART has received the last byte.
+    pub fn last_byte(&self) -> u64 {
+        self.uart.last_byte()
+    }
+
     /// Opens or closes the emergency loop.
     pub fn set_emergency(&mut self, is_open: bool) {
         let bit = 1 << PICO_2.pins.emergency.number;
@@ -220,8 +228,8 @@ impl Chip {
     }
 }
 
-/// Returns the interrupts that the processor has pending, a bit each.
-fn pending(words: &[AtomicU32; 2]) -> u64 {
+/// Returns the interrupts of two registers of the NVIC, a bit each.
+fn mask(words: &[AtomicU32; 2]) -> u64 {
     let [low, high] = words.each_ref().map(|word| u64::from(word.load(Ordering::Relaxed)));
     high << 32 | low
 }

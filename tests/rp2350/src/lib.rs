@@ -10,6 +10,8 @@
 //! - STIR, and priorities of interrupts that are written by bytes: the bus sees the writes.
 //! - Reading MSP while it is the stack pointer: the copy that is read is set before each
 //!   instruction.
+//! - Lines of interrupts: what pends while its own handler runs is dropped, since it is the cause
+//!   that the handler has not cleared yet. The handler would run twice.
 //! - Lazy saving of the FPU's registers in nested interrupts: they are saved at once, which takes
 //!   longer.
 //! - Time that passes for a processor that sleeps, and interrupts that end WFE: the

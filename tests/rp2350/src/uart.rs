@@ -71,6 +71,11 @@ impl Uart {
         self.byte = cycles;
     }
 
+    /// Returns the cycle at which the last byte was received.
+    pub fn last_byte(&self) -> u64 {
+        self.last
+    }
+
     /// Sends bytes to the firmware, one after the other.
     pub fn send(&mut self, bytes: &[u8]) {
         self.waiting.extend(bytes);
