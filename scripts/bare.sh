@@ -20,6 +20,14 @@ choose_bare() {
   bare=$PWD/target/bare/$1-${architecture:?}
   if is_foreign; then
     scripts/setup qemu-user-static binfmt-support
+    local processor=${triple:?}
+    processor=qemu-${processor%%-*}
+    if [ ! -e "/proc/sys/fs/binfmt_misc/$processor" ]; then
+      say "The kernel does not give programs of $architecture to QEMU. As root:"
+      say "mount -t binfmt_misc binfmt_misc /proc/sys/fs/binfmt_misc;" \
+        "update-binfmts --enable $processor"
+      exit 2
+    fi
   fi
   [ -d "$bare" ] || make_bare "$1"
 }
