@@ -26,7 +26,7 @@ impl fmt::Display for Fault {
                 f.write_str("the board restarted by itself; its motor positions begin anew")
             }
             Self::LawLate => {
-                f.write_str("the control law had no answer in time: a fault of the firmware")
+                f.write_str("the control law had no answer in time (a fault of the firmware)")
             }
             Self::NotFollowing => f.write_str(
                 "the motors turn and the ball does not follow: is a cable slack or torn, a motor \
@@ -35,7 +35,7 @@ impl fmt::Display for Fault {
             Self::NoProgress => {
                 f.write_str("the ball gets no nearer to its target: is the target within reach?")
             }
-            Self::Driver(fault) => write!(f, "a motor driver failed: {fault}"),
+            Self::Driver(fault) => fault.fmt(f),
         }
     }
 }
@@ -53,7 +53,7 @@ impl fmt::Display for DriverFault {
             Self::Overtemperature(index) => (index, "is too hot and has switched off"),
             Self::Short(index) => (index, "has a short circuit and has switched off"),
         };
-        write!(f, "that of motor {} {what}", motor(index))
+        write!(f, "the driver of motor {} {what}", motor(index))
     }
 }
 

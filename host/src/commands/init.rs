@@ -47,15 +47,16 @@ pub(crate) struct Args {
     /// Motor drivers
     #[arg(long, value_enum, ignore_case = true)]
     driver: Option<DriverName>,
-    /// Microsteps in a full step, 1 to 255 microsteps: 1, 2, 4, 8 or 16, as the driver has them
+    /// Microsteps in a full step, 1 to 16 microsteps: 1, 2, 4, 8 or 16, as the driver has them
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    #[arg(value_parser = numbers::whole::<u8>(1.0, 255.0, "microsteps"))]
+    #[arg(value_parser = numbers::whole::<u8>(1.0, 16.0, "microsteps"))]
     microsteps: Option<u8>,
-    /// Distances between the pulleys of motors A and B, B and C, C and A, 0.2 to 3.5 m
+    /// Distances between the guides (where the cables leave for the ball) of motors A and B, B and
+    /// C, C and A, 0.2 to 3.5 m
     #[arg(long, value_name = "AB,BC,CA", allow_hyphen_values = true)]
     #[arg(value_parser = sides)]
     sides: Option<[f64; 3]>,
-    /// Height of the pulleys above the floor, 0.4 to 3.5 m
+    /// Height of the guides above the floor, 0.4 to 3.5 m
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::within(numbers::HEIGHT))]
     height: Option<f64>,

@@ -59,7 +59,7 @@ pub(super) fn typed_point(text: &str) -> Result<Point3<f64>, String> {
     }
 }
 
-/// Parses the sides of the triangle of the pulleys, "AB,BC,CA" in metres.
+/// Parses the sides of the triangle of the guides, "AB,BC,CA" in metres.
 pub(super) fn sides(text: &str) -> Result<[f64; 3], String> {
     list(text, &numbers::SIDE)
 }

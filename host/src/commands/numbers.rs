@@ -41,9 +41,9 @@ pub(super) const ANGLE: Range = Range::new(-360.0, 360.0, "degrees");
 pub(super) const SQUARE: Range = Range::new(1.0, 1000.0, "mm");
 /// Standard deviation of a measured place.
 pub(super) const DEVIATION: Range = Range::new(0.01, 1000.0, "mm");
-/// Distance of two pulleys of a new rig.
+/// Distance of two guides of a new rig.
 pub(super) const SIDE: Range = of(SIDE_RANGE_M);
-/// Height of the pulleys of a new rig.
+/// Height of the guides of a new rig.
 pub(super) const HEIGHT: Range = of(HEIGHT_RANGE_M);
 /// Cable that a turn of a motor of a new rig winds.
 pub(super) const CABLE_PER_TURN: Range = of(CABLE_PER_TURN_RANGE_M);

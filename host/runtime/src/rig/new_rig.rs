@@ -62,7 +62,7 @@ pub struct NewRig {
     pub microsteps: u8,
     /// Sides AB, BC, CA of the triangle of the motors, metres.
     pub sides: [f64; 3],
-    /// Height of the pulleys above the floor, metres.
+    /// Height of the guides above the floor, metres.
     pub height: f64,
     /// Cable that a turn of a motor winds, metres.
     pub cable_per_turn: f64,

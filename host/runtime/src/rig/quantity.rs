@@ -33,8 +33,9 @@ quantities! {
     HoldTime = Range::new(0.0, 65e-6, "s");
     /// Least time from ENABLE to a pulse, seconds.
     EnableTime = Range::new(0.0, 0.2, "s");
-    /// Current of a motor, amperes, root mean square. The sense resistor may allow less.
-    Current = Range::above_zero(5.0, "A");
+    /// Current of a motor, amperes, root mean square: what a TMC2209 bears (data sheet, first
+    /// page). The sense resistor may allow less.
+    Current = Range::above_zero(2.0, "A");
     /// Sense resistor of a driver, ohms.
     SenseResistor = Range::new(0.05, 1.0, "Ω");
     /// Share of the supply's voltage.

@@ -22,6 +22,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let usual = NewRig::default();
     if dialogue.is_interactive() {
         dialogue.tell("Lengths in metres. Enter takes the value in brackets; Ctrl-D ends.")?;
+        dialogue.tell("A guide is the point from which a cable leaves its motor for the ball.")?;
     }
     let (sides, height) = size(args, &usual, dialogue)?;
     let board = board(args, &usual, dialogue)?;
@@ -112,13 +113,13 @@ fn size<I: BufRead, O: Write>(
                 let names = ["A and B", "B and C", "C and A"];
                 let mut sides = usual.sides;
                 for (side, name) in sides.iter_mut().zip(names) {
-                    let question = format!("Distance between the pulleys of motors {name}");
+                    let question = format!("Distance between the guides of motors {name}");
                     *side = length(None, &question, (*side, &numbers::SIDE), dialogue)?;
                 }
                 sides
             }
         };
-        let question = "Height of the pulleys above the floor";
+        let question = "Height of the guides above the floor";
         let height = (usual.height, &numbers::HEIGHT);
         let height = length(args.height, question, height, dialogue)?;
         match Triangle::new(sides, height) {

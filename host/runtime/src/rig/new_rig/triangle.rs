@@ -5,7 +5,7 @@ use thiserror::Error;
 
 /// Sides that a rig can have, metres.
 pub const SIDE_RANGE_M: [f64; 2] = [0.2, 3.5];
-/// Heights of the pulleys above the floor, metres.
+/// Heights of the guides above the floor, metres.
 pub const HEIGHT_RANGE_M: [f64; 2] = [0.4, 3.5];
 
 /// Least distance of C, along the side BA, from A and from B, as a share of that side.
@@ -97,7 +97,7 @@ pub(super) struct WorkspaceBox {
 }
 
 impl Triangle {
-    /// Returns the triangle with these sides and this height of the pulleys above the floor,
+    /// Returns the triangle with these sides and this height of the guides above the floor,
     /// metres.
     ///
     /// # Errors
@@ -106,7 +106,7 @@ impl Triangle {
         check_length("side AB", ab, SIDE_RANGE_M)?;
         check_length("side BC", bc, SIDE_RANGE_M)?;
         check_length("side CA", ca, SIDE_RANGE_M)?;
-        check_length("the height of the pulleys", height, HEIGHT_RANGE_M)?;
+        check_length("the height of the guides", height, HEIGHT_RANGE_M)?;
         let offset = (ab * ab + bc * bc - ca * ca) / (2.0 * ab);
         let depth = (bc * bc - offset * offset).sqrt();
         // Not a number where no triangle has these sides.
