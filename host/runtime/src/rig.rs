@@ -6,6 +6,8 @@ pub mod check;
 mod guards;
 mod law;
 mod motion;
+mod motion_error;
+mod motion_limits;
 mod motors;
 pub mod new_rig;
 pub mod quantity;
@@ -35,13 +37,14 @@ pub(crate) use self::cables::STIFF_MEAN;
 pub use self::cables::{CableSettings, Stiffness};
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};
-pub use self::motion::{
-    MistakenUnit, MotionError, MotionRules, Outside, Side, TargetAtBorder, WrongTarget,
+pub use self::motion::MotionRules;
+pub use self::motion_error::{
+    MistakenUnit, MotionError, Outside, Side, TargetAtBorder, WrongTarget,
 };
 pub use self::motors::Motors;
 pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};
-pub use motion::{JogSettings, PathSettings};
+pub use motion_limits::{JogSettings, PathSettings};
 pub use motors::{Driver, ModeName, TimingSettings, UartSettings};
 pub use quantity::OutOfRange;
 pub use simulation::{MotorPoints, SimulatedMotor, Size, Wiring, WiringError};

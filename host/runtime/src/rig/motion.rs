@@ -1,22 +1,12 @@
-//! Motions of the ball that a rig allows, as far as its file tells, and the tables `[jog]` and
-//! `[path]` with limits of motions.
-
-use std::fmt;
+//! Motions of the ball that a rig allows, as far as its file tells.
 
 use nalgebra::{Point3, Vector3};
 use plumb_config::quantity::Coordinate;
-use plumb_protocol::config::{JogLimits, PathLimits};
-use plumb_protocol::units::{Micrometres, PathAcceleration, PathJerk, Point, Rate, Speed, Steps16};
-use serde::Deserialize;
-use thiserror::Error;
+use plumb_protocol::units::Point;
 
 use super::check::size::RoughSize;
-use super::quantity::{
-    Conversion, Distance, JogDistance, MotorRate, ReferenceAcceleration, ReferenceJerk,
-    ReferenceSpeed,
-};
+use super::motion_error::{MistakenUnit, MotionError, Outside, Side, WrongTarget};
 use super::{Box3, Rig};
-use crate::rounding::round;
 
 /// Names of the motors.
 const MOTORS: [char; 3] = ['A', 'B', 'C'];
@@ -40,159 +30,6 @@ pub struct MotionRules {
     size: Option<RoughSize>,
     /// Highest rate of the motors, full steps/s.
     max_rate: f64,
-}
-
-/// Motion of the ball that the rig does not allow.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum MotionError {
-    /// The place is outside the workspace.
-    #[error("that is outside the workspace of the rig file: {0}")]
-    Workspace(Outside),
-    /// The place is outside the triangle of the motors.
-    #[error("that is outside the triangle of the motors, where a cable is slack")]
-    Triangle,
-    /// A motor is too slow.
-    #[error("{}: {}", too_fast(*.motor, *.rate, *.limit), lower_speed(limit / rate))]
-    MotorRate {
-        /// Name of the motor.
-        motor: char,
-        /// Rate, full steps/s.
-        rate: f64,
-        /// Limit, full steps/s.
-        limit: f64,
-    },
-}
-
-/// Returns what a motor cannot do, without advice.
-fn too_fast(motor: char, rate: f64, limit: f64) -> String {
-    format!(
-        "motor {motor} would have to turn at {rate:.1} full steps/s, above `motors.max_rate = \
-         {limit}`"
-    )
-}
-
-/// Returns the advice to choose a speed of which `share` is the highest that is possible.
-fn lower_speed(share: f64) -> String {
-    match (share * 100.0).floor() {
-        percent if percent >= 1.0 => {
-            format!("choose a lower speed, at most {percent:.0} % of this one")
-        }
-        _ => "choose a far lower speed, or check the units".to_owned(),
-    }
-}
-
-impl MotionError {
-    /// Returns the error without advice about the speed, for a motion whose times are given.
-    pub fn without_advice(&self) -> String {
-        match *self {
-            Self::MotorRate { motor, rate, limit } => too_fast(motor, rate, limit),
-            _ => self.to_string(),
-        }
-    }
-
-    /// Returns the unit in which the place probably is, in place of metres.
-    pub fn other_unit(&self) -> Option<MistakenUnit> {
-        match self {
-            Self::Workspace(outside) => outside.unit,
-            Self::Triangle | Self::MotorRate { .. } => None,
-        }
-    }
-}
-
-/// Target that the rig does not allow.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WrongTarget {
-    /// Its number, from 1.
-    pub number: usize,
-    /// Its place, metres.
-    pub target: [f64; 3],
-    /// Broken rule.
-    pub error: MotionError,
-}
-
-/// Target so near to the border of the workspace that a ball counted as reached may be outside,
-/// where the board stops it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TargetAtBorder {
-    /// Its number, from 1.
-    pub number: usize,
-    /// Distance of the target from the border, metres.
-    pub room_m: f64,
-    /// Distance that is enough, metres: the radius of "reached".
-    pub enough_m: f64,
-}
-
-impl fmt::Display for TargetAtBorder {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{:.0} mm from the border of the workspace: the board stops if the ball swings across \
-             it; {:.0} mm are enough",
-            self.room_m * 1e3,
-            self.enough_m * 1e3
-        )
-    }
-}
-
-/// Coordinate of a place beyond the workspace.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outside {
-    /// Name of the axis.
-    pub axis: char,
-    /// Coordinate, metres.
-    pub value_m: f64,
-    /// Side of the workspace on which it is.
-    pub side: Side,
-    /// Border of the workspace on this side, metres.
-    pub limit_m: f64,
-    /// Unit in which the place probably is, in place of metres.
-    pub unit: Option<MistakenUnit>,
-}
-
-/// Unit of length that a place in metres was written in by mistake.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MistakenUnit {
-    /// Millimetres.
-    Millimetres,
-    /// Centimetres.
-    Centimetres,
-    /// One of both.
-    Either,
-    /// Metres, where the number was taken for millimetres, as in G-code.
-    Metres,
-}
-
-impl fmt::Display for MistakenUnit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Millimetres => "millimetres",
-            Self::Centimetres => "centimetres",
-            Self::Either => "millimetres or centimetres",
-            Self::Metres => "metres, where the file says millimetres",
-        })
-    }
-}
-
-/// Side of the workspace.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Below `workspace.min`.
-    Below,
-    /// Above `workspace.max`.
-    Above,
-}
-
-impl fmt::Display for Outside {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (side, key) = match self.side {
-            Side::Below => ("below", "min"),
-            Side::Above => ("above", "max"),
-        };
-        let Self { axis, value_m, limit_m, .. } = self;
-        let value_m = round(*value_m, 1e6);
-        write!(f, "{axis} = {value_m} m is {side} the {limit_m} m of `workspace.{key}`")?;
-        self.unit.map_or(Ok(()), |unit| write!(f, "; is it in {unit}?"))
-    }
 }
 
 impl Rig {
@@ -332,77 +169,6 @@ impl MotionRules {
     }
 }
 
-/// Limits of jogs: table `[jog]` of a rig file. See [`plumb_protocol::config::JogLimits`]. The
-/// defaults are a revolution of a motor with 200 steps, and a quarter of a revolution in a second.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct JogSettings {
-    /// Highest rate of a jog, full steps/s.
-    pub max_rate: MotorRate,
-    /// Longest distance of one jog, full steps.
-    pub max_distance: JogDistance,
-}
-
-impl Default for JogSettings {
-    fn default() -> Self {
-        Self { max_rate: MotorRate::constant(50.0), max_distance: JogDistance::constant(200.0) }
-    }
-}
-
-impl JogSettings {
-    /// Returns the limits in the board's units.
-    pub(super) fn convert(&self, conversion: &mut Conversion) -> JogLimits {
-        let (rate, distance) = (self.max_rate.get(), self.max_distance.get());
-        JogLimits {
-            max_rate: conversion.fit("jog.max_rate", rate, Rate::from_si),
-            max_distance: conversion.fit("jog.max_distance", distance, Steps16::from_si),
-        }
-    }
-}
-
-/// Limits of a reference that moves: table `[path]` of a rig file. See
-/// [`plumb_protocol::config::PathLimits`].
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PathSettings {
-    /// Highest speed of the reference, m/s.
-    pub max_speed: ReferenceSpeed,
-    /// Highest acceleration of the reference, m/s².
-    pub max_acceleration: ReferenceAcceleration,
-    /// Highest jerk of the reference, m/s³.
-    pub max_jerk: ReferenceJerk,
-    /// Distance of the ball from the reference at which a path that waits stands still, metres.
-    pub deviation: Distance,
-}
-
-impl Default for PathSettings {
-    fn default() -> Self {
-        Self {
-            max_speed: ReferenceSpeed::constant(0.3),
-            max_acceleration: ReferenceAcceleration::constant(1.0),
-            max_jerk: ReferenceJerk::constant(10.0),
-            deviation: Distance::constant(0.02),
-        }
-    }
-}
-
-impl PathSettings {
-    /// Returns the limits in the board's units.
-    pub(super) fn convert(&self, conversion: &mut Conversion) -> PathLimits {
-        let Self { max_speed, max_acceleration, max_jerk, deviation } = *self;
-        PathLimits {
-            speed: conversion.fit("path.max_speed", max_speed.get(), Speed::from_si),
-            acceleration: conversion.fit(
-                "path.max_acceleration",
-                max_acceleration.get(),
-                PathAcceleration::from_si,
-            ),
-            jerk: conversion.fit("path.max_jerk", max_jerk.get(), PathJerk::from_si),
-            deviation: conversion.fit("path.deviation", deviation.get(), Micrometres::from_si),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::quantity::Corner;
@@ -432,15 +198,6 @@ mod tests {
         for (place, room) in [([0.54, 0.22, 0.59], 0.01), ([0.54, 0.22, 0.63], -0.03)] {
             assert!((rules.room(place) - room).abs() < 1e-9, "{place:?}: {}", rules.room(place));
         }
-    }
-
-    #[test]
-    fn a_lower_speed_is_never_one_of_0_percent() {
-        let error = |rate| MotionError::MotorRate { motor: 'A', rate, limit: 400.0 };
-        assert!(error(1000.0).to_string().ends_with("lower speed, at most 40 % of this one"));
-        let text = error(1e6).to_string();
-        assert!(text.ends_with("400`: choose a far lower speed, or check the units"), "{text}");
-        assert!(error(1e6).without_advice().ends_with("`motors.max_rate = 400`"));
     }
 
     #[test]

@@ -1,0 +1,174 @@
+//! What a rig does not allow of a motion of the ball, in words for people.
+
+use std::fmt;
+
+use thiserror::Error;
+
+use crate::rounding::round;
+
+/// Motion of the ball that the rig does not allow.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum MotionError {
+    /// The place is outside the workspace.
+    #[error("that is outside the workspace of the rig file: {0}")]
+    Workspace(Outside),
+    /// The place is outside the triangle of the motors.
+    #[error("that is outside the triangle of the motors, where a cable is slack")]
+    Triangle,
+    /// A motor is too slow.
+    #[error("{}: {}", too_fast(*.motor, *.rate, *.limit), lower_speed(limit / rate))]
+    MotorRate {
+        /// Name of the motor.
+        motor: char,
+        /// Rate, full steps/s.
+        rate: f64,
+        /// Limit, full steps/s.
+        limit: f64,
+    },
+}
+
+/// Returns what a motor cannot do, without advice.
+fn too_fast(motor: char, rate: f64, limit: f64) -> String {
+    format!(
+        "motor {motor} would have to turn at {rate:.1} full steps/s, above `motors.max_rate = \
+         {limit}`"
+    )
+}
+
+/// Returns the advice to choose a speed of which `share` is the highest that is possible.
+fn lower_speed(share: f64) -> String {
+    match (share * 100.0).floor() {
+        percent if percent >= 1.0 => {
+            format!("choose a lower speed, at most {percent:.0} % of this one")
+        }
+        _ => "choose a far lower speed, or check the units".to_owned(),
+    }
+}
+
+impl MotionError {
+    /// Returns the error without advice about the speed, for a motion whose times are given.
+    pub fn without_advice(&self) -> String {
+        match *self {
+            Self::MotorRate { motor, rate, limit } => too_fast(motor, rate, limit),
+            _ => self.to_string(),
+        }
+    }
+
+    /// Returns the unit in which the place probably is, in place of metres.
+    pub fn other_unit(&self) -> Option<MistakenUnit> {
+        match self {
+            Self::Workspace(outside) => outside.unit,
+            Self::Triangle | Self::MotorRate { .. } => None,
+        }
+    }
+}
+
+/// Target that the rig does not allow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrongTarget {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Its place, metres.
+    pub target: [f64; 3],
+    /// Broken rule.
+    pub error: MotionError,
+}
+
+/// Target so near to the border of the workspace that a ball counted as reached may be outside,
+/// where the board stops it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetAtBorder {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Distance of the target from the border, metres.
+    pub room_m: f64,
+    /// Distance that is enough, metres: the radius of "reached".
+    pub enough_m: f64,
+}
+
+impl fmt::Display for TargetAtBorder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:.0} mm from the border of the workspace: the board stops if the ball swings across \
+             it; {:.0} mm are enough",
+            self.room_m * 1e3,
+            self.enough_m * 1e3
+        )
+    }
+}
+
+/// Coordinate of a place beyond the workspace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outside {
+    /// Name of the axis.
+    pub axis: char,
+    /// Coordinate, metres.
+    pub value_m: f64,
+    /// Side of the workspace on which it is.
+    pub side: Side,
+    /// Border of the workspace on this side, metres.
+    pub limit_m: f64,
+    /// Unit in which the place probably is, in place of metres.
+    pub unit: Option<MistakenUnit>,
+}
+
+/// Unit of length that a place in metres was written in by mistake.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MistakenUnit {
+    /// Millimetres.
+    Millimetres,
+    /// Centimetres.
+    Centimetres,
+    /// One of both.
+    Either,
+    /// Metres, where the number was taken for millimetres, as in G-code.
+    Metres,
+}
+
+impl fmt::Display for MistakenUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Millimetres => "millimetres",
+            Self::Centimetres => "centimetres",
+            Self::Either => "millimetres or centimetres",
+            Self::Metres => "metres, where the file says millimetres",
+        })
+    }
+}
+
+/// Side of the workspace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Below `workspace.min`.
+    Below,
+    /// Above `workspace.max`.
+    Above,
+}
+
+impl fmt::Display for Outside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (side, key) = match self.side {
+            Side::Below => ("below", "min"),
+            Side::Above => ("above", "max"),
+        };
+        let Self { axis, value_m, limit_m, .. } = self;
+        let value_m = round(*value_m, 1e6);
+        write!(f, "{axis} = {value_m} m is {side} the {limit_m} m of `workspace.{key}`")?;
+        self.unit.map_or(Ok(()), |unit| write!(f, "; is it in {unit}?"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lower_speed_is_never_one_of_0_percent() {
+        let error = |rate| MotionError::MotorRate { motor: 'A', rate, limit: 400.0 };
+        assert!(error(1000.0).to_string().ends_with("lower speed, at most 40 % of this one"));
+        let text = error(1e6).to_string();
+        assert!(text.ends_with("400`: choose a far lower speed, or check the units"), "{text}");
+        assert!(error(1e6).without_advice().ends_with("`motors.max_rate = 400`"));
+    }
+}
