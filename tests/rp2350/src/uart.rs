@@ -4,8 +4,10 @@ use std::collections::VecDeque;
 
 /// Places of both queues.
 const DEPTH: usize = 32;
-/// Fill at which both queues interrupt: half, as after a reset.
-const LEVEL: usize = DEPTH / 2;
+/// Fills at which a queue interrupts, in eighths, by the number in IFLS.
+const EIGHTHS: [usize; 5] = [1, 2, 4, 6, 7];
+/// IFLS after a reset: half of both queues.
+const HALF: u32 = 0b010_010;
 /// Bits without a byte after which received bytes interrupt.
 const TIMEOUT_BITS: u64 = 32;
 /// Bits of a byte with its frame.
@@ -14,6 +16,7 @@ const BITS: u64 = 10;
 /// Offsets of the registers.
 const DR: u32 = 0x00;
 const FR: u32 = 0x18;
+const IFLS: u32 = 0x34;
 const IMSC: u32 = 0x38;
 const RIS: u32 = 0x3c;
 const MIS: u32 = 0x40;
@@ -53,9 +56,11 @@ pub struct Uart {
 impl Uart {
     /// Creates a UART on a line on which a byte takes `byte` cycles.
     pub fn new(byte: u64) -> Self {
+        let mut registers = [0; 32];
+        registers[(IFLS / 4) as usize] = HALF;
         Self {
             byte,
-            registers: [0; 32],
+            registers,
             raised: 0,
             received: VecDeque::new(),
             to_send: VecDeque::new(),
@@ -84,6 +89,13 @@ impl Uart {
     /// Returns whether the firmware has taken all bytes.
     pub fn is_idle(&self) -> bool {
         self.waiting.is_empty() && self.received.is_empty()
+    }
+
+    /// Returns the fill at which a queue interrupts: that of the receiver at bit 3 of IFLS, that of
+    /// the transmitter at bit 0.
+    fn level(&self, bit: u32) -> usize {
+        let number = self.registers[(IFLS / 4) as usize] >> bit & 7;
+        DEPTH / 8 * EIGHTHS.get(number as usize).unwrap_or(&4)
     }
 
     /// Reads a register.
@@ -119,6 +131,7 @@ impl Uart {
 
     /// Moves bytes until `cycle`. Returns whether the UART interrupts.
     pub fn run(&mut self, cycle: u64) -> bool {
+        let (receiver_level, transmitter_level) = (self.level(3), self.level(0));
         let [receiver, transmitter] = &mut self.free;
         if cycle >= *receiver
             && self.received.len() < DEPTH
@@ -132,12 +145,12 @@ impl Uart {
         {
             self.sent.push(byte);
             *transmitter = cycle + self.byte;
-            if self.to_send.len() == LEVEL {
+            if self.to_send.len() == transmitter_level {
                 self.raised |= TRANSMITTED;
             }
         }
         self.raised &= !(RECEIVED | TIMEOUT);
-        if self.received.len() >= LEVEL {
+        if self.received.len() >= receiver_level {
             self.raised |= RECEIVED;
         }
         if !self.received.is_empty() && cycle - self.last >= TIMEOUT_BITS * self.byte / BITS {

@@ -27,6 +27,7 @@ mod faults_page;
 mod golden;
 mod hold;
 mod links;
+mod lost_session;
 mod monocular;
 mod operator;
 mod path;
