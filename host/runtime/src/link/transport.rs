@@ -81,11 +81,19 @@ fn is_pseudo_terminal(path: &Path) -> bool {
     path.canonicalize().is_ok_and(|path| path.starts_with("/dev/pts"))
 }
 
-/// Returns the USB ports of the boards that are plugged in, by their product name.
+/// List of Linux's terminals. Where it is missing, as in a container without `/sys`, `serialport`
+/// panics.
+const TERMINALS: &str = "/sys/class/tty";
+
+/// Returns the USB ports of the boards that are plugged in, by their product name; none where Linux
+/// has no list of its ports.
 ///
 /// # Errors
 /// Where the operating system does not list its ports.
 pub fn boards() -> Result<Vec<String>, LinkError> {
+    if cfg!(target_os = "linux") && !Path::new(TERMINALS).exists() {
+        return Ok(Vec::new());
+    }
     let ports = serialport::available_ports().map_err(|source| LinkError::Ports { source })?;
     let is_board = |port: &SerialPortInfo| match &port.port_type {
         // Some systems report the name with underscores.
