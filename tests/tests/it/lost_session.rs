@@ -2,6 +2,8 @@
 
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
+use std::time::Duration;
+
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{Command, Hello, StartCause, ToBoard, VERSION};
 use plumb_runtime::link::{Link, LinkError};
@@ -15,6 +17,8 @@ fn connected(is_configured: bool) -> (VirtualBoard, Link<Memory>) {
     let mut link = Link::connect(board.transport()).expect("a board that answers");
     if is_configured {
         configure(&mut link).expect("a board that accepts it");
+        // The board tells that it is configured.
+        link.wait(Duration::from_millis(200)).expect("a board that answers");
     }
     (board, link)
 }
@@ -49,10 +53,10 @@ fn a_session_lost_before_the_configuration_is_told_as_neither_restart_nor_anothe
 fn a_session_lost_after_the_configuration_is_told_with_its_cause() {
     let (board, mut link) = connected(true);
     board.board().borrow_mut().restart(StartCause::PowerOn);
-    let told = configure(&mut link);
+    let told = link.home();
     assert!(matches!(told, Err(LinkError::Restarted { .. })), "{told:?}");
     let (board, mut link) = connected(true);
     greet_as_another_version(&board);
-    let told = configure(&mut link);
+    let told = link.home();
     assert!(matches!(told, Err(LinkError::OtherProgram { .. })), "{told:?}");
 }
