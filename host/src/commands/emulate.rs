@@ -5,7 +5,7 @@ mod motors;
 mod rehearsal;
 mod wire;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -128,13 +128,15 @@ pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
 
 /// Returns the board of the options, with its simulated rig if there is one.
 fn board(args: &Args, rig: Option<&Rig>) -> Result<EmulatedBoard, Failure> {
-    let Some(rig) = rig else { return Ok(EmulatedBoard::new(EMULATED)) };
+    let Some((path, rig)) = args.rig.as_deref().zip(rig) else {
+        return Ok(EmulatedBoard::new(EMULATED));
+    };
     let Some(simulation) = &rig.simulation else {
         return Err(bad_input(format!(
             "{}: no [simulation] table: this is the file of a real rig. A board without a rig \
              needs no file (`plumb emulate --link board`); `plumb init trial --simulated` writes a \
              rig that is simulated",
-            args.rig.as_deref().unwrap_or_else(|| Path::new("")).display()
+            path.display()
         )));
     };
     Ok(EmulatedBoard::with_plant(EMULATED, args.physics.plant(rig, simulation)?))
