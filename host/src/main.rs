@@ -11,6 +11,7 @@ mod starts;
 use std::process::ExitCode;
 
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
+use plumb_config::book::first_page;
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
@@ -19,7 +20,7 @@ use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 /// opened, a configuration that the board refuses); 101 the program has a defect; 129, 130, 143 a
 /// second signal, such as Ctrl-C, ended it at once. Messages for people go to standard error.
 #[derive(Parser)]
-#[command(version, max_term_width = 100)]
+#[command(version, max_term_width = 100, after_help = format!("The book: {}", first_page()))]
 struct Cli {
     /// Report on standard error what the program does: -v the steps of a run and of the link to the
     /// board, -vv repeated requests and lost frames too, -vvv also every frame

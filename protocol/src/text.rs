@@ -141,6 +141,11 @@ impl fmt::Display for Refusal {
                 write!(f, "not before the board has come to rest after its fault ({fault})")
             }
             Self::Busy(state) => write!(f, "not while the board is {state}"),
+            Self::Faulted(fault @ Fault::EmergencyStop) => write!(
+                f,
+                "the board has stopped by itself ({fault}); close the emergency loop, then clear \
+                 the fault"
+            ),
             Self::Faulted(fault) => {
                 write!(f, "the board has stopped by itself ({fault}); clear the fault first")
             }

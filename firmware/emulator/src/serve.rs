@@ -14,6 +14,7 @@ use nix::pty::{grantpt, posix_openpt, ptsname_r, unlockpt};
 use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 use plumb_core::TICK_US;
 use plumb_protocol::units::Micros;
+use rustix::termios::ioctl_tiocnxcl;
 use thiserror::Error;
 
 use crate::board::EmulatedBoard;
@@ -139,7 +140,7 @@ pub struct Terminal {
     board_end: File,
     path: PathBuf,
     /// Kept open so that the terminal keeps its mode between two hosts.
-    _host_end: File,
+    host_end: File,
 }
 
 impl Terminal {
@@ -158,7 +159,7 @@ impl Terminal {
         cfmakeraw(&mut mode);
         tcsetattr(&host_end, SetArg::TCSANOW, &mode)?;
         let board_end = File::from(OwnedFd::from(board_end));
-        Ok(Self { board_end, path, _host_end: host_end })
+        Ok(Self { board_end, path, host_end })
     }
 
     /// Returns the path that a host opens.
@@ -169,9 +170,14 @@ impl Terminal {
     /// Reads the bytes that have arrived from the host, without waiting. Returns their number,
     /// which may be 0.
     ///
+    /// It also lets the next host in. A host claims a serial port for itself (TIOCEXCL), and Linux
+    /// ends the claim of a host that was killed when nobody has the port open any more; this
+    /// terminal has that end open, too. Two hosts are kept apart by their lock on the file (flock).
+    ///
     /// # Errors
     /// Errors of the operating system.
     pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        ioctl_tiocnxcl(&self.host_end)?;
         match self.board_end.read(buffer) {
             Err(e) if e.kind() == ErrorKind::WouldBlock => Ok(0),
             other => other,
@@ -195,4 +201,48 @@ impl Terminal {
 fn open_terminal(path: &Path) -> io::Result<File> {
     use std::os::unix::fs::OpenOptionsExt;
     OpenOptions::new().read(true).write(true).custom_flags(OFlag::O_NOCTTY.bits()).open(path)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+    use std::fs::{Permissions, set_permissions};
+    use std::os::unix::fs::PermissionsExt;
+    use std::os::unix::process::CommandExt;
+    use std::process::{Command, Stdio};
+
+    use nix::unistd::geteuid;
+    use rustix::termios::ioctl_tiocexcl;
+
+    use super::*;
+
+    /// A user without privileges: nobody.
+    const NOBODY: u32 = 65_534;
+
+    /// Returns whether a user who is not root can open the terminal at `path`. Root is never
+    /// refused.
+    fn is_open_to_a_user(path: &Path) -> bool {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", ": 3<>\"$0\""]).arg(path);
+        shell.stderr(Stdio::null());
+        if geteuid().is_root() {
+            shell.uid(NOBODY);
+        }
+        shell.status().unwrap().success()
+    }
+
+    #[test]
+    fn the_terminal_is_open_to_the_next_host_after_one_was_killed() {
+        let mut terminal = Terminal::open().unwrap();
+        let path = terminal.path().to_owned();
+        set_permissions(&path, Permissions::from_mode(0o666)).unwrap();
+        let host = open_terminal(&path).unwrap();
+        ioctl_tiocexcl(&host).unwrap();
+        // As after `kill -9`: the file is closed, and the claim stays.
+        drop(host);
+        assert!(!is_open_to_a_user(&path), "the claim of the host that was killed does not stay");
+        assert_eq!(terminal.read(&mut [0; 16]).unwrap(), 0);
+        assert!(is_open_to_a_user(&path));
+    }
 }

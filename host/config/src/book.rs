@@ -5,6 +5,40 @@ use std::path::Path;
 /// Folder of the book on a computer with the Debian package.
 const INSTALLED: &str = "/usr/share/doc/plumb/html";
 
+/// Returns where a person finds the book's first page: the installed one, or else its source in the
+/// repository.
+pub fn first_page() -> String {
+    let installed = Path::new(INSTALLED).join("index.html");
+    match installed.is_file() {
+        true => installed.display().to_string(),
+        false => "docs/introduction.md".to_owned(),
+    }
+}
+
+/// Returns a text in which each page of the book's part "use" that it names by its source is named
+/// as [`page`] does.
+pub fn with_pages(text: &str) -> String {
+    with_pages_in(Path::new(INSTALLED), text)
+}
+
+fn with_pages_in(book: &Path, text: &str) -> String {
+    let mut parts = text.split("docs/use/");
+    let mut named = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        match part.split_once(".md") {
+            Some((name, rest)) if name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-') => {
+                named.push_str(&page_in(book, name));
+                named.push_str(rest);
+            }
+            _ => {
+                named.push_str("docs/use/");
+                named.push_str(part);
+            }
+        }
+    }
+    named
+}
+
 /// Returns where a person finds the page `name` of the book's part "use": the installed page, or
 /// else its source in the repository, below `docs/use`.
 pub fn page(name: &str) -> String {
@@ -34,5 +68,8 @@ mod tests {
         fs::write(&page, "").unwrap();
         assert_eq!(page_in(book.path(), "board"), page.display().to_string());
         assert_eq!(page_in(book.path(), "opto"), "docs/use/opto.md");
+        let text = "docs/use/board.md and docs/use/opto.md, docs/use/70-plumb.rules";
+        let named = format!("{} and docs/use/opto.md, docs/use/70-plumb.rules", page.display());
+        assert_eq!(with_pages_in(book.path(), text), named);
     }
 }

@@ -334,7 +334,7 @@ mod tests {
         let number = message("[rig]\n# a\ngain = 110,0   # b\n[camera]\nat = [0, 0, 0]\n");
         assert_eq!(number, format!("3 rig.gain: 110,0 {point} 110.0"));
         let inline = message("a = { b = 1, c = -0,5 }\n");
-        assert_eq!(inline, format!("1 c: -0,5 {point} -0.5"));
+        assert_eq!(inline, format!("1 a.c: -0,5 {point} -0.5"));
         let commas = "has commas as the decimal sign and between its numbers: write points, ";
         let list = |list: &str| message(&format!("[rig]\ngain = 1\n[camera]\nat = {list}\n"));
         let expected = format!("4 camera.at: {commas}[0.626, 0.27, 0.325]");

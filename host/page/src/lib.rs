@@ -81,9 +81,7 @@ pub struct PageSettings {
 #[non_exhaustive]
 pub enum PageError {
     /// The address cannot be listened at.
-    #[error(
-        "the page cannot use the address {address}; try another port, or port 0 for a free one"
-    )]
+    #[error("the page cannot use the address {address}; {}", other_address(.source))]
     Listen {
         /// The address.
         address: SocketAddr,
@@ -99,6 +97,17 @@ pub enum PageError {
     /// The description of the rig cannot be written as JSON.
     #[error("the page's description of the rig")]
     Rig(#[from] serde_json::Error),
+}
+
+/// Returns which address to choose in place of one that cannot be listened at.
+fn other_address(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::AddrNotAvailable => {
+            "it is none of this computer: choose 127.0.0.1, 0.0.0.0 (all of its own), or one that \
+             `ip address` shows"
+        }
+        _ => "try another port, or port 0 for a free one",
+    }
 }
 
 /// A page that is being served, as an observer of the run.

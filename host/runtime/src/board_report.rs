@@ -68,6 +68,9 @@ fn in_words<S: Serializer>(state: &State, serializer: S) -> Result<S::Ok, S::Err
     serializer.collect_str(state)
 }
 
+/// Text of [`driver_warnings`] of drivers that warn of nothing.
+pub const NO_WARNINGS: &str = "none";
+
 /// Returns the warnings of the drivers of motors A, B, C in words; `none` where there are none.
 ///
 /// ```
@@ -86,7 +89,7 @@ pub fn driver_warnings(drivers: &[DriverReading; 3]) -> String {
         hot.into_iter().chain(open)
     });
     let text = warnings.collect::<Vec<_>>().join(", ");
-    if text.is_empty() { "none".to_owned() } else { text }
+    if text.is_empty() { NO_WARNINGS.to_owned() } else { text }
 }
 
 /// Estimated tension over the ball's weight below which a cable counts as near slack. The estimate

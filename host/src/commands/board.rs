@@ -175,7 +175,7 @@ fn counts(port: &str, diagnostics: &Diagnostics) {
 
 fn save(args: &SaveArgs) -> Result<(), Failure> {
     let rig = Rig::read(&args.rig.rig)?;
-    let mut link = connect(&args.rig.rig, &rig, args.port.open(&rig)?)?;
+    let mut link = connect(&args.rig.rig, &rig, &args.port)?;
     link.save()?;
     let (port, file) = (link.port(), &args.rig.rig);
     tell!("{port}: the board keeps the configuration of {}", file.display());

@@ -22,15 +22,13 @@ use plumb_calibrate::corners::{SheetError, find_corners};
 use plumb_calibrate::motors::{pose_from_motors, see_motors};
 use plumb_calibrate::places::pose_from_places;
 use plumb_calibrate::sheet::{self, Paper};
-use plumb_cameras::camera_file;
-use plumb_config::bounded_read::read_text;
-use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::rig::Rig;
 use plumb_vision::frame::RgbdFrame;
 
 use super::interrupt::interrupt_flag;
 use super::print::tell;
 use super::rig_args::{RIG_VARIABLE, rig_path};
+use super::run_camera::read_camera;
 use super::{DetectorName, FAILED, Failure, bad_input, failed, numbers};
 use clicks::Clicks;
 use import::ImportOptions;
@@ -118,8 +116,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     }
     let Some(file) = &args.rig else { return Err(bad_input("a rig file is needed")) };
     let rig = Rig::read(file)?;
-    let text = read_text(&rig.camera.file, MAX_BYTES)?;
-    let camera = camera_file::parse(&rig.camera.file, &text)?;
+    let (text, camera) = read_camera(file, &rig)?;
     let camera_file = CameraFile { path: &rig.camera.file, text: &text };
     if let Some(path) = &args.import_options.import {
         let (input, answers) = ((path.as_path(), &args.import_options), (args.yes, args.json));

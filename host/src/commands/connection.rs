@@ -8,37 +8,51 @@ use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
 use super::exit::ExitClass;
+use super::rig_args::PortArgs;
 use super::{Failure, failed};
 
-/// Connects to the board of `rig` of `file` and configures it.
+/// Opens the port, connects to the board of `rig` of `file`, and configures it.
 ///
 /// # Errors
 /// Where the board has stopped by itself: the fault stays until `plumb clear`.
-pub(super) fn connect(file: &Path, rig: &Rig, serial: Serial) -> Result<Link<Serial>, Failure> {
+pub(super) fn connect(file: &Path, rig: &Rig, port: &PortArgs) -> Result<Link<Serial>, Failure> {
+    configured(file, rig, port, port.open(rig)?)
+}
+
+/// Connects to the board at the open port `serial`, and configures it, as [`connect`].
+///
+/// # Errors
+/// As [`connect`].
+pub(super) fn configured(
+    file: &Path,
+    rig: &Rig,
+    port: &PortArgs,
+    serial: Serial,
+) -> Result<Link<Serial>, Failure> {
     let (wiring, config) = (rig.wiring()?, rig.config()?);
     let mut link = Link::connect(serial)?;
-    link.configure(wiring, config).map_err(|error| explained(error, file))?;
+    link.configure(wiring, config).map_err(|error| explained(error, file, port))?;
     Ok(link)
 }
 
-/// Connects to the board of the rig file `file` and looks whether it could be configured. Changes
+/// Connects to the board of `rig` of `file` and looks whether it could be configured. Changes
 /// nothing there.
 ///
 /// # Errors
 /// Where the board has stopped by itself, as [`connect`].
-pub(super) fn check_state(file: &Path, serial: Serial) -> Result<(), Failure> {
-    let mut link = Link::connect(serial)?;
+pub(super) fn check_state(file: &Path, rig: &Rig, port: &PortArgs) -> Result<(), Failure> {
+    let mut link = Link::connect(port.open(rig)?)?;
     match link.status()?.state {
         State::Fault(fault) => {
-            Err(explained(LinkError::Faulted { port: link.port(), fault }, file))
+            Err(explained(LinkError::Faulted { port: link.port(), fault }, file, port))
         }
         _ => Ok(()),
     }
 }
 
-/// Returns the failure of a command for the rig file `file`. Of a fault that was there before, it
-/// says how to clear it.
-pub(super) fn explained(error: impl ExitClass + 'static, file: &Path) -> Failure {
+/// Returns the failure of a command for the rig file `file` and these options. Of a fault that was
+/// there before, it says how to clear it.
+pub(super) fn explained(error: impl ExitClass + 'static, file: &Path, port: &PortArgs) -> Failure {
     let is_fault = ErrorChain(&error)
         .errors()
         .any(|error| matches!(error.downcast_ref::<LinkError>(), Some(LinkError::Faulted { .. })));
@@ -46,5 +60,5 @@ pub(super) fn explained(error: impl ExitClass + 'static, file: &Path) -> Failure
         return error.into();
     }
     let (error, file) = (ErrorChain(&error), file.display());
-    failed(format!("{error}. Run `plumb clear {file}`, then this command again"))
+    failed(format!("{error}. Run `plumb clear {file}{port}`, then this command again"))
 }

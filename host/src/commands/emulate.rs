@@ -19,9 +19,10 @@ use tracing::info;
 
 use self::link::TerminalLink;
 use self::motors::MotorLines;
-use self::rehearsal::RehearsalOptions;
+use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
+use super::print::note;
 use super::rig_args::rig_path;
 use super::{Failure, Physics, bad_input, print};
 
@@ -88,12 +89,13 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let interrupted = interrupt_flag(false)?;
-    let served = serve(prepared(&args)?)?;
+    let (board, rehearsed) = prepared(&args)?;
+    let served = serve(board)?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
     let link = link.transpose().map_err(bad_input)?;
     print::result(served.path().display())?;
     let mut lines = args.motors.then(MotorLines::start).transpose()?;
-    follow(&served, lines.as_mut(), &interrupted);
+    follow(&served, lines.as_mut(), rehearsed, &interrupted);
     drop(link);
     let line = Line::of(&served);
     // A reader that takes no lines takes no result.
@@ -105,15 +107,15 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the board of the options behind its link.
-fn prepared(args: &Args) -> Result<EmulatedBoard, Failure> {
+/// Returns the board of the options behind its link, and what goes wrong with it by plan.
+fn prepared(args: &Args) -> Result<(EmulatedBoard, Vec<Rehearsed>), Failure> {
     let rig = args.rig.as_deref().map(Rig::read).transpose()?;
     let mut board = board(args, rig.as_ref())?.with_wire(args.wire.wire()?);
     if args.motors {
         board.sample_motors(motors::INTERVAL);
     }
-    args.rehearsal.plan(&mut board, rig.as_ref())?;
-    Ok(board)
+    let rehearsed = args.rehearsal.plan(&mut board, rig.as_ref())?;
+    Ok((board, rehearsed))
 }
 
 /// Makes the board, and runs it for a moment in virtual time with a message on its way.
@@ -121,7 +123,7 @@ fn prepared(args: &Args) -> Result<EmulatedBoard, Failure> {
 pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
     use plumb_protocol::units::Micros;
 
-    let mut board = prepared(args)?;
+    let (mut board, _) = prepared(args)?;
     board.write(&[1, 1, 0]);
     board.run_to(Micros(20_000)).map_err(super::failed)
 }
@@ -142,12 +144,24 @@ fn board(args: &Args, rig: Option<&Rig>) -> Result<EmulatedBoard, Failure> {
     Ok(EmulatedBoard::with_plant(EMULATED, args.physics.plant(rig, simulation)?))
 }
 
-/// Reports every change of the board's state (`-v`), and prints its motor positions to `lines`,
-/// until the board's thread ends or `interrupted` is set.
-fn follow(served: &Served, mut lines: Option<&mut MotorLines>, interrupted: &AtomicBool) {
+/// Reports every change of the board's state (`-v`) and what goes wrong by plan, and prints the
+/// board's motor positions to `lines`, until the board's thread ends or `interrupted` is set.
+fn follow(
+    served: &Served,
+    mut lines: Option<&mut MotorLines>,
+    rehearsed: Vec<Rehearsed>,
+    interrupted: &AtomicBool,
+) {
     let mut state = None;
+    let mut rehearsed = rehearsed.into_iter().peekable();
     while !interrupted.load(Ordering::Relaxed) && !served.ended() {
-        let now = served.board().state();
+        let (now, time) = {
+            let board = served.board();
+            (board.state(), board.now())
+        };
+        while let Some(Rehearsed { time, text }) = rehearsed.next_if(|it| it.time <= time) {
+            note!("rehearsal, {:.1} s: {text}", time.0 as f64 * 1e-6);
+        }
         if let Some(lines) = &mut lines {
             let samples = served.board().take_samples();
             lines.add(samples);

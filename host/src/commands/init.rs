@@ -283,9 +283,12 @@ fn next_step(rig: &NewRig, path: &Path) -> String {
         _ => String::new(),
     };
     format!(
-        "read the comments in both files; then\n  `plumb check {path} --file-only` looks for \
-         mistakes in them{lens}\n  `plumb calibrate {path} --board` finds the camera's pose\n  \
-         `plumb check {path}` turns each motor a little and names what is wired wrongly"
+        "read the comments in both files; then
+  `plumb check {path} --file-only` looks for mistakes in them
+  `plumb board flash --rig {path}` puts the firmware on the board
+  `plumb jog {path}` turns each motor by hand, before a ball hangs on it{lens}
+  `plumb calibrate {path} --board` finds the camera's pose
+  `plumb check {path}` turns each motor a little and names what is wired wrongly"
     )
 }
 

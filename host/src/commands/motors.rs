@@ -6,9 +6,11 @@ mod keys;
 mod terminal;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Parser;
-use plumb_protocol::message::State;
+use plumb_protocol::message::{Fault, State};
+use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
 
@@ -16,7 +18,7 @@ use super::board::report;
 use super::connection::connect;
 use super::print::note;
 use super::rig_args::{BoardArgs, PortArgs, RigArg};
-use super::{Failure, bad_input};
+use super::{Failure, bad_input, failed};
 
 pub(crate) use jog::{JogArgs, jog};
 
@@ -50,7 +52,8 @@ pub(crate) struct HomeArgs {
 
 /// Clear the fault for which the board stopped by itself
 ///
-/// Nothing moves. Remove the cause first: docs/use/faults.md names it for each fault.
+/// Nothing moves. Remove the cause first: the book's page "Faults" names it for each fault. After
+/// the fault of a driver the command looks for a second whether it comes back.
 #[derive(Parser)]
 #[command(after_help = examples!["plumb clear rig.toml", "plumb clear --port /dev/ttyACM0"])]
 pub(crate) struct ClearArgs {
@@ -68,23 +71,44 @@ pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
         )),
         error => error.into(),
     })?;
-    serve(serial, args.board.json, |link| link.stop().map(|()| "the motors stand"))
+    serve(serial, args.board.json, |link| {
+        link.stop()?;
+        Ok("the motors stand")
+    })
 }
 
 pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
     serve(args.board.open()?, args.board.json, |link| {
-        let before = link.status()?.state;
+        let State::Fault(fault) = link.status()?.state else {
+            link.clear_fault()?;
+            return Ok("there was no fault");
+        };
         link.clear_fault()?;
-        Ok(match before {
-            State::Fault(_) => "faults are cleared",
-            _ => "there was no fault",
-        })
+        if let Fault::Driver(_) = fault {
+            check_drivers(link)?;
+        }
+        Ok("faults are cleared")
     })
+}
+
+/// Time in which the board sets its drivers up after a fault and reads each of them.
+const DRIVER_CHECK: Duration = Duration::from_secs(1);
+
+/// Checks that no driver fails again once the board has read it.
+fn check_drivers(link: &mut Link<Serial>) -> Result<(), Failure> {
+    link.wait(DRIVER_CHECK)?;
+    match link.status()?.state {
+        State::Fault(fault) => {
+            let (port, advice) = (link.port(), BoardFault::from(fault).advice());
+            Err(failed(format!("{port}: the board has stopped again: {fault}. {advice}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&args.rig.rig)?;
-    let mut link = connect(&args.rig.rig, &rig, args.port.open(&rig)?)?;
+    let mut link = connect(&args.rig.rig, &rig, &args.port)?;
     link.home()?;
     note!("{}: the zero of travel is here", link.port());
     let telemetry = link.status()?;
@@ -96,7 +120,7 @@ pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
 fn serve(
     serial: Serial,
     is_json: bool,
-    request: impl FnOnce(&mut Link<Serial>) -> Result<&'static str, LinkError>,
+    request: impl FnOnce(&mut Link<Serial>) -> Result<&'static str, Failure>,
 ) -> Result<ExitCode, Failure> {
     let mut link = Link::connect(serial)?;
     let done = request(&mut link)?;

@@ -69,7 +69,8 @@ pub(super) fn write_beside_former(path: &Path, bytes: &[u8]) -> Result<Option<Pa
 /// Where the input is no terminal, or cannot be read.
 pub(super) fn ask(question: &str) -> Result<bool, Failure> {
     if !stdin().is_terminal() {
-        return Err(bad_input("nobody can be asked on this input: say yes with --yes"));
+        let nobody = "Nobody can be asked on this input: say yes with --yes";
+        return Err(bad_input(format!("{question} {nobody}")));
     }
     message(format_args!("{question} [y/N] "));
     let mut line = String::new();

@@ -11,6 +11,7 @@ use plumb_cameras::camera_file::COMPARE_BALL;
 use plumb_cameras::record::{Overflow, Recorder, Recording};
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::board_fault::BoardFault;
+use plumb_runtime::board_report::{NO_WARNINGS, driver_warnings};
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
 use plumb_runtime::link::LinkError;
 use plumb_runtime::observer::{
@@ -40,6 +41,8 @@ pub(super) struct Outputs {
     is_operated: bool,
     /// The last fault that was printed, with its advice.
     told: Option<BoardFault>,
+    /// The last warnings of drivers on a UART that were printed; empty before the first.
+    warnings: String,
 }
 
 /// Returns the text of an event for the terminal; `None` where the result of the run or the
@@ -73,13 +76,42 @@ impl Outputs {
         let progress = run_progress::start(targets)?;
         let recorder = recorder.map(FrameRecorder::new);
         let pictures = RunPictures::default();
-        let told = None;
-        Ok(Self { progress, log, folder, recorder, pictures, viewers, is_operated, told })
+        Ok(Self {
+            progress,
+            log,
+            folder,
+            recorder,
+            pictures,
+            viewers,
+            is_operated,
+            told: None,
+            warnings: String::new(),
+        })
     }
 
     /// Returns the run folder.
     pub(super) fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// Prints a line in place of the progress line, which comes again with the next picture.
+    fn tell(&self, text: &str) {
+        if self.progress.is_some() {
+            renew(format_args!("{text}\n"));
+        } else {
+            tell!("{text}");
+        }
+    }
+
+    /// Prints the warnings of the drivers where they have changed.
+    fn tell_warnings(&mut self, record: &FrameRecord) {
+        let drivers = record.board.as_ref().and_then(|board| board.drivers);
+        let Some(warnings) = drivers.map(|drivers| driver_warnings(&drivers)) else { return };
+        if self.warnings.is_empty() && warnings == NO_WARNINGS || warnings == self.warnings {
+            return;
+        }
+        self.tell(&format!("warnings of the motor drivers: {warnings}"));
+        self.warnings = warnings;
     }
 
     /// Writes what is left and closes the files. Returns the progress too: its terminal may be
@@ -144,6 +176,7 @@ impl Observer for Outputs {
         self.pictures.frame(record);
         self.viewers.frame(record);
         self.progress.frame(record);
+        self.tell_warnings(record);
     }
 
     fn event(&mut self, record: &EventRecord) {
@@ -159,12 +192,7 @@ impl Observer for Outputs {
         if is_quiet() && record.event.tone() != Tone::Bad {
             return;
         }
-        // In place of the progress line, which comes again with the next picture.
-        if self.progress.is_some() {
-            renew(format_args!("{text}\n"));
-        } else {
-            tell!("{text}");
-        }
+        self.tell(&text);
     }
 
     fn end(&mut self, summary: &Summary) {

@@ -25,8 +25,8 @@ use privacy::Privacy;
 ///
 /// The names of this computer and of its user, the folders of paths, web addresses and the values
 /// of keys such as `token` are removed. Nothing moves, and nothing is sent: the command prints what
-/// is in the file. What is missing is named in it, with the reason. The first and the last picture
-/// of the run are in it: they show the room.
+/// is in the file. What is missing is named there and in it, with the reason. The first and the
+/// last picture of the run are in it: they show the room.
 #[derive(Parser)]
 #[command(
     after_help = examples![
@@ -64,6 +64,9 @@ pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
         parts.add_rig(rig)?;
     }
     parts.add_run(args.run.as_deref())?;
+    for missing in parts.missing() {
+        note!("missing: {missing}");
+    }
     let parts = parts.finish(&Privacy::of_this_computer());
     let packed = archive::pack(&parts).map_err(failed_because)?;
     let former = write_beside_former(&args.out, &packed)?;

@@ -1,6 +1,7 @@
 //! Arguments that commands share: the rig file, and the port of the board.
 
 use std::ffi::OsString;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -40,6 +41,16 @@ pub(crate) struct PortArgs {
     /// Baud rate, where the port is a UART, 300 to 20000000 bit/s [default: the rig file's]
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::whole_within::<u32>(BAUD))]
     baud: Option<u32>,
+}
+
+/// The options again, with a space before each, for a command that a person types.
+impl fmt::Display for PortArgs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(port) = self.named() {
+            write!(f, " --port {port}")?;
+        }
+        self.baud.map_or(Ok(()), |baud| write!(f, " --baud {baud}"))
+    }
 }
 
 impl PortArgs {
@@ -214,8 +225,11 @@ pub(super) fn no_rig(others: &str, usage: &str) -> Failure {
 /// Returns the path of a rig file from the command line.
 ///
 /// # Errors
-/// Where its name is that of a list of places, or it is a folder.
+/// Where it is empty, its name is that of a list of places, or it is a folder.
 pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
+    if text.is_empty() {
+        return Err(format!("no rig file has an empty name (is {RIG_VARIABLE} set to nothing?)"));
+    }
     let ending = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
     if LISTS.iter().any(|list| ending == *list) {
         return Err(
@@ -262,6 +276,15 @@ mod tests {
         let board = BoardArgs { rig: Some(rig), port, json: false }.board();
         let BoardPort { port, baud } = board.unwrap_or_else(|error| panic!("{}", error.message()));
         (port, baud)
+    }
+
+    #[test]
+    fn the_options_are_repeated_as_they_were_given() {
+        let text =
+            |port: Option<&str>, baud| PortArgs { port: port.map(str::to_owned), baud }.to_string();
+        assert_eq!(text(None, None), "");
+        assert_eq!(text(Some("board"), None), " --port board");
+        assert_eq!(text(Some("/dev/ttyUSB0"), Some(9600)), " --port /dev/ttyUSB0 --baud 9600");
     }
 
     #[test]

@@ -5,7 +5,6 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
-use plumb_cameras::camera_file;
 use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
@@ -33,7 +32,7 @@ use super::path_args::PathArgs;
 use super::print::{self, note, tell};
 use super::real_time::RealTime;
 use super::rig_args::{PortArgs, RigArg, split_rig};
-use super::run_camera::{RunCamera, record_folder};
+use super::run_camera::{RunCamera, read_camera, record_folder};
 use super::{Failure, Physics, bad_input, law, numbers};
 
 /// Drive the ball through the targets of a rig file
@@ -186,8 +185,7 @@ pub(super) fn drive(
     if let Some(law) = &options.law {
         rig.law = law.clone();
     }
-    let text = read_text(&rig.camera.file, MAX_BYTES)?;
-    let camera = camera_file::parse(&rig.camera.file, &text)?;
+    let (text, camera) = read_camera(file, &rig)?;
     if !rig.motion_rules().know_the_motors() {
         tell!("{}: has no [size]: a target that no cables can hold is not refused", file.display());
     }
@@ -208,7 +206,8 @@ pub(super) fn drive(
     if chosen != SourceName::Simulated && !transport.is_pseudo_terminal() {
         note!("{}", RealTime::ask());
     }
-    let mut run = Run::connect(&rig, transport).map_err(|error| explained(error, file))?;
+    let connected = Run::connect(&rig, transport);
+    let mut run = connected.map_err(|error| explained(error, file, &options.port))?;
     if let Some(targets) = moving {
         run.set_targets(Box::new(targets), TargetUse::Goal);
     }

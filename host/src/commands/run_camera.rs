@@ -1,12 +1,16 @@
 //! The camera of a run, and the recording of its frames.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use plumb_cameras::camera_file;
 use plumb_cameras::capture::{Capture, CaptureLimits};
 use plumb_cameras::open::OpenedCamera;
 use plumb_cameras::record::RecordFolder;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_cameras::stream::FIRST_FRAME;
+use plumb_config::bounded_read::{ReadError, read_text};
+use plumb_config::toml_file::MAX_BYTES;
 use plumb_frame::source::CameraSource;
 use plumb_runtime::rig::Rig;
 use plumb_sim::simulated::{HilObserver, HilPlant, SimulatedCamera, Timing, synthetic_camera};
@@ -16,6 +20,26 @@ use super::interrupt::DefaultSignals;
 use super::print::{note, tell};
 use super::ros2::open_camera;
 use super::{Failure, Physics, bad_input};
+
+/// Reads the camera file of `rig` of `file`. Returns its text too.
+///
+/// # Errors
+/// Where it cannot be read, or has a mistake.
+pub(crate) fn read_camera(file: &Path, rig: &Rig) -> Result<(String, Camera), Failure> {
+    let path = &rig.camera.file;
+    let text = read_text(path, MAX_BYTES).map_err(|error| match &error {
+        ReadError::Io { error: cause, .. } if cause.kind() == ErrorKind::NotFound => {
+            bad_input(format!(
+                "{}: there is no such file; `camera.file` of {} names it",
+                path.display(),
+                file.display()
+            ))
+        }
+        _ => error.into(),
+    })?;
+    let camera = camera_file::parse(path, &text)?;
+    Ok((text, camera))
+}
 
 /// Open camera of a run.
 pub(crate) struct RunCamera {

@@ -89,7 +89,8 @@ fn a_drive_refuses_any_other_fault() {
         let output = plumb(&arguments(drive, &rig, &emulator.port, "refused"), folder.path());
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(1), "{drive:?}: {text}");
-        assert!(text.contains(&format!("Run `plumb clear {rig}`, then this")), "{drive:?}: {text}");
+        let clear = format!("Run `plumb clear {rig} --port {}`, then this", emulator.port);
+        assert!(text.contains(&clear), "{drive:?}: {text}");
         assert!(!text.contains("cleared"), "{drive:?}: {text}");
         assert!(!folder.path().join("refused").exists(), "{drive:?}: nothing was run");
         assert_eq!(status(), state, "{drive:?}");
@@ -98,7 +99,7 @@ fn a_drive_refuses_any_other_fault() {
     let check = plumb(&["check", &rig, "--port", &emulator.port], folder.path());
     let text = stderr(&check);
     assert_eq!(check.status.code(), Some(1), "{text}");
-    let end =
-        format!("begin again. Nothing has moved. Run `plumb clear {rig}`, then this command again");
+    let end = format!("`plumb clear {rig} --port {}`, then this command again", emulator.port);
+    let end = format!("begin again. Nothing has moved. Run {end}");
     assert!(text.trim_end().ends_with(&end) && !text.contains("yes"), "{text}");
 }

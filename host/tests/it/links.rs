@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+use std::io::Read;
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
 use nix::sys::signal::{Signal, kill};
@@ -60,12 +62,18 @@ impl Run {
 
     /// Waits for its end.
     fn end(self) -> (Output, Value) {
+        let (output, line, _) = self.end_before();
+        (output, line)
+    }
+
+    /// The same, and leaves the board as it is.
+    fn end_before(self) -> (Output, Value, Emulator) {
         let output = self.child.wait_with_output().unwrap();
         let line = json(&output);
         let summary = std::fs::read_to_string(self.folder.path().join("run/summary.json")).unwrap();
         let kept: Value = serde_json::from_str(&summary).unwrap();
         assert_eq!(kept["ending"], line["ending"]);
-        (output, line)
+        (output, line, self.emulator)
     }
 }
 
@@ -101,9 +109,13 @@ fn a_board_that_restarts_ends_the_run_with_the_cause() {
 
 #[test]
 fn an_emergency_stop_can_be_rehearsed() {
-    let (output, line) = Run::start(&["--emergency-after", "6"]).end();
+    let (output, line, emulator) = Run::start(&["--emergency-after", "6"]).end_before();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(line["ending"].as_str().unwrap().contains("emergency"), "{line}");
+    // The button is pressed for 3 s.
+    let texts = cleared(&emulator.port);
+    let refused = "(the emergency input opened); close the emergency loop, then clear the fault";
+    assert!(texts.iter().all(|text| text.contains(refused)), "{texts:?}");
 }
 
 #[test]
@@ -111,10 +123,44 @@ fn a_driver_s_fault_can_be_rehearsed() {
     let drivers = "{ tmc2209-uart = { run_current = 0.8 } }";
     let options = ["--driver-trouble", "short", "--driver-trouble-motor", "b"];
     let options = [&options[..], &["--driver-trouble-after", "6"]].concat();
-    let (output, line) = Run::start_with(drivers, &options).end();
+    let (output, line, emulator) = Run::start_with(drivers, &options).end_before();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let ending = line["ending"].as_str().unwrap();
     assert!(ending.contains("motor B has a short circuit"), "{line}");
+    // The short circuit lasts for 10 s.
+    let texts = cleared(&emulator.port);
+    let again = "the board has stopped again: the driver of motor B has a short circuit and has \
+                 switched off. Switch the motors' supply off";
+    assert!(texts.iter().all(|text| text.contains(again)), "{texts:?}");
+}
+
+/// Clears the board's fault until that succeeds. Returns the messages of the attempts before.
+fn cleared(port: &str) -> Vec<String> {
+    let mut texts = Vec::new();
+    loop {
+        assert!(texts.len() < 1000, "{}", texts[0]);
+        let output = plumb(&["clear", "--port", port], Path::new("."));
+        if output.status.success() {
+            assert!(stderr(&output).contains("faults are cleared"), "{}", stderr(&output));
+            return texts;
+        }
+        texts.push(stderr(&output));
+    }
+}
+
+#[test]
+fn a_warning_of_a_driver_is_told_in_the_run_and_by_the_rehearsal() {
+    let drivers = "{ tmc2209-uart = { run_current = 0.8 } }";
+    let options = ["--driver-trouble", "hot", "--driver-trouble-after", "6"];
+    let (output, line, mut emulator) = Run::start_with(drivers, &options).end_before();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(line["reached"] == true, "{line}");
+    assert!(stderr(&output).contains("warnings of the motor drivers: A hot\n"));
+    kill(Pid::from_raw(emulator.child.id() as i32), Signal::SIGINT).unwrap();
+    let mut text = String::new();
+    emulator.child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+    let told = "rehearsal, 6.0 s: the driver of motor A has a trouble: hot\n";
+    assert!(text.contains(told), "{text}");
 }
 
 #[test]

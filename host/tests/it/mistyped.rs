@@ -184,7 +184,7 @@ fn a_check_without_a_yes_moves_nothing_and_says_why() {
     let output = program(&check, folder.path()).output().unwrap();
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
-    let nobody = "plumb: nobody can be asked on this input: say yes with --yes\n";
+    let nobody = "? Nobody can be asked on this input: say yes with --yes\n";
     assert!(text.ends_with(nobody), "{text}");
     let terminal = openpty(None, None).unwrap();
     fs::File::from(terminal.master.try_clone().unwrap()).write_all(b"n\n").unwrap();

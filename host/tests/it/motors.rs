@@ -146,7 +146,7 @@ fn a_fault_stays_until_it_is_cleared() {
     let refused = on(&["board", "save", &file]);
     assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
     let error = json(&refused)["error"].as_str().unwrap_or_default().to_owned();
-    let clear = format!("`plumb clear {file}`");
+    let clear = format!("`plumb clear {file} --port {}`", emulator.port);
     for part in ["nothing came from the host", "overloaded or asleep", &clear] {
         assert!(error.contains(part), "{error}");
     }

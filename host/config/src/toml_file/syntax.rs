@@ -47,12 +47,17 @@ impl SyntaxMistake {
             };
             return plain(key, "", "is there twice: remove one of the two".to_owned());
         }
-        if let Some((name, value, point)) = decimal_comma(written) {
+        if let Some(DecimalComma { name, value, point }) = decimal_comma(written) {
             let message = format!("must have a decimal point: write {point}");
-            return plain(key_below(text, line, name), value, message);
+            return plain(key_below(text, line, &name), value, message);
         }
         if let Some(message) = list_with_commas(written) {
             return plain(String::new(), "", message);
+        }
+        if let Some(message) = missing_comma(written) {
+            let name = assignment(written).map(|(name, _)| name).unwrap_or_default();
+            let key = if name.is_empty() { String::new() } else { key_below(text, line, name) };
+            return plain(key, "", message);
         }
         let message = in_words(&one_line(error.message()));
         match assignment(written) {
@@ -113,17 +118,35 @@ pub(super) fn key_below(text: &str, line: usize, name: &str) -> String {
     }
 }
 
-/// Looks for the first number of a line with a decimal comma. Returns its key, the number, and the
-/// number with a decimal point.
-fn decimal_comma(line: &str) -> Option<(&str, &str, String)> {
-    let mut begin = 0;
+/// Number with a decimal comma.
+struct DecimalComma<'a> {
+    /// Its key, with the inline tables around it: `driver.coils.duty`.
+    name: String,
+    /// The number.
+    value: &'a str,
+    /// The number with a decimal point.
+    point: String,
+}
+
+/// Looks for the first number of a line with a decimal comma.
+fn decimal_comma(line: &str) -> Option<DecimalComma<'_>> {
+    let (mut begin, mut tables, mut name) = (0, Vec::new(), "");
     for (equals, _) in line.match_indices('=') {
-        let name = line[begin..equals].rsplit(['{', ',']).next().unwrap_or_default().trim();
+        let before = &line[begin..equals];
+        for c in before.chars() {
+            match c {
+                '{' => tables.push(name),
+                '}' => drop(tables.pop()),
+                _ => {}
+            }
+        }
+        name = before.rsplit(['{', ',']).next().unwrap_or_default().trim();
         let value = line[equals + 1..].trim_start();
         let value = value.split(['}', '#', ' ', '\t']).next().unwrap_or_default();
         let value = value.trim_end_matches(',');
         if let Some(point) = with_point(value) {
-            return Some((name, value, point));
+            tables.push(name);
+            return Some(DecimalComma { name: tables.join("."), value, point });
         }
         begin = equals + 1;
     }
@@ -146,6 +169,23 @@ fn list_with_commas(line: &str) -> Option<String> {
     let digits = || numbers.iter().map(|text| text.trim_start_matches('-'));
     let has_zero = digits().any(|digits| digits.len() > 1 && digits.starts_with('0'));
     (has_zero && digits().all(is_digits)).then(|| pairs_message(&numbers))
+}
+
+/// Returns the message about a line with two numbers or lists that have no comma between them:
+/// `[0.05 0.27, 0.325]`.
+fn missing_comma(line: &str) -> Option<String> {
+    let line = without_comment(line);
+    let list = &line[line.find('[')?..];
+    if list.contains(['"', '\'', '{', '=', ';']) {
+        return None;
+    }
+    let words: Vec<&str> = list.split_whitespace().collect();
+    let is_end = |word: &str| word.ends_with(|c: char| c.is_ascii_digit() || ".]".contains(c));
+    let is_begin =
+        |word: &str| word.starts_with(|c: char| c.is_ascii_digit() || "-+.[".contains(c));
+    let gap = words.windows(2).find(|pair| is_end(pair[0]) && is_begin(pair[1]))?;
+    let (before, behind) = (gap[0].trim_start_matches('['), gap[1].trim_end_matches([',', ']']));
+    Some(format!("must have a comma between {before} and {behind}"))
 }
 
 /// Least number of whole numbers of a list that are taken for fewer numbers with decimal commas: no
@@ -214,6 +254,31 @@ mod tests {
         }
         for value in ["1.2.3", "1..2", "0x", "\"a", "[1, 2", "{ a = 1 }", "é", "-"] {
             assert_eq!(value_mistake(value), None, "{value}");
+        }
+    }
+
+    #[test]
+    fn a_decimal_comma_is_found_with_the_tables_around_it() {
+        let name = |line| decimal_comma(line).map(|it| format!("{} {}", it.name, it.point));
+        let found = |text: &str| Some(text.to_owned());
+        assert_eq!(name("gain = 0,5"), found("gain 0.5"));
+        assert_eq!(name("a = { b = { c = 1, d = 0,5 } }"), found("a.b.d 0.5"));
+        assert_eq!(name("a = { b = { c = 1 }, d = 0,5 }"), found("a.d 0.5"));
+        assert_eq!(name("a = { b = 1 }"), None);
+    }
+
+    #[test]
+    fn a_missing_comma_is_found_between_numbers_and_lists_only() {
+        for (line, gap) in [
+            ("at = [0.85 0.61, 0.665]", "0.85 and 0.61"),
+            ("  [0.1, -0.2 -.3],  # 1 2", "-0.2 and -.3"),
+            ("min = [[1, 2] [3, 4]]", "2] and [3"),
+        ] {
+            let message = format!("must have a comma between {gap}");
+            assert_eq!(missing_comma(line), Some(message), "{line}");
+        }
+        for line in ["a = [1, 2]", "a = 1 2", "a = ['1 2']", "[table] # 1 2", "a = [1 , 2 ]"] {
+            assert_eq!(missing_comma(line), None, "{line}");
         }
     }
 

@@ -352,7 +352,9 @@ impl<'a> Document<'a> {
         let choice =
             choice.map(|example| format!("has keys of its own: write, for example, `{example}`"));
         let problem = choice.or_else(|| range.map(|(_, range)| format!("must be {range}")));
-        let allowed = self.allowed(key).filter(|_| !is_header && problem.is_none());
+        // That of an unknown name lists the known ones.
+        let has_names = mistake.message.starts_with("unknown variant");
+        let allowed = self.allowed(key).filter(|_| !is_header && !has_names && problem.is_none());
         Finding {
             severity: Severity::Error,
             file: self.path.to_owned(),

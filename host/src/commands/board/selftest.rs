@@ -38,8 +38,12 @@ pub(super) fn main(args: &Args) -> Result<ExitCode, Failure> {
     let pins = kind.board().name;
     let question =
         format!("The pins of board.kind = \"{pins}\" will give pulses. Is the motors' supply off?");
-    if !(args.yes || ask(&question)?) {
-        return Err(failed("nothing was tested: switch the motors' supply off first"));
+    if !args.yes {
+        // A board that does not answer makes the question needless.
+        Link::connect(args.board.open()?)?;
+        if !ask(&question)? {
+            return Err(failed("nothing was tested: switch the motors' supply off first"));
+        }
     }
     let mut link = Link::connect(args.board.open()?)?;
     let (port, provenance) = (link.port(), link.provenance()?);

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use plumb_cameras::camera_file;
 use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
@@ -17,11 +16,11 @@ use plumb_runtime::wakeups::{RealClock, WakeupCheck};
 use plumb_vision::camera::Camera;
 use serde::Serialize;
 
-use super::super::connection::{check_state, connect};
+use super::super::connection::{check_state, configured};
 use super::super::interrupt::{interrupt_flag, interrupted_before};
 use super::super::old_file::{OldFile, ask};
 use super::super::print::tell;
-use super::super::run_camera::RunCamera;
+use super::super::run_camera::{RunCamera, read_camera};
 use super::super::{Failure, Physics, bad_input, failed};
 use super::{Args, words};
 
@@ -66,11 +65,10 @@ struct CablesLine {
 pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     let file = &args.rig.rig;
     let rig = Rig::read(file)?;
-    let camera = read_text(&rig.camera.file, MAX_BYTES)?;
-    let camera = camera_file::parse(&rig.camera.file, &camera)?;
+    let (_, camera) = read_camera(file, &rig)?;
     if !args.yes {
         // A board that cannot be configured makes the question needless.
-        check_state(file, args.port.open(&rig)?)?;
+        check_state(file, &rig, &args.port)?;
         if !ask(words::QUESTION)? {
             return Err(failed("nothing has moved: the check goes on after a yes only"));
         }
@@ -79,7 +77,7 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     let port = args.port.open(&rig)?;
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
-    let link = connect(file, &rig, port)?;
+    let link = configured(file, &rig, &args.port, port)?;
     let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;
     words::tell_report(&report, rig.cables.stiffness);
     let written = offer_correction(args, &rig, &report)?;

@@ -78,15 +78,49 @@ const PRESS_S: f64 = 3.0;
 /// Time for which a driver has its trouble, seconds.
 const TROUBLE_S: f64 = 10.0;
 
+/// Something that goes wrong by plan, or is well again.
+pub(super) struct Rehearsed {
+    /// When, on the board's clock.
+    pub(super) time: Micros,
+    /// What, in words.
+    pub(super) text: String,
+}
+
+/// Adds that something goes wrong at the beginning of `time`, and is well again at its end.
+fn add(rehearsed: &mut Vec<Rehearsed>, time: &Range<Micros>, begin: String, end: String) {
+    rehearsed.push(Rehearsed { time: time.start, text: begin });
+    rehearsed.push(Rehearsed { time: time.end, text: end });
+}
+
 impl RehearsalOptions {
-    /// Plans for the board of `rig` what the options say.
+    /// Plans for the board of `rig` what the options say. Returns it in the order of time.
     ///
     /// # Errors
     /// Where the rig's drivers have no UART, over which a trouble would be told.
-    pub(super) fn plan(&self, board: &mut EmulatedBoard, rig: Option<&Rig>) -> Result<(), Failure> {
+    pub(super) fn plan(
+        &self,
+        board: &mut EmulatedBoard,
+        rig: Option<&Rig>,
+    ) -> Result<Vec<Rehearsed>, Failure> {
+        let mut rehearsed = Vec::new();
         if let Some(seconds) = self.emergency_after {
-            board.press_emergency_button(span(seconds, PRESS_S));
+            let time = span(seconds, PRESS_S);
+            board.press_emergency_button(time.clone());
+            let button = "the emergency button is";
+            add(&mut rehearsed, &time, format!("{button} pressed"), format!("{button} released"));
         }
+        self.plan_trouble(board, rig, &mut rehearsed)?;
+        rehearsed.sort_by_key(|it| it.time);
+        Ok(rehearsed)
+    }
+
+    /// Plans the trouble of a driver.
+    fn plan_trouble(
+        &self,
+        board: &mut EmulatedBoard,
+        rig: Option<&Rig>,
+        rehearsed: &mut Vec<Rehearsed>,
+    ) -> Result<(), Failure> {
         let Some(name) = self.driver_trouble else { return Ok(()) };
         if rig.is_some_and(|rig| !matches!(rig.motors.driver, Driver::Tmc2209Uart(_))) {
             return Err(bad_input(
@@ -95,11 +129,13 @@ impl RehearsalOptions {
                  `driver = { tmc2209-uart = { run_current = 0.8 } }` in [motors]",
             ));
         }
-        board.trouble_driver(DriverTrouble {
-            motor: self.driver_trouble_motor as u8,
-            trouble: name.into(),
-            time: span(self.driver_trouble_after, TROUBLE_S),
-        });
+        let time = span(self.driver_trouble_after, TROUBLE_S);
+        let driver = format!("the driver of motor {:?}", self.driver_trouble_motor);
+        let option = name.to_possible_value().unwrap_or_default();
+        let begin = format!("{driver} has a trouble: {}", option.get_name());
+        add(rehearsed, &time, begin, format!("{driver} has no trouble any more"));
+        let motor = self.driver_trouble_motor as u8;
+        board.trouble_driver(DriverTrouble { motor, trouble: name.into(), time });
         Ok(())
     }
 }

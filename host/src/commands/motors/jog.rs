@@ -87,7 +87,7 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
         // Before anything is sent to the board.
         dialogue::check_terminal()?;
     }
-    let mut link = connect(&file, &rig, args.port.open(&rig)?)?;
+    let mut link = connect(&file, &rig, &args.port)?;
     let telemetry = match wanted {
         Some(wanted) => turn(&mut link, &wanted, rate, &interrupted)?,
         None => dialogue::run(&mut link, &rig, rate, &interrupted)?,

@@ -14,6 +14,7 @@ use serde_json::Value;
 
 use super::privacy::Privacy;
 use crate::commands::board::status_line;
+use crate::commands::print::note;
 use crate::commands::rig_args::PortArgs;
 use crate::commands::{Failure, bad_input};
 
@@ -165,7 +166,10 @@ impl Parts {
             }
             Some(folder) => folder.to_owned(),
             None => match newest_run(Path::new(RUNS)) {
-                Some(folder) => folder,
+                Some(folder) => {
+                    note!("run: {}, the newest in {RUNS}; --run names another", folder.display());
+                    folder
+                }
                 None => {
                     self.missing.push(format!(
                         "run: there is no run in {RUNS}; name its folder with --run"
@@ -188,6 +192,11 @@ impl Parts {
             }
         }
         Ok(())
+    }
+
+    /// Returns what could not be added, and why.
+    pub(super) fn missing(&self) -> &[String] {
+        &self.missing
     }
 
     /// Returns the parts of the report without private words, first the one about the program and

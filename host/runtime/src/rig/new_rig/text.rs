@@ -2,6 +2,7 @@
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
+use plumb_config::book::with_pages;
 use plumb_config::reference::{Key, keys};
 
 use super::{Limits, NewCamera, NewRig, Straps};
@@ -129,7 +130,7 @@ pub(super) fn rig_file(rig: &NewRig, limits: &Limits, straps: Option<&Straps>) -
     if rig.camera == NewCamera::Simulated {
         simulation(&mut file, limits);
     }
-    file.text
+    with_pages(&file.text)
 }
 
 const MOTORS_COMMENT: &str = "\

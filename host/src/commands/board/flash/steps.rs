@@ -52,9 +52,8 @@ pub(crate) enum FlashError {
     /// There is nothing to write to.
     #[error(
         "no Plumb board is on USB, and no Pico in its bootloader: hold BOOTSEL while plugging the \
-         Pico in, wait for its drive (RPI-RP2, of a \
-         Pico 2 RP2350), and run this command again; a board on a UART needs \
-         --port"
+         Pico in (an SKR Pico has the jumper Boot for that), wait for its drive (RPI-RP2, of a \
+         Pico 2 RP2350), and run this command again; a board on a UART needs --port"
     )]
     NoBoard,
     /// Several boards run.
