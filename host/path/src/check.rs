@@ -110,6 +110,18 @@ pub fn slowdown(
     times(&trajectory.breaks()).map(needed).fold(1.0, f64::max)
 }
 
+/// Returns the highest speed at which the ball may go along all of a trajectory, m/s: infinite
+/// where nothing limits it. `share` is as for [`slowdown`]: at each place it gives the limit of the
+/// speed in the direction there, and the lowest of them counts.
+pub fn highest_speed(trajectory: &Trajectory, share: impl Fn(&Moment) -> f64) -> f64 {
+    let limit = |time_s: f64| {
+        let moment = trajectory.at(time_s);
+        let share = share(&moment);
+        if share > 0.0 { moment.velocity.norm() / share } else { f64::INFINITY }
+    };
+    times(&trajectory.breaks()).map(limit).fold(f64::INFINITY, f64::min)
+}
+
 /// Returns the times to check, from the first break to the last one.
 fn times(breaks: &[f64]) -> impl Iterator<Item = f64> {
     let most = (MOST_MOMENTS / breaks.len()).clamp(1, MOST_PARTS);

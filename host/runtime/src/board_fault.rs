@@ -21,6 +21,12 @@ impl BoardFault {
         matches!(self.cause, Some(FaultCause::LateHost { .. }))
     }
 
+    /// Returns whether the motor positions are not to be trusted: the [`advice`](Self::advice) asks
+    /// for `plumb home`.
+    pub fn asks_for_home(&self) -> bool {
+        self.advice().contains("`plumb home`")
+    }
+
     /// Returns what to do next, in words for people.
     pub fn advice(&self) -> &'static str {
         self.cause.map_or_else(|| after_fault(self.fault), |cause| cause.advice())
@@ -139,8 +145,8 @@ impl fmt::Display for FaultCause {
 pub fn after_fault(fault: Fault) -> &'static str {
     match fault {
         Fault::HostSilent => {
-            "Check whether the computer is overloaded or asleep, or the cable to the board loose. \
-             Then clear the fault."
+            "Check whether the program was killed, the computer is overloaded or asleep, or the \
+             cable to the board is loose. Then clear the fault."
         }
         Fault::PositionLost => {
             "Check that the camera delivers pictures, and that the ball is in view and lit. Then \

@@ -41,9 +41,9 @@ use view::{Stage, View};
 /// Find the camera's pose in the rig frame, or its lens, and write it into the camera file
 ///
 /// The pose in three ways: --board (a printed board at a known place), --motors (their pixels, with
-/// depth), --ball (at least four known places of the ball). The page docs/use/calibrate.md says
-/// which one to take and what good numbers are. The picture with the result drawn in is kept
-/// beside the camera file. Nothing moves: no microcontroller is needed.
+/// depth), --ball (at least four known places of the ball). The book's page "Calibrate
+/// the camera's pose" says which one to take and what good numbers are. The picture with the result
+/// drawn in is kept beside the camera file. Nothing moves: no microcontroller is needed.
 ///
 /// --lens finds the intrinsics and the distortion of the lens from pictures of the printed board
 /// at many places. Do that before the pose. --import takes a lens or a pose that another program

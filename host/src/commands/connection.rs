@@ -4,6 +4,7 @@ use std::path::Path;
 
 use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::message::State;
+use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
@@ -51,14 +52,17 @@ pub(super) fn check_state(file: &Path, rig: &Rig, port: &PortArgs) -> Result<(),
 }
 
 /// Returns the failure of a command for the rig file `file` and these options. Of a fault that was
-/// there before, it says how to clear it.
+/// there before, it says how to clear it, with the whole commands.
 pub(super) fn explained(error: impl ExitClass + 'static, file: &Path, port: &PortArgs) -> Failure {
-    let is_fault = ErrorChain(&error)
-        .errors()
-        .any(|error| matches!(error.downcast_ref::<LinkError>(), Some(LinkError::Faulted { .. })));
-    if !is_fault {
-        return error.into();
-    }
+    let fault = ErrorChain(&error).errors().find_map(|error| match error.downcast_ref() {
+        Some(LinkError::Faulted { fault, .. }) => Some(*fault),
+        _ => None,
+    });
+    let Some(fault) = fault else { return error.into() };
     let (error, file) = (ErrorChain(&error), file.display());
-    failed(format!("{error}. Run `plumb clear {file}{port}`, then this command again"))
+    let home = match BoardFault::from(fault).asks_for_home() {
+        true => format!("`plumb home {file}{port}` with the ball at a known place, then "),
+        false => String::new(),
+    };
+    failed(format!("{error}. Run `plumb clear {file}{port}`, then {home}this command again"))
 }

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
+use nix::unistd::{AccessFlags, access};
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
@@ -198,6 +199,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             return Err(WriteError::Exists(path.clone()).into());
         }
     }
+    check_writable(&args.folder, &rig_path)?;
     let mut dialogue = Dialogue::new(io::stdin().lock(), io::stderr(), !args.yes);
     let rig = questions::rig(&args, &mut dialogue)?;
     let files = rig.files()?;
@@ -220,6 +222,17 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         print::result(serde_json::to_string(&line)?)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Checks that `file` can be written into `folder`, or into the folder that it will be created in.
+fn check_writable(folder: &Path, file: &Path) -> Result<(), WriteError> {
+    let mut folders = folder.ancestors().map(|it| match it.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => it,
+    });
+    let Some(existing) = folders.find(|it| it.exists()) else { return Ok(()) };
+    access(existing, AccessFlags::W_OK)
+        .map_err(|error| WriteError::Io { path: file.to_owned(), error: error.into() })
 }
 
 /// Returns where the pictures of another program are expected, for a person; `None` for other

@@ -13,7 +13,7 @@ use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{
     DEFAULT_ACCELERATION, DEFAULT_JERK, MotionLimits, PathError, Run, Trajectory, Waypoints,
 };
-use plumb_runtime::rig::{MotionRules, Rig};
+use plumb_runtime::rig::{MotionError, MotionRules, Rig};
 use plumb_runtime::run::{PathPlan, PathPlanError};
 
 use super::number_list::point;
@@ -168,8 +168,21 @@ struct FilePlaces {
 
 impl FilePlaces {
     /// Returns why `trajectory` through the places is not possible, for a person. Where it is too
-    /// fast by the times of the file, the text says where, and by how much.
+    /// fast for a motor, the text says which speed is possible; where it is by the times of the
+    /// file, where, and by how much.
     fn explain(&self, error: &PathPlanError, trajectory: &Trajectory, rig: &Rig) -> String {
+        if let (true, Rule::Other(rule @ MotionError::MotorRate { .. })) =
+            (self.times.is_empty(), &error.rule)
+        {
+            let highest = PathPlan::highest_speed(trajectory, rig);
+            let advice = match (highest * 1e3).floor() {
+                millimetres if millimetres >= 1.0 => {
+                    format!("choose a lower --speed, at most {} m/s", millimetres * 1e-3)
+                }
+                _ => "choose a path that needs less of the motors".to_owned(),
+            };
+            return format!("{error}: {}; {advice}", rule.without_advice());
+        }
         let slower = PathPlan::slowdown(trajectory, rig);
         if self.times.is_empty() || slower <= 1.0 {
             return format!("{error}: {}", error.rule);

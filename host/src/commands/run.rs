@@ -290,7 +290,7 @@ impl Goal {
             let why = "`camera.stream` of the rig file reads the standard input too";
             return Err(bad_input(format!("--targets -: {why}; give one of them a socket")));
         }
-        let stream = TargetStream::start(address, sender)?;
+        let stream = TargetStream::start(address, sender, &rig.motion_rules())?;
         note!("targets: from {address}");
         Ok(Some(stream))
     }

@@ -83,6 +83,21 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     assert!(folder.path().join("run/deviation.svg").exists());
 }
 
+/// As in `echo '{"target": ...}' | plumb run RIG --targets -`.
+#[test]
+fn a_line_that_comes_before_the_run_begins_is_driven_to() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder();
+    let emulator = Emulator::start();
+    let mut run = start(folder.path(), &emulator, "-");
+    let mut input = run.stdin.take().unwrap();
+    input.write_all(b"{\"target\": [0.5, 0.25, 0.42]}\n").unwrap();
+    drop(input);
+    let (line, targets) = good(&run.wait_with_output().unwrap());
+    assert_eq!((&targets["taken"], &targets["late"]), (&1.into(), &0.into()), "{line}");
+    assert_eq!(line["legs"][0]["target"].to_string(), "[0.5,0.25,0.42]");
+}
+
 #[test]
 fn a_file_is_played_and_a_wrong_one_is_refused_before_anything_moves() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);

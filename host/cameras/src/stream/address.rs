@@ -45,9 +45,14 @@ pub enum AddressError {
     #[error(
         "{0:?} can be reached from other computers, and whoever sends to it moves the rig: \
          listen on 127.0.0.1, and forward the port from the other computer with \
-         `ssh -L 5600:127.0.0.1:5600 THIS-COMPUTER`"
+         `ssh -L {port}:127.0.0.1:{port} THIS-COMPUTER`", port = port(.0)
     )]
     NotLocal(String),
+}
+
+/// Returns the port of a TCP address.
+fn port(address: &str) -> &str {
+    address.rsplit(':').next().unwrap_or_default()
 }
 
 impl StreamAddress {

@@ -173,7 +173,9 @@ impl Repair<'_> {
 fn unknown(message: &str) -> String {
     match nearest(message) {
         Some(name) => format!("is no key of this file; did you mean `{name}`?"),
-        None => "is no key of this file: remove it".to_owned(),
+        None => "is no key of this file: remove it, or write the line [TABLE] of its own table \
+                 above it"
+            .to_owned(),
     }
 }
 

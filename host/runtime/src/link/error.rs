@@ -39,10 +39,7 @@ impl Damage {
 #[non_exhaustive]
 pub enum LinkError {
     /// The port does not exist.
-    #[error(
-        "{port}: there is no such serial port; is the board plugged in? \
-         (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)"
-    )]
+    #[error("{port}: there is no such serial port; {}", absent_hint(.port))]
     Absent {
         /// Its path.
         port: String,
@@ -144,7 +141,8 @@ pub enum LinkError {
     /// The board restarted and has lost its configuration.
     #[error(
         "{port}: the board restarted in mid-run ({}); its motor positions begin at 0 where the \
-         motors stand now",
+         motors stand now. Check the board's supply and its cables, then run `plumb home` with the \
+         ball at a known place",
         .cause.map_or_else(|| "without a reported cause".to_owned(), |cause| cause.to_string())
     )]
     Restarted {
@@ -258,4 +256,18 @@ pub enum LinkError {
     /// A message does not fit a frame.
     #[error(transparent)]
     TooLong(#[from] plumb_protocol::frame::TooLong),
+}
+
+/// Returns what to look at where there is no port of this name.
+fn absent_hint(port: &str) -> &'static str {
+    match windows_port(port) {
+        true => "that is a port of Windows; on Linux a Pico is /dev/ttyACM0",
+        false => "is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)",
+    }
+}
+
+/// Returns whether a name is that of a serial port of Windows: COM3.
+pub fn windows_port(name: &str) -> bool {
+    let number = name.to_ascii_uppercase().strip_prefix("COM").map(str::to_owned);
+    number.is_some_and(|number| number.parse::<u8>().is_ok())
 }

@@ -29,6 +29,8 @@ pub enum MotionError {
 
 /// Returns what a motor cannot do, without advice.
 fn too_fast(motor: char, rate: f64, limit: f64) -> String {
+    // Rounded up: a rate just above the limit is not written as the limit.
+    let rate = (rate * 10.0).ceil() / 10.0;
     format!(
         "motor {motor} would have to turn at {rate:.1} full steps/s, above `motors.max_rate = \
          {limit}`"

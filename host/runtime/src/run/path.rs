@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::Point3;
-use plumb_path::check::{Breach, check, slowdown};
+use plumb_path::check::{Breach, check, highest_speed, slowdown};
 use plumb_path::trajectory::{MotionLimits, Trajectory};
 use plumb_protocol::message::{KNOTS, Reference, State, Telemetry};
 use plumb_protocol::units::{Point, Speed};
@@ -41,6 +41,13 @@ impl PathPlan {
     pub fn slowdown(trajectory: &Trajectory, rig: &Rig) -> f64 {
         let rules = rig.motion_rules();
         slowdown(trajectory, &path_limits(rig), |at| rules.rate_share(at.position, at.velocity))
+    }
+
+    /// Returns the highest speed, m/s, at which no motor is too slow for all of a trajectory:
+    /// infinite where nothing tells where the motors are.
+    pub fn highest_speed(trajectory: &Trajectory, rig: &Rig) -> f64 {
+        let rules = rig.motion_rules();
+        highest_speed(trajectory, |at| rules.rate_share(at.position, at.velocity))
     }
 
     /// Returns the trajectory.
@@ -274,9 +281,12 @@ impl PathDrive {
 
 #[cfg(test)]
 mod tests {
+    use plumb_path::check::Rule;
+    use plumb_path::shape::{Plane, Shape, ShapeKind};
     use plumb_path::trajectory::{Run as PathRun, Sample};
 
     use super::*;
+    use crate::rig::quantity::MotorRate;
 
     /// Returns the clock of a path at half its speed, which began at 10 s on the board's clock and
     /// 3 s on the host's. Its reports name positions that were sent `delay` before.
@@ -305,6 +315,35 @@ mod tests {
         let clock = clock(|i| if i % 7 == 3 { 0.002 } else { 0.030 });
         let found = clock.at(3.0 + 2.5).unwrap();
         assert!((found - 1.25).abs() < 0.002, "{found}");
+    }
+
+    #[test]
+    fn a_path_at_the_highest_speed_is_possible_and_a_faster_one_is_not() {
+        let mut rig = Rig::paper().unwrap();
+        rig.motors.max_rate = MotorRate::constant(110.0);
+        let eight = |speed: f64| {
+            let limits = MotionLimits { speed, ..path_limits(&rig) };
+            let shape = Shape {
+                kind: ShapeKind::Eight,
+                centre: Point3::new(0.55, 0.3, 0.3),
+                size: 0.2,
+                plane: Plane::Level,
+                tolerance: 0.005,
+                seed: 1,
+            };
+            shape.trajectory(&limits, PathRun::Once).unwrap()
+        };
+        let fast = eight(0.2);
+        assert!(matches!(
+            PathPlan::new(fast.clone(), true, &rig).unwrap_err().rule,
+            Rule::Other(MotionError::MotorRate { .. })
+        ));
+        let highest = PathPlan::highest_speed(&fast, &rig);
+        assert!((0.03..0.19).contains(&highest), "{highest}");
+        assert!(PathPlan::new(eight(highest * 0.999), true, &rig).is_ok(), "{highest}");
+        assert!(PathPlan::new(eight(highest * 1.05), true, &rig).is_err(), "{highest}");
+        let unknown = Rig { simulation: None, ..rig.clone() };
+        assert_eq!(PathPlan::highest_speed(&fast, &unknown), f64::INFINITY);
     }
 
     /// The board takes a last knot at rest for the end of the path.

@@ -1,12 +1,13 @@
 //! Queue of targets from other threads to the control loop.
 
 use std::collections::VecDeque;
+use std::mem;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Arrivals, LeftOut, TargetSource, TimedTarget};
+use super::{Arrivals, LeftOut, MAX_AGE_S, TargetSource, TimedTarget};
 
 /// Number of targets that may wait: those of a second at 250 Hz. Newer ones replace the oldest.
 pub const MAX_WAITING: usize = 250;
@@ -112,6 +113,17 @@ impl TargetSender {
 }
 
 impl Queue {
+    /// Lets the last target that came before the run be of the present where it would be late, and
+    /// leaves the others out.
+    fn renew_last(&mut self, present: Instant) {
+        let age = |sent: &Sent| present.saturating_duration_since(sent.at).as_secs_f64();
+        let Some(last) = self.waiting.back().copied().filter(|last| age(last) > MAX_AGE_S) else {
+            return;
+        };
+        self.left_out.skipped += self.waiting.len() as u64 - 1;
+        self.waiting = VecDeque::from([Sent { at: present, ..last }]);
+    }
+
     fn tell(&mut self, problem: String) {
         self.told = self.told.saturating_add(1);
         match self.told {
@@ -127,16 +139,18 @@ impl Queue {
 impl TargetSource for TargetReceiver {
     fn take(&mut self, now: f64) -> Arrivals {
         let mut queue = lock(&self.0);
-        queue.is_taken = true;
         // After the lock: no target is of the future.
         let present = Instant::now();
+        if !mem::replace(&mut queue.is_taken, true) {
+            queue.renew_last(present);
+        }
         let targets = queue.waiting.drain(..).map(|Sent { motion, at, position, velocity }| {
             let time = now - present.saturating_duration_since(at).as_secs_f64();
             TimedTarget { motion, time, position, velocity }
         });
         Arrivals {
             targets: targets.collect(),
-            problems: std::mem::take(&mut queue.problems),
+            problems: mem::take(&mut queue.problems),
             left_out: queue.left_out,
             has_ended: queue.has_ended,
         }
@@ -166,6 +180,7 @@ mod tests {
     #[test]
     fn the_newest_targets_win_and_keep_their_times() {
         let (sender, mut receiver) = target_channel();
+        assert_eq!(receiver.take(99.0), Arrivals::default());
         let motion = sender.begin();
         let begin = Instant::now();
         for k in 0..MAX_WAITING + 50 {
@@ -181,6 +196,21 @@ mod tests {
         assert_eq!(receiver.take(101.0).targets, []);
         sender.end();
         assert!(receiver.take(101.0).has_ended);
+    }
+
+    #[test]
+    fn of_targets_from_before_the_run_the_last_counts_as_if_it_came_now() {
+        let (sender, mut receiver) = target_channel();
+        let motion = sender.begin();
+        let long_ago = Instant::now() - Duration::from_secs(9);
+        for x in [0.1, 0.2, 0.3] {
+            sender.send(motion, long_ago, Point3::new(x, 0.0, 0.0), None);
+        }
+        let Arrivals { targets, left_out, .. } = receiver.take(100.0);
+        assert_eq!((targets.len(), left_out.skipped), (1, 2));
+        assert_eq!((targets[0].position.x, targets[0].time), (0.3, 100.0));
+        sender.send(motion, long_ago, Point3::origin(), None);
+        assert!(receiver.take(101.0).targets[0].time < 93.0);
     }
 
     #[test]

@@ -71,7 +71,7 @@ impl TargetLine {
     /// The first mistake.
     pub fn parse(text: &str) -> Result<Self, LineMistake> {
         let line: Self = serde_json::from_str(text)
-            .map_err(|error: serde_json::Error| LineMistake::Json(in_words(&error.to_string())))?;
+            .map_err(|error: serde_json::Error| LineMistake::Json(without_line(&error)))?;
         line.check()?;
         Ok(line)
     }
@@ -109,6 +109,11 @@ impl TargetLine {
     pub fn velocity(&self) -> Option<Vector3<f64>> {
         self.velocity.map(Vector3::from)
     }
+}
+
+/// Returns the message of an error in a line of JSON. The line has its own number.
+fn without_line(error: &serde_json::Error) -> String {
+    in_words(&error.to_string().replace(" at line 1 column ", " at column "))
 }
 
 fn check(key: &'static str, unit: &'static str, values: [f64; 3]) -> Result<(), LineMistake> {

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use nalgebra::Vector3;
 use plumb_cameras::stream::{Arrival, Connection, Endpoint, Interruption, StreamError};
 use plumb_config::bounded_read::{LineError, ReadError, read_line, read_text};
 use plumb_config::error_chain::ErrorChain;
@@ -19,6 +20,7 @@ use super::intake::{
     Beginning, LineIntake, MAX_SKIPPED_BYTES, Omission, OmissionKind, SenderFault,
 };
 use super::line::{MAX_LINE_BYTES, TargetAddress, TargetLine};
+use crate::rig::MotionRules;
 
 /// Largest file, bytes: an hour at 200 Hz.
 const MAX_FILE_BYTES: u64 = 1 << 27;
@@ -76,12 +78,17 @@ struct End(Option<String>);
 
 impl TargetStream {
     /// Listens at `address`, or reads the file, and sends its targets to `sender`. A file is
-    /// checked as a whole before, and begins when the run takes the first targets.
+    /// checked as a whole before, its places by `rules`, and begins when the run takes the first
+    /// targets.
     ///
     /// # Errors
     /// Where the address cannot be used; where the file cannot be read, a line is wrong or has no
-    /// `t`, or `t` does not grow.
-    pub fn start(address: &TargetAddress, sender: TargetSender) -> Result<Self, TargetStreamError> {
+    /// `t`, `t` does not grow, or a place is not allowed.
+    pub fn start(
+        address: &TargetAddress,
+        sender: TargetSender,
+        rules: &MotionRules,
+    ) -> Result<Self, TargetStreamError> {
         let is_closed = Arc::new(AtomicBool::new(false));
         let (motion, zero) = (sender.begin(), Instant::now());
         let reader = Reader { sender, motion, is_closed: Arc::clone(&is_closed), zero };
@@ -92,7 +99,7 @@ impl TargetStream {
                 thread.spawn(move || reader.receive(&endpoint))
             }
             TargetAddress::File(path) => {
-                let lines = read_file(path)?;
+                let lines = read_file(path, rules)?;
                 thread.spawn(move || reader.play(&lines))
             }
         };
@@ -110,7 +117,10 @@ impl Drop for TargetStream {
 }
 
 /// Reads a file of targets: the lines with their times, seconds from the first one.
-fn read_file(path: &Path) -> Result<Vec<(f64, TargetLine)>, TargetStreamError> {
+fn read_file(
+    path: &Path,
+    rules: &MotionRules,
+) -> Result<Vec<(f64, TargetLine)>, TargetStreamError> {
     let text = read_text(path, MAX_FILE_BYTES)?;
     let wrong = |problem| TargetStreamError::Line { path: path.to_owned(), problem };
     let mut lines: Vec<(f64, TargetLine)> = Vec::new();
@@ -123,6 +133,10 @@ fn read_file(path: &Path) -> Result<Vec<(f64, TargetLine)>, TargetStreamError> {
         if lines.last().is_some_and(|(before, _)| time <= *before) {
             return Err(at(&"`t` must grow from line to line"));
         }
+        rules.check(line.position(), Vector3::zeros()).map_err(|error| {
+            let [x, y, z] = line.position().into();
+            at(&format_args!("[{x:.4}, {y:.4}, {z:.4}] m: {error}"))
+        })?;
         lines.push((time, line));
     }
     if lines.is_empty() {

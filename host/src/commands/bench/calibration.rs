@@ -13,7 +13,7 @@ use crate::commands::{Failure, failed_because, numbers};
 /// Accuracy of the camera's pose by each way of `plumb calibrate`, on random rigs
 ///
 /// Ways: board, motors, ball. The pictures of the board are rendered with noise; depth, pixels and
-/// measured places have the errors that docs/understand/results.md lists. A refused or poor
+/// measured places have the errors that the book's page "Results" lists. A refused or poor
 /// calibration is repeated with other errors.
 #[derive(Parser)]
 pub(crate) struct CalibrationArgs {

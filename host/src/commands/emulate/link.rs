@@ -33,8 +33,8 @@ impl TerminalLink {
                 path = path.display()
             )),
             taken if is_taken(&taken) => Err(format!(
-                "{}: exists already; only a link to a pseudo-terminal that is gone is \
-                 replaced: remove it, or give another path",
+                "{}: exists already, and is no link that an emulation left behind: give another \
+                 path",
                 path.display()
             )),
             Err(error) => Err(format!("{}: cannot make this link: {error}", path.display())),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use plumb_cameras::stream::AddressError;
 use plumb_config::quantity::Range;
+use plumb_runtime::link::windows_port;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
 use plumb_runtime::rig::{BoardName, Stiffness};
 
@@ -76,10 +77,9 @@ pub(super) fn rig<I: BufRead, O: Write>(
 /// # Errors
 /// Where it is one of Windows.
 pub(super) fn port(text: &str) -> Result<String, String> {
-    let number = text.to_ascii_uppercase().strip_prefix("COM").map(str::to_owned);
-    match number.and_then(|number| number.parse::<u8>().ok()) {
-        Some(_) => Err("that is a port of Windows; on Linux a Pico is /dev/ttyACM0".to_owned()),
-        None => Ok(text.to_owned()),
+    match windows_port(text) {
+        true => Err("that is a port of Windows; on Linux a Pico is /dev/ttyACM0".to_owned()),
+        false => Ok(text.to_owned()),
     }
 }
 

@@ -68,7 +68,7 @@ pub(crate) struct Args {
     /// Range of the ball's depth below the motors, 0 to 100 m (h)
     #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH", allow_hyphen_values = true)]
     below: Option<Interval>,
-    /// Wide family (docs/understand/proofs.md): D, W 0.5-1.5 m, t 0-1, the closed triangle, h
+    /// Wide family (in the book: "What is proved"): D, W 0.5-1.5 m, t 0-1, the closed triangle, h
     /// 0.1-1 m
     #[arg(long, conflicts_with_all = ["rig", "tolerance"])]
     wide: bool,
