@@ -205,6 +205,10 @@ fn find(args: &Args, rig: &Rig, view: &mut View) -> Result<Option<Found>, Failur
     }
 }
 
+/// What to do where a rendered picture does not show the board.
+const RENDERED: &str = ". This picture is rendered: the board is where --origin, --turn and \
+                        --upright say, and the camera where the camera file says";
+
 fn from_board(options: &BoardOptions, view: &mut View) -> Result<Found, Failure> {
     let board = options.board();
     let placement: Placement = options.placement();
@@ -225,7 +229,10 @@ fn from_board(options: &BoardOptions, view: &mut View) -> Result<Found, Failure>
     if 2 * views.len() < frames.len()
         && let Some(error) = last
     {
-        return Err(error.into());
+        return Err(match view.is_simulated() {
+            true => failed(format!("{error}{RENDERED}")),
+            false => error.into(),
+        });
     }
     let frame = view::last(frames)?;
     let seen = average(&views, &board)?;

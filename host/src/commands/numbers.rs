@@ -75,6 +75,7 @@ fn hint(text: &str, range: &Range) -> String {
     match with_decimal_point(text).filter(|point| point != text) {
         Some(point) => format!("; write {point}, with a decimal point"),
         None => without_groups(text)
+            .filter(|number| number.parse().is_ok_and(|number| range.check(number).is_ok()))
             .map(|number| format!("; write {number}, with nothing between the thousands"))
             .unwrap_or_default(),
     }
@@ -140,8 +141,11 @@ mod tests {
         }
         let error = parse("-0,5", &COORDINATE).unwrap_err();
         assert!(error.ends_with("; write -0.5, with a decimal point"), "{error}");
-        let error = parse("1.000,5", &COORDINATE).unwrap_err();
+        let error = parse("1.000,5", &TIME).unwrap_err();
         assert!(error.ends_with("; write 1000.5, with nothing between the thousands"), "{error}");
+        // No rig has such a side.
+        let error = parse("610,880,930", &SIDE).unwrap_err();
+        assert!(!error.contains("write"), "{error}");
         for text in ["0.65,", "0.65 m", "0.65m"] {
             let error = parse(text, &SIDE).unwrap_err();
             assert!(error.ends_with("; write 0.65 alone"), "{error}");

@@ -17,6 +17,7 @@ use plumb_runtime::link::LinkError;
 use plumb_runtime::observer::{
     EventKind, EventRecord, FrameRecord, FrameRecorder, Observer, RunEvent, Tone,
 };
+use plumb_runtime::operator::{CommandOutcome, OperatorCommand};
 use plumb_runtime::run::{ControlLoopError, RunError, Summary};
 use plumb_runtime::run_log::{RunLog, RunPictures};
 
@@ -41,6 +42,8 @@ pub(super) struct Outputs {
     is_operated: bool,
     /// The last fault that was printed, with its advice.
     told: Option<BoardFault>,
+    /// The fault in which the board stands.
+    standing: Option<BoardFault>,
     /// The last warnings of drivers on a UART that were printed; empty before the first.
     warnings: String,
 }
@@ -85,6 +88,7 @@ impl Outputs {
             viewers,
             is_operated,
             told: None,
+            standing: None,
             warnings: String::new(),
         })
     }
@@ -92,6 +96,20 @@ impl Outputs {
     /// Returns the run folder.
     pub(super) fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// Notes a fault, and that one was cleared.
+    fn note_fault(&mut self, event: &RunEvent) {
+        use OperatorCommand::ClearFault;
+
+        match event {
+            RunEvent::Command {
+                command: ClearFault, outcome: CommandOutcome::Accepted, ..
+            } => {
+                self.standing = None;
+            }
+            event => self.standing = event.fault().or(self.standing),
+        }
     }
 
     /// Prints a line in place of the progress line, which comes again with the next picture.
@@ -131,8 +149,9 @@ impl Outputs {
         let recording = self.recorder.map(FrameRecorder::finish).transpose();
         let recording = recording.map_err(failed_because);
         let viewers = viewers::close(self.viewers);
-        let Self { folder, told, .. } = self;
-        let closed = Closed { folder, told, dropped_rows, unwritten, rows, recording, viewers };
+        let Self { folder, told, standing, .. } = self;
+        let closed =
+            Closed { folder, told, standing, dropped_rows, unwritten, rows, recording, viewers };
         (closed, self.progress)
     }
 
@@ -183,6 +202,7 @@ impl Observer for Outputs {
         self.log.event(record);
         self.viewers.event(record);
         self.progress.event(record);
+        self.note_fault(&record.event);
         if record.event.fault().is_some() && !self.is_operated {
             // It ends the run, and the result has it.
             return;
@@ -218,6 +238,8 @@ struct Closed {
     folder: PathBuf,
     /// The last fault that was printed, with its advice.
     told: Option<BoardFault>,
+    /// The fault in which the board stands.
+    standing: Option<BoardFault>,
     /// Number of rows that the run log lacks.
     dropped_rows: u64,
     /// Message of the file of the run log, other than the rows, that could not be written.
@@ -295,7 +317,7 @@ impl Closed {
             "{}: {frames} frames, {time:.1} s{targets}{}{}",
             summary.ending,
             error.unwrap_or_default(),
-            next_step(summary)
+            next_step(summary, self.standing)
         );
     }
 
@@ -314,8 +336,12 @@ impl Closed {
     }
 }
 
-/// Returns what to do after a run that did not do its work, behind the line that says how it ended.
-fn next_step(summary: &Summary) -> String {
+/// Returns what to do after a run that did not do its work, behind the line that says how it ended,
+/// where the board is left in the fault `standing`.
+fn next_step(summary: &Summary, standing: Option<BoardFault>) -> String {
+    if let Some(fault) = standing.filter(|_| summary.ending.fault().is_none()) {
+        return format!(". The board stands in a fault: {fault}. {}", fault.advice());
+    }
     if summary.located == 0 && summary.frames > 0 {
         return format!(
             ". The ball was never seen: {COMPARE_BALL}; `plumb replay RECORDING --debug DIR` shows \

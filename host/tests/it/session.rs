@@ -122,6 +122,8 @@ fn a_fault_and_a_refused_command_stand_in_every_output() {
     send(&run, Signal::SIGINT);
     let rest: Vec<String> = lines.collect();
     assert!(rest.iter().any(|line| line.contains(REFUSED)), "{rest:?}");
+    let last = rest.last().unwrap();
+    assert!(last.starts_with("interrupted: ") && last.contains(ADVICE), "{last}");
     let mut result = String::new();
     run.stdout.take().unwrap().read_to_string(&mut result).unwrap();
     run.wait().unwrap();

@@ -123,7 +123,9 @@ pub(crate) fn check_text(
         rig.camera.relative_to(folder);
     }
     more.extend(camera(&document, &rig.camera, rig.simulation.is_some()));
-    if more.iter().all(|finding| finding.severity == Severity::Warning) {
+    // A size with a placeholder in it tells nothing about the other tables.
+    let knows_size = !["size", "simulation"].iter().any(|table| is_below(table, &wrong));
+    if knows_size && more.iter().all(|finding| finding.severity == Severity::Warning) {
         more.extend(size::findings(&document, &rig));
     }
     // A value that was replaced by a placeholder has its finding.
@@ -351,7 +353,10 @@ impl<'a> Document<'a> {
         let choice = self.choice(mistake);
         let choice =
             choice.map(|example| format!("has keys of its own: write, for example, `{example}`"));
-        let problem = choice.or_else(|| range.map(|(_, range)| format!("must be {range}")));
+        let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
+        let place = is_place.then(|| format!("must be a list of places: write [{value}]"));
+        let range = range.map(|(_, range)| format!("must be {range}"));
+        let problem = choice.or(place).or(range);
         // That of an unknown name lists the known ones.
         let has_names = mistake.message.starts_with("unknown variant");
         let allowed = self.allowed(key).filter(|_| !is_header && !has_names && problem.is_none());

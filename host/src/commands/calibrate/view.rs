@@ -73,6 +73,11 @@ struct SimulatedView {
 }
 
 impl View {
+    /// Returns whether the pictures are rendered.
+    pub(super) fn is_simulated(&self) -> bool {
+        matches!(self.source, Source::Simulated(_))
+    }
+
     /// Opens the camera as [`open`](Self::open), for one picture of each stage. Every picture of a
     /// recording is read, however long the search in one takes.
     pub(super) fn open_whole(file: &Path, rig: &Rig, camera: Camera) -> Result<Self, Failure> {

@@ -229,6 +229,23 @@ fn a_file_without_targets_is_wrong() {
 }
 
 #[test]
+fn a_place_in_the_place_of_targets_is_answered_with_the_brackets() {
+    let found = findings(&[("targets = [[0.400, 0.400, 0.150]]", "targets = [0.4, 0.4, 0.15]")]);
+    let text = found[0].to_string();
+    let says = "must be a list of places: write [[0.4, 0.4, 0.15]]; allowed: ";
+    assert!(text.contains(says) || text.ends_with("write [[0.4, 0.4, 0.15]]"), "{text}");
+}
+
+/// The placeholder of a wrong size must not be compared with the travel.
+#[test]
+fn a_size_with_a_mistake_gives_no_further_warning() {
+    let travel = ("travel = [-1000, 1500]", "travel = [-5000, 5000]");
+    let radii = ("pulley_radii = [0.015,", "pulley_radii = [\"wide\",");
+    assert_eq!(keys(&findings(&[travel])), [vec![], vec!["motors.travel"]]);
+    assert_eq!(keys(&findings(&[travel, radii])), [vec!["simulation.pulley_radii"], vec![]]);
+}
+
+#[test]
 fn a_target_that_no_cables_can_hold_is_an_error() {
     let targets = ("targets = [[0.400, 0.400, 0.150]]", "targets = [[0.2, 0.45, 0.15]]");
     let found = findings(&[targets]);
