@@ -196,19 +196,28 @@ impl Peer {
     ) {
         let begin = Instant::now();
         while begin.elapsed() < LIMIT {
-            let number = self.stop["values"]["number"].clone();
+            // What has come meanwhile: a stop may stand already.
+            while self.line(Duration::ZERO).is_ok() {}
+            if self.is_stopped() {
+                println!("interrupted once more: {}", self.stop);
+                assert_eq!(self.call_again("resume").0["success"], true);
+                thread::sleep(pause);
+                continue;
+            }
             self.send(drive);
-            while self.stop["values"]["number"] == number {
+            while !self.is_stopped() && begin.elapsed() < LIMIT {
                 let Ok(line) = self.line(LIMIT) else { panic!("no status in time") };
                 if is_held(&line["status"], namespace, target) {
                     return;
                 }
             }
-            println!("interrupted once more: {}", self.stop);
-            assert_eq!(self.call_again("resume").0["success"], true);
-            thread::sleep(pause);
         }
-        panic!("interrupted again and again");
+        panic!("not held in time; the newest stop: {}", self.stop);
+    }
+
+    /// Returns whether a stop stands, by the newest status.
+    fn is_stopped(&self) -> bool {
+        self.stop["values"]["number"].as_str().is_some_and(|number| number != "0")
     }
 
     /// Checks that the ball is at a place, metres.
