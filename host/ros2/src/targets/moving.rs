@@ -128,7 +128,9 @@ mod tests {
 
     impl Bench {
         fn new() -> Self {
-            let (sender, run) = target_channel();
+            let (sender, mut run) = target_channel();
+            // The run has begun: of targets from before only the last would count.
+            assert_eq!(run.take(0.0), Arrivals::default());
             let mut gate = MovingGate::new(sender, "/plumb/moving_target".to_owned());
             // The times of the test are past when the run takes the targets.
             gate.zero -= Duration::from_secs(60);
