@@ -8,10 +8,14 @@ const INSTALLED: &str = "/usr/share/doc/plumb/html";
 /// Returns where a person finds the book's first page: the installed one, or else its source in the
 /// repository.
 pub fn first_page() -> String {
-    let installed = Path::new(INSTALLED).join("index.html");
+    named(&Path::new(INSTALLED).join("index.html"), "docs/introduction.md")
+}
+
+/// Returns the path of an installed page, or else its `source` in the repository.
+fn named(installed: &Path, source: &str) -> String {
     match installed.is_file() {
         true => installed.display().to_string(),
-        false => "docs/introduction.md".to_owned(),
+        false => source.to_owned(),
     }
 }
 
@@ -23,20 +27,20 @@ pub fn with_pages(text: &str) -> String {
 
 fn with_pages_in(book: &Path, text: &str) -> String {
     let mut parts = text.split("docs/use/");
-    let mut named = parts.next().unwrap_or_default().to_owned();
+    let mut text = parts.next().unwrap_or_default().to_owned();
     for part in parts {
         match part.split_once(".md") {
             Some((name, rest)) if name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-') => {
-                named.push_str(&page_in(book, name));
-                named.push_str(rest);
+                text.push_str(&page_in(book, name));
+                text.push_str(rest);
             }
             _ => {
-                named.push_str("docs/use/");
-                named.push_str(part);
+                text.push_str("docs/use/");
+                text.push_str(part);
             }
         }
     }
-    named
+    text
 }
 
 /// Returns where a person finds the page `name` of the book's part "use": the installed page, or
@@ -47,10 +51,7 @@ pub fn page(name: &str) -> String {
 
 fn page_in(book: &Path, name: &str) -> String {
     let installed = book.join("use").join(name).with_extension("html");
-    match installed.is_file() {
-        true => installed.display().to_string(),
-        false => format!("docs/use/{name}.md"),
-    }
+    named(&installed, &format!("docs/use/{name}.md"))
 }
 
 #[cfg(test)]

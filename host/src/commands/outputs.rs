@@ -44,7 +44,7 @@ pub(super) struct Outputs {
     told: Option<BoardFault>,
     /// The fault in which the board stands.
     standing: Option<BoardFault>,
-    /// The last warnings of drivers on a UART that were printed; empty before the first.
+    /// The last warnings of drivers on a UART that were printed; [`NO_WARNINGS`] before the first.
     warnings: String,
 }
 
@@ -89,7 +89,7 @@ impl Outputs {
             is_operated,
             told: None,
             standing: None,
-            warnings: String::new(),
+            warnings: NO_WARNINGS.to_owned(),
         })
     }
 
@@ -125,7 +125,7 @@ impl Outputs {
     fn tell_warnings(&mut self, record: &FrameRecord) {
         let drivers = record.board.as_ref().and_then(|board| board.drivers);
         let Some(warnings) = drivers.map(|drivers| driver_warnings(&drivers)) else { return };
-        if self.warnings.is_empty() && warnings == NO_WARNINGS || warnings == self.warnings {
+        if warnings == self.warnings {
             return;
         }
         self.tell(&format!("warnings of the motor drivers: {warnings}"));

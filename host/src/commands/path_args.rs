@@ -177,7 +177,7 @@ impl FilePlaces {
             let highest = PathPlan::highest_speed(trajectory, rig);
             let advice = match (highest * 1e3).floor() {
                 millimetres if millimetres >= 1.0 => {
-                    format!("choose a lower --speed, at most {} m/s", millimetres * 1e-3)
+                    format!("choose a lower --speed, at most {} m/s", millimetres / 1e3)
                 }
                 _ => "choose a path that needs less of the motors".to_owned(),
             };

@@ -66,7 +66,7 @@ impl Run {
         (output, line)
     }
 
-    /// The same, and leaves the board as it is.
+    /// Waits for its end. Returns the board too, which runs on.
     fn end_before(self) -> (Output, Value, Emulator) {
         let output = self.child.wait_with_output().unwrap();
         let line = json(&output);

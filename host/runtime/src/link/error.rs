@@ -260,14 +260,13 @@ pub enum LinkError {
 
 /// Returns what to look at where there is no port of this name.
 fn absent_hint(port: &str) -> &'static str {
-    match windows_port(port) {
-        true => "that is a port of Windows; on Linux a Pico is /dev/ttyACM0",
-        false => "is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)",
-    }
+    windows_port(port)
+        .unwrap_or("is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)")
 }
 
-/// Returns whether a name is that of a serial port of Windows: COM3.
-pub fn windows_port(name: &str) -> bool {
-    let number = name.to_ascii_uppercase().strip_prefix("COM").map(str::to_owned);
-    number.is_some_and(|number| number.parse::<u8>().is_ok())
+/// Returns what to write in place of a serial port of Windows, such as COM3; `None` for other
+/// names.
+pub fn windows_port(name: &str) -> Option<&'static str> {
+    let number = name.to_ascii_uppercase().strip_prefix("COM")?.parse::<u8>();
+    number.is_ok().then_some("that is a port of Windows; on Linux a Pico is /dev/ttyACM0")
 }

@@ -78,8 +78,8 @@ pub(super) fn rig<I: BufRead, O: Write>(
 /// Where it is one of Windows.
 pub(super) fn port(text: &str) -> Result<String, String> {
     match windows_port(text) {
-        true => Err("that is a port of Windows; on Linux a Pico is /dev/ttyACM0".to_owned()),
-        false => Ok(text.to_owned()),
+        Some(hint) => Err(hint.to_owned()),
+        None => Ok(text.to_owned()),
     }
 }
 
