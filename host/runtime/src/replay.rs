@@ -162,7 +162,10 @@ fn detect(
     let time = frame.time();
     if frame.depth().pixels().iter().all(|&depth| depth == 0) {
         outcome.without_depth += 1;
-        report(&Problem::NoDepth { time });
+        // Of a camera without depth it is no problem.
+        if frame.intrinsics().has_depth() {
+            report(&Problem::NoDepth { time });
+        }
     }
     let found = match debug {
         Some(_) => detector.detect_with_stages(frame),

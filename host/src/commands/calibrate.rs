@@ -53,7 +53,7 @@ use view::{Stage, View};
 ///   plumb calibrate --print-board board.pdf
 ///   plumb calibrate rig.toml --board
 ///   plumb calibrate rig.toml --motors --page --height 0.665
-///   plumb calibrate rig.toml --motors --pixel 410,80 --pixel 120,90 --pixel 260,70 --height 0.665
+///   plumb calibrate rig.toml --motors --pixel 511,60 --pixel 150,62 --pixel 305,107 --height 0.665
 ///   plumb calibrate rig.toml --ball
 ///   plumb calibrate rig.toml --lens
 ///   plumb calibrate rig.toml --lens --pictures photos

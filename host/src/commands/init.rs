@@ -270,6 +270,9 @@ fn notes(rig: &NewRig) -> Vec<String> {
         )),
         _ => {}
     }
+    if matches!(rig.camera, NewCamera::Webcam) && !cfg!(feature = "webcam") {
+        notes.push(format!("this program is built without webcams ({})", page("webcam")));
+    }
     if rig.board == BoardName::Pico2 {
         notes.push(format!(
             "inputs of a Pico 2 may stay at about 2 V with the chip's pull-downs: resistors to \

@@ -88,7 +88,12 @@ impl PathArgs {
         plan.map(Some).map_err(|error| {
             bad_input(match first_wrong_place(&file.places, &rig.motion_rules()) {
                 Some((line, mistake)) => format!("{path}:{line}: {mistake}"),
-                None => format!("{path}: {}", file.explain(&error, &trajectory, rig)),
+                None => {
+                    let fit = file.places.is_empty() && is_place(&error);
+                    let fit =
+                        if fit { "; choose a smaller --size, or another --centre" } else { "" };
+                    format!("{path}: {}{fit}", file.explain(&error, &trajectory, rig))
+                }
             })
         })
     }
@@ -208,6 +213,11 @@ impl FilePlaces {
         let next = next.clamp(1, self.places.len().checked_sub(1)?);
         Some([self.places[next - 1].0, self.places[next].0])
     }
+}
+
+/// Returns whether a path goes through a place where the ball cannot be.
+fn is_place(error: &PathPlanError) -> bool {
+    matches!(error.rule, Rule::Other(MotionError::Workspace(_) | MotionError::Triangle))
 }
 
 /// Returns the line of the first place that `rules` do not allow, and the place with its broken

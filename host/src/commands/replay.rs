@@ -107,7 +107,7 @@ fn wrong_depth_scale(recording: &Path, file: &Path, camera: &Camera) -> Option<S
     let own = beside(recording).ok().filter(|own| own != file)?;
     let recorded = camera_file::read(&own).ok()?.intrinsics.depth_scale;
     let given = camera.intrinsics.depth_scale;
-    (recorded != given).then(|| {
+    (camera.intrinsics.has_depth() && recorded != given).then(|| {
         format!(
             "{}: depth_scale = {given}, but the file of the recording has {recorded}: no ball is \
              found where the depth is wrong. Leave out --camera",

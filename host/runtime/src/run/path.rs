@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use plumb_path::check::{Breach, check, highest_speed, slowdown};
 use plumb_path::trajectory::{MotionLimits, Trajectory};
 use plumb_protocol::message::{KNOTS, Reference, State, Telemetry};
@@ -32,6 +32,8 @@ impl PathPlan {
     /// The first place that the rig does not allow.
     pub fn new(trajectory: Trajectory, waits: bool, rig: &Rig) -> Result<Self, PathPlanError> {
         let rules = rig.motion_rules();
+        // No speed makes a place possible: it is told before a speed.
+        check(&trajectory, &NO_LIMITS, |at| rules.check(at.position, Vector3::zeros()))?;
         check(&trajectory, &path_limits(rig), |at| rules.check(at.position, at.velocity))?;
         Ok(Self { trajectory, waits })
     }
@@ -60,6 +62,10 @@ impl PathPlan {
         self.waits
     }
 }
+
+/// Limits that every motion keeps.
+const NO_LIMITS: MotionLimits =
+    MotionLimits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
 
 /// Returns the limits of the table `[path]` of the rig file.
 fn path_limits(rig: &Rig) -> MotionLimits {
