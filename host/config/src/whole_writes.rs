@@ -16,6 +16,17 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     })
 }
 
+/// Writes a file that does not exist yet. A file without room is removed.
+///
+/// # Errors
+/// [`io::ErrorKind::AlreadyExists`] where something has its name; and where it cannot be written.
+pub fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create_new(path)?;
+    file.write_all(bytes).inspect_err(|_| {
+        let _absent = fs::remove_file(path);
+    })
+}
+
 /// New file that takes each record by one write. A record without room (a full disk, the limit of a
 /// file's size) leaves nothing in the file: those before it are complete.
 #[derive(Debug)]

@@ -10,6 +10,7 @@ mod places;
 mod report;
 mod view;
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -22,6 +23,8 @@ use plumb_calibrate::corners::{SheetError, find_corners};
 use plumb_calibrate::motors::{pose_from_motors, see_motors};
 use plumb_calibrate::places::pose_from_places;
 use plumb_calibrate::sheet::{self, Paper};
+use plumb_config::error_chain::ErrorChain;
+use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Rig;
 use plumb_vision::frame::RgbdFrame;
 
@@ -273,7 +276,13 @@ fn print_board(file: &Path, paper: Paper) -> Result<ExitCode, Failure> {
         "png" => sheet::png(paper)?,
         _ => return Err(bad_input(format!("{}: must end in .pdf or .png", file.display()))),
     };
-    output::write_new(file, &bytes)?;
+    write_new(file, &bytes).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => bad_input(format!(
+            "{}: exists already, and is not overwritten: give another name, or remove it",
+            file.display()
+        )),
+        _ => failed(format!("{}: cannot be written: {}", file.display(), ErrorChain(&error))),
+    })?;
     tell!(
         "The board is in {}. Print it at 100 % (actual size), check that its ruler measures \
          100 mm, and glue it onto something flat.",

@@ -4,8 +4,8 @@ mod colour;
 mod dialogue;
 mod questions;
 
-use std::fs::{self, OpenOptions};
-use std::io::{self, ErrorKind, Write};
+use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -13,6 +13,7 @@ use clap::{Parser, ValueEnum};
 use nix::unistd::{AccessFlags, access};
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
+use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
 use plumb_runtime::rig::{BoardName, Stiffness};
 use serde::Serialize;
@@ -320,20 +321,10 @@ fn write_files(
         _ => failed_because(WriteError::Io { path: path.to_owned(), error }),
     };
     fs::create_dir_all(folder).map_err(|error| failure(folder, error))?;
-    write_new(rig_path, &files.rig).map_err(|error| failure(rig_path, error))?;
-    write_new(camera_path, &files.camera).map_err(|error| {
+    write_new(rig_path, files.rig.as_bytes()).map_err(|error| failure(rig_path, error))?;
+    write_new(camera_path, files.camera.as_bytes()).map_err(|error| {
         // The rig file is of no use without it.
         let _ = fs::remove_file(rig_path);
         failure(camera_path, error)
     })
-}
-
-/// Writes a file that does not exist yet. A file that cannot be written whole is removed.
-fn write_new(path: &Path, text: &str) -> io::Result<()> {
-    let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
-    let written = file.write_all(text.as_bytes());
-    if written.is_err() {
-        let _ = fs::remove_file(path);
-    }
-    written
 }

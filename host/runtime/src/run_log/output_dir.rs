@@ -1,8 +1,10 @@
 //! Folder that a run writes to.
 
 use std::fs::{self, File};
-use std::io::{ErrorKind, Write};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+
+use plumb_config::whole_writes;
 
 use super::RunLogError;
 
@@ -96,20 +98,20 @@ fn highest_number(parent: &Path, prefix: &str) -> Result<u32, RunLogError> {
 
 /// Creates a file that did not exist.
 pub(super) fn create_new(path: &Path) -> Result<File, RunLogError> {
-    File::create_new(path).map_err(|source| match source.kind() {
-        ErrorKind::AlreadyExists => RunLogError::FileExists(path.into()),
-        _ => RunLogError::Io { action: "create", path: path.into(), source },
-    })
+    File::create_new(path).map_err(not_new("create", path))
 }
 
 /// Writes a file that did not exist, whole or not at all.
 pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), RunLogError> {
-    let mut file = create_new(path)?;
-    file.write_all(bytes).map_err(|source| {
-        // A truncated file would look like a result.
-        let _ = fs::remove_file(path);
-        RunLogError::io("write", path)(source)
-    })
+    whole_writes::write_new(path, bytes).map_err(not_new("write", path))
+}
+
+/// Returns a function for `map_err` of an operation that needs a new `path`.
+fn not_new(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunLogError {
+    move |source| match source.kind() {
+        ErrorKind::AlreadyExists => RunLogError::FileExists(path.into()),
+        _ => RunLogError::io(action, path)(source),
+    }
 }
 
 /// Writes a file in place of the one of this name, whole or not at all.

@@ -1,19 +1,16 @@
 //! Files of a calibration: the camera file and the picture.
 
-use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use plumb_calibrate::camera_text::with_pose;
 use plumb_cameras::camera_file;
-use plumb_config::error_chain::ErrorChain;
 use plumb_vision::image::ColourImage;
 
 use super::Found;
 use crate::commands::old_file::OldFile;
 use crate::commands::print;
-use crate::commands::{FAILED, Failure, bad_input, failed};
+use crate::commands::{FAILED, Failure};
 
 /// The rig's camera file.
 pub(super) struct CameraFile<'a> {
@@ -64,15 +61,4 @@ pub(super) fn conclude(
 /// Returns the path of a picture beside the camera file: "camera.NAME.png".
 pub(super) fn beside(camera_file: &Path, name: &str) -> PathBuf {
     camera_file.with_extension(format!("{name}.png"))
-}
-
-/// Writes a file that does not exist yet.
-pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let mut file = fs::File::create_new(path)
-        .map_err(|error| bad_input(format!("{}: cannot be created: {error}", path.display())))?;
-    file.write_all(bytes).map_err(|error| {
-        // Half a file would look like a whole one.
-        let _absent = fs::remove_file(path);
-        failed(format!("{}: {}", path.display(), ErrorChain(&error)))
-    })
 }
