@@ -77,7 +77,7 @@ pub enum RunLogError {
     },
     /// The folder is not that of a run, or its files have another content.
     #[error(
-        "{} is not a folder of a run that can be drawn: name one run, such as runs/run-0001",
+        "{} is not a folder of a run that can be drawn; name one run, such as runs/run-0001",
         .folder.display()
     )]
     NotARun {

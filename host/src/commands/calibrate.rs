@@ -130,6 +130,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         return lens::calibrate(&args.lens_options, rig, &camera_file, answers);
     }
     args.place_options.check()?;
+    args.motor_options.check()?;
     let clicks = Clicks::start(&args.motor_options, &camera_file)?;
     let mut view = View::open(file, &rig, camera.clone(), usize::from(args.frames))?;
     let Some(clicks) = clicks else {

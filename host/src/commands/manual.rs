@@ -40,8 +40,9 @@ pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
     let folder = &args.folder;
     let mut cli = cli.disable_help_subcommand(true);
     cli.build();
+    let pages = with_usages(cli, synopsis).mut_subcommands(with_version);
     let written = std::fs::create_dir_all(folder)
-        .and_then(|()| clap_mangen::generate_to(with_usages(cli, synopsis), folder).map(drop));
+        .and_then(|()| clap_mangen::generate_to(pages, folder).map(drop));
     written.map_err(|error| failed(format!("{}: {}", folder.display(), ErrorChain(&error))))?;
     note!("manual pages: {}", args.folder.display());
     Ok(ExitCode::SUCCESS)
@@ -51,6 +52,13 @@ pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
 pub(crate) fn with_usages(mut command: Command, usage: fn(&mut Command) -> String) -> Command {
     let own = usage(&mut command);
     command.override_usage(own).mut_subcommands(|command| with_usages(command, usage))
+}
+
+/// Returns `command` with the version of the program, for the head of its page, likewise its
+/// subcommands.
+fn with_version(command: Command) -> Command {
+    let command = command.version(env!("CARGO_PKG_VERSION")).disable_version_flag(true);
+    command.mut_subcommands(with_version)
 }
 
 /// Returns the usage of a command with all its options and the names of their values, where that of
@@ -101,6 +109,14 @@ mod tests {
             assert!(run.contains(option), "{run}");
         }
         assert!(synopsis_of("goto").ends_with(" [RIG] <X> <Y> <Z>"));
+    }
+
+    #[test]
+    fn the_page_of_each_command_names_the_version() {
+        let cli = crate::Cli::command().mut_subcommands(with_version);
+        let board = cli.find_subcommand("board").expect("the command exists");
+        let flash = board.find_subcommand("flash").expect("the command exists");
+        assert_eq!(flash.get_version(), cli.get_version());
     }
 
     #[test]

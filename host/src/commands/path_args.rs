@@ -1,5 +1,6 @@
 //! The path of `plumb run`: a file or a shape, its speed and its place.
 
+use std::fmt;
 use std::path::Path;
 
 use clap::Args;
@@ -20,6 +21,18 @@ use super::number_list::point;
 use super::print::note;
 use super::{Failure, bad_input, numbers};
 
+/// Speed along a path where none is given, m/s.
+const DEFAULT_SPEED: f64 = 0.05;
+
+/// Largest distance of a path from a waypoint where none is given, metres.
+const DEFAULT_TOLERANCE: f64 = 0.005;
+
+/// Size of a shape where none is given, metres.
+const DEFAULT_SIZE: f64 = 0.2;
+
+/// Seed of the shape spline where none is given.
+const DEFAULT_SEED: u64 = 1;
+
 #[derive(Args)]
 #[command(next_help_heading = "Path")]
 pub(super) struct PathArgs {
@@ -28,33 +41,31 @@ pub(super) struct PathArgs {
     #[arg(long, value_name = "FILE|SHAPE")]
     path: Option<String>,
     /// Speed along the path, above 0, to 2 m/s; lower in corners, and where G-code has a lower
-    /// feed. A file with times has its own
+    /// feed. A file with times has its own [default: 0.05]
     #[arg(
         long,
-        default_value_t = 0.05,
         allow_negative_numbers = true,
         requires = "path",
         value_parser = numbers::within(numbers::SPEED)
     )]
-    speed: f64,
+    speed: Option<f64>,
     /// Largest distance of the path from a waypoint, 0 to 1 m; with 0 the ball stops at corners
+    /// [default: 0.005]
     #[arg(
         long,
-        default_value_t = 0.005,
         allow_negative_numbers = true,
         requires = "path",
         value_parser = numbers::within(numbers::TOLERANCE)
     )]
-    tolerance: f64,
-    /// Size of a shape, 0.001 to 8 m
+    tolerance: Option<f64>,
+    /// Size of a shape, 0.001 to 8 m [default: 0.2]
     #[arg(
         long,
-        default_value_t = 0.2,
         allow_negative_numbers = true,
         requires = "path",
         value_parser = numbers::within(numbers::SIZE)
     )]
-    size: f64,
+    size: Option<f64>,
     /// Centre of a shape in the rig frame, each -100 to 100 m [default: that of the workspace]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "path")]
     #[arg(value_parser = point)]
@@ -62,10 +73,9 @@ pub(super) struct PathArgs {
     /// Draw a shape upright, in y and z, and not level
     #[arg(long, requires = "path")]
     upright: bool,
-    /// Seed of the shape spline, 0 to 1e15
-    #[arg(long, default_value_t = 1, requires = "path", value_parser = numbers::seed())]
-    #[arg(allow_negative_numbers = true)]
-    path_seed: u64,
+    /// Seed of the shape spline, 0 to 1e15 [default: 1]
+    #[arg(long, requires = "path", value_parser = numbers::seed(), allow_negative_numbers = true)]
+    path_seed: Option<u64>,
     /// Keep the path's time where the ball cannot follow, and do not wait for it
     #[arg(long, requires = "path")]
     no_wait: bool,
@@ -78,7 +88,10 @@ impl PathArgs {
         let run = if is_loop { Run::Loop } else { Run::Once };
         let limits = self.limits(rig)?;
         let (trajectory, file) = match path.parse() {
-            Ok(kind) => (self.shape(kind, rig).trajectory(&limits, run)?, FilePlaces::default()),
+            Ok(kind) => {
+                self.check_effect(&Source::Shape(kind))?;
+                (self.shape(kind, rig).trajectory(&limits, run)?, FilePlaces::default())
+            }
             Err(unknown) if !Path::new(path).exists() => {
                 return Err(bad_input(format!("--path: {unknown}; no file has this name either")));
             }
@@ -100,16 +113,16 @@ impl PathArgs {
 
     /// Returns the limits of the path: those of the options, within those of the rig file.
     fn limits(&self, rig: &Rig) -> Result<MotionLimits, Failure> {
+        let speed = self.speed.unwrap_or(DEFAULT_SPEED);
         let highest = rig.path.max_speed.get();
-        if self.speed > highest {
+        if speed > highest {
             let message = format!(
-                "--speed {} is above `path.max_speed = {highest}` of the rig file",
-                self.speed
+                "--speed {speed} is above {highest} m/s, which is `path.max_speed` of the rig"
             );
             return Err(bad_input(message));
         }
         Ok(MotionLimits {
-            speed: self.speed,
+            speed,
             acceleration: DEFAULT_ACCELERATION.min(rig.path.max_acceleration.get()),
             jerk: DEFAULT_JERK.min(rig.path.max_jerk.get()),
         })
@@ -121,10 +134,37 @@ impl PathArgs {
         Shape {
             kind,
             centre: self.centre.unwrap_or_else(|| nalgebra::center(&min, &max)),
-            size: self.size,
+            size: self.size.unwrap_or(DEFAULT_SIZE),
             plane: if self.upright { Plane::Upright } else { Plane::Level },
-            tolerance: self.tolerance,
-            seed: self.path_seed,
+            tolerance: self.tolerance(),
+            seed: self.path_seed.unwrap_or(DEFAULT_SEED),
+        }
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.tolerance.unwrap_or(DEFAULT_TOLERANCE)
+    }
+
+    /// Checks that no option is given that has no effect on a path from `source`.
+    fn check_effect(&self, source: &Source) -> Result<(), Failure> {
+        use ShapeKind::{Spline, Square};
+        let is_shape = matches!(source, Source::Shape(_));
+        let has_times = matches!(source, Source::Samples);
+        let has_corners = matches!(source, Source::Waypoints | Source::Shape(Square));
+        let is_spline = matches!(source, Source::Shape(Spline));
+        let options = [
+            ("--speed", self.speed.is_some(), !has_times),
+            ("--tolerance", self.tolerance.is_some(), has_corners),
+            ("--size", self.size.is_some(), is_shape),
+            ("--centre", self.centre.is_some(), is_shape),
+            ("--upright", self.upright, is_shape),
+            ("--path-seed", self.path_seed.is_some(), is_spline),
+        ];
+        match options.iter().find(|(_, is_given, has_effect)| *is_given && !has_effect) {
+            Some((option, ..)) => Err(bad_input(format!(
+                "{option} has no effect on {source}: leave it out, or choose another path"
+            ))),
+            None => Ok(()),
         }
     }
 
@@ -145,11 +185,13 @@ impl PathArgs {
         let (places, mut times) = (contents.places(), Vec::new());
         let trajectory = match contents {
             PathFile::Waypoints { places, speeds, .. } => {
+                self.check_effect(&Source::Waypoints)?;
                 tell_slower(&speeds, limits.speed);
-                let waypoints = Waypoints { places, speeds, tolerance: self.tolerance };
+                let waypoints = Waypoints { places, speeds, tolerance: self.tolerance() };
                 Trajectory::through(&waypoints, limits, run)
             }
             PathFile::Samples { samples, .. } => {
+                self.check_effect(&Source::Samples)?;
                 times = samples.iter().map(|sample| sample.time).collect();
                 Trajectory::through_samples(&samples, run)
             }
@@ -157,6 +199,28 @@ impl PathArgs {
         let trajectory = trajectory
             .map_err(|error: PathError| bad_input(format!("{}: {error}", file.display())))?;
         Ok((trajectory, FilePlaces { places, times }))
+    }
+}
+
+/// Source of a path. The text is for people.
+enum Source {
+    /// A shape.
+    Shape(ShapeKind),
+    /// A file of waypoints, or G-code.
+    Waypoints,
+    /// A file with times.
+    Samples,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Shape(kind) => {
+                write!(f, "the shape {}", format!("{kind:?}").to_ascii_lowercase())
+            }
+            Self::Waypoints => write!(f, "a file"),
+            Self::Samples => write!(f, "a file with times"),
+        }
     }
 }
 

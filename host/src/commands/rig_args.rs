@@ -133,7 +133,7 @@ impl From<BoardOption> for BoardName {
 /// The board of a command that needs no configuration.
 #[derive(Args)]
 pub(crate) struct BoardArgs {
-    /// Rig file, for the port and the baud rate of its board [default: the one Plumb board on USB]
+    /// Rig file, for its table [board]: port, baud rate, kind [default: the one Plumb board on USB]
     #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true, value_parser = rig_path)]
     rig: Option<PathBuf>,
     #[command(flatten)]

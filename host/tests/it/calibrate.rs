@@ -158,7 +158,9 @@ fn the_board_is_printed_and_never_over_another_file() {
         let arguments = ["calibrate", "--print-board", file, "--paper", "letter"];
         assert_eq!(plumb(&arguments, folder.path()).status.code(), Some(0));
         assert!(fs::metadata(folder.path().join(file)).unwrap().len() > 2000);
-        assert_eq!(plumb(&arguments, folder.path()).status.code(), Some(2));
+        let again = plumb(&arguments, folder.path());
+        assert_eq!(again.status.code(), Some(2));
+        assert!(stderr(&again).contains("exists already, and is not overwritten"));
     }
     let output = plumb(&["calibrate", "--print-board", "board.jpg"], folder.path());
     assert_eq!(output.status.code(), Some(2));
@@ -191,6 +193,17 @@ fn too_few_places_are_refused_before_the_pictures() {
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert_eq!(text, "plumb: --place is given 1 times, but 4 to 40 places are needed\n");
+}
+
+#[test]
+fn motors_without_a_measured_place_are_refused_before_the_pictures() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let pixels = ["--pixel", "1,2", "--pixel", "3,4", "--pixel", "5,6"];
+    let output = plumb(&[&["calibrate", &rig, "--motors"], &pixels[..]].concat(), folder.path());
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.starts_with("plumb: give --height"), "{text}");
 }
 
 #[test]

@@ -48,7 +48,11 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("none.csv", &[], "'none.csv' is no shape"),
         ("circle", &["--size", "0.5"], "that is outside the workspace of the rig file"),
         ("circle", &["--centre", "0.2,0.2,0.3"], "outside the triangle of the motors"),
-        ("circle", &["--speed", "0.5"], "above `path.max_speed = 0.3` of the rig file"),
+        ("circle", &["--speed", "0.5"], "above 0.3 m/s, which is `path.max_speed` of"),
+        ("circle", &["--tolerance", "0.01"], "--tolerance has no effect on the shape circle:"),
+        ("square", &["--path-seed", "2"], "--path-seed has no effect on the shape square:"),
+        ("up.nc", &["--size", "0.1"], "--size has no effect on a file:"),
+        ("fast.csv", &["--speed", "0.1"], "--speed has no effect on a file with times:"),
         ("circle", &["--speed", "0"], "--speed"),
         ("square", &["--tolerance", "-1"], "--tolerance"),
     ] {

@@ -110,6 +110,14 @@ impl MotorOptions {
         pixels.map(Some).map_err(|_| bad_input(format!("--pixel is given {n} times, not 3")))
     }
 
+    /// Checks that the places of the motors are measured, where their pixels are given.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if self.pixels()?.is_some() {
+            self.measures()?;
+        }
+        Ok(())
+    }
+
     pub(super) fn measures(&self) -> Result<MotorMeasures, Failure> {
         let needed = "give --height (of the motors above the origin) or --motor three times";
         match (self.height, self.measured.len()) {

@@ -144,8 +144,8 @@ fn advice(calibration: &Calibration, way: Way) -> Option<String> {
              triangle with a rule, or use --board or --ball"
         }
         Way::Ball => {
-            "use six places or more that are spread over the whole workspace and its height, and \
-             measure to the ball's centre"
+            "add places of the ball, spread over the whole workspace and its height, and measure \
+             to the ball's centre"
         }
     };
     match calibration.grade() {
