@@ -1,30 +1,29 @@
-//! Outputs of the commands that run: progress on the terminal, run log, recording, and the result
-//! for people.
+//! Outputs of the commands that run: progress on the terminal, run log and recording.
 
+mod closed;
 mod run_progress;
 
 use std::io::{IsTerminal, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use plumb_cameras::camera_file::COMPARE_BALL;
-use plumb_cameras::record::{Overflow, Recorder, Recording};
+use plumb_cameras::record::{Overflow, Recorder};
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::board_report::{NO_WARNINGS, driver_warnings};
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
-use plumb_runtime::link::LinkError;
 use plumb_runtime::observer::{
     EventKind, EventRecord, FrameRecord, FrameRecorder, Observer, RunEvent, Tone,
 };
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand};
-use plumb_runtime::run::{ControlLoopError, RunError, Summary};
+use plumb_runtime::run::{RunError, Summary};
 use plumb_runtime::run_log::{RunLog, RunPictures};
 
 use super::interrupt::DefaultSignals;
-use super::print::{is_quiet, note, renew, tell};
+use super::print::{is_quiet, renew, tell};
 use super::viewers::{self, Viewers};
 use super::{FAILED, Failure, both, failed, failed_because};
+use closed::Closed;
 use run_progress::Progress;
 
 /// Rows that may wait for the disk: 5 minutes at 30 Hz, some 5 MB.
@@ -227,134 +226,4 @@ impl Observer for Outputs {
     fn dropped(&self) -> u64 {
         self.log.dropped() + self.recorder.dropped() + self.viewers.dropped()
     }
-}
-
-/// What to do after the link to the board broke in mid-run.
-const BOARD_LOST: &str = ". The board stops by itself: check plug and cable, then `plumb board \
-                          status` says in which state it is";
-
-/// Outputs whose files are closed.
-struct Closed {
-    folder: PathBuf,
-    /// The last fault that was printed, with its advice.
-    told: Option<BoardFault>,
-    /// The fault in which the board stands.
-    standing: Option<BoardFault>,
-    /// Number of rows that the run log lacks.
-    dropped_rows: u64,
-    /// Message of the file of the run log, other than the rows, that could not be written.
-    unwritten: Option<String>,
-    /// Failure to write the rows of the run log.
-    rows: Result<(), Failure>,
-    /// Result of the recording, if there is one.
-    recording: Result<Option<Recording>, Failure>,
-    /// Result of the outputs for viewers.
-    viewers: Result<(), Failure>,
-}
-
-impl Closed {
-    /// Reports the result of a run that ended, or failed with `error`. The last line says how it
-    /// ended, and what to do next.
-    ///
-    /// # Errors
-    /// The failure of the run, of the rows, of the recording or of the viewers. Those after the
-    /// first are printed.
-    fn report(self, summary: &Summary, error: Option<&ControlLoopError>) -> Result<(), Failure> {
-        let (frames, folder) = (summary.frames, self.folder.display());
-        let is_told = summary.ending.fault().is_some_and(|fault| fault.is_of_the_computer());
-        if let Some(late) = summary.late_wakeups.filter(|_| !is_told) {
-            tell!("{late}");
-        }
-        let run = match error {
-            Some(error) => {
-                let untold = summary.ending.fault().filter(|fault| self.told != Some(*fault));
-                if let Some(fault) = untold {
-                    tell!("{}. {}", summary.ending, fault.advice());
-                }
-                let advice = match error {
-                    ControlLoopError::Link(LinkError::Lost { .. }) => BOARD_LOST,
-                    _ => "",
-                };
-                let error = ErrorChain(error);
-                let so_far = format!("(recorded so far: {folder}, {frames} frames)");
-                Err(failed(format!("{error} {so_far}{advice}")))
-            }
-            None if is_quiet() && summary.reached => Ok(()),
-            None => {
-                self.tell_result(summary);
-                Ok(())
-            }
-        };
-        let run = both(run, self.missing());
-        let recording = self.recording.map(|recording| {
-            if let Some(recording) = recording {
-                report_recording(&recording);
-            }
-        });
-        both(run, both(self.rows, both(recording, self.viewers)))
-    }
-
-    /// Prints the result of a run that ended.
-    fn tell_result(&self, summary: &Summary) {
-        tell!("run folder: {}", self.folder.display());
-        if let Some(path) = &summary.path {
-            tell!("{path}");
-        }
-        if let Some(targets) = &summary.targets {
-            tell!("{targets}");
-        }
-        let (frames, time) = (summary.frames, summary.time_s);
-        tell!("ball seen in {} of {frames} pictures", summary.located);
-        let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
-        let targets = match summary.legs.len() {
-            0 | 1 => String::new(),
-            // The way to the path counts as a target.
-            _ if summary.path.is_some() => String::new(),
-            _ if summary.targets_reached == 1 => ", 1 target reached".to_owned(),
-            _ => format!(", {} targets reached", summary.targets_reached),
-        };
-        tell!(
-            "{}: {frames} frames, {time:.1} s{targets}{}{}",
-            summary.ending,
-            error.unwrap_or_default(),
-            next_step(summary, self.standing)
-        );
-    }
-
-    /// Reports what the run folder lacks.
-    ///
-    /// # Errors
-    /// Where a file could not be written. Rows that a slow disk had no time for are no error.
-    fn missing(&self) -> Result<(), Failure> {
-        if self.dropped_rows > 0 {
-            tell!("plumb: the run log lacks {} rows: the disk is slow", self.dropped_rows);
-        }
-        match &self.unwritten {
-            Some(error) => Err(failed(format!("the run folder is not complete: {error}"))),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Returns what to do after a run that did not do its work, behind the line that says how it ended,
-/// where the board is left in the fault `standing`.
-fn next_step(summary: &Summary, standing: Option<BoardFault>) -> String {
-    if let Some(fault) = standing.filter(|_| summary.ending.fault().is_none()) {
-        return format!(". The board stands in a fault: {fault}. {}", fault.advice());
-    }
-    if summary.located == 0 && summary.frames > 0 {
-        return format!(
-            ". The ball was never seen: {COMPARE_BALL}; `plumb replay RECORDING --debug DIR` shows \
-             each stage"
-        );
-    }
-    summary.ending.advice().map(|advice| format!(". {advice}")).unwrap_or_default()
-}
-
-fn report_recording(recording: &Recording) {
-    let dropped = match recording.dropped {
-        0 => String::new(),
-        n => format!(", {n} left out: they came faster than they could be written"),
-    };
-    note!("recorded: {} frames in {}{dropped}", recording.frames, recording.folder.display());
 }
