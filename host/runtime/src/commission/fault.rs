@@ -61,12 +61,14 @@ impl fmt::Display for Fault {
             Self::Swapped(first, second) => write!(
                 f,
                 "motors {first} and {second} are swapped: output {first} turns motor {second}, and \
-                 output {second} motor {first}. Switch the power off and exchange their plugs."
+                 output {second} motor {first}. Let the ball down, switch the power off and \
+                 exchange their plugs."
             ),
             Self::Rotated([a, b, c]) => write!(
                 f,
                 "the motors are on other outputs: output A turns motor {a}, output B motor {b}, \
-                 output C motor {c}. Switch the power off and exchange the plugs."
+                 output C motor {c}. Let the ball down, switch the power off and exchange the \
+                 plugs."
             ),
             Self::Reversed(output) => write!(
                 f,
