@@ -7,7 +7,7 @@ use std::str::FromStr;
 use plumb_config::quantity::NumberError;
 use plumb_protocol::config::{Estimated, Interval, Law, SIGNS, Sign};
 use plumb_protocol::units::{Bound, Gain, Milliseconds, SignGain};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
 use super::cables::CableSettings;
@@ -55,7 +55,9 @@ pub enum LawSettings {
     },
     /// Law that estimates J while it drives, and uses it where descent is certain.
     Adaptive(Estimating),
-    /// Law that estimates the geometry while it drives, and keeps the cables taut.
+    /// Law that estimates the geometry while it drives, and keeps the cables taut. Its running mean
+    /// is 0.4 s where the table names none.
+    #[serde(deserialize_with = "taut")]
     Taut(Estimating),
 }
 
@@ -69,6 +71,20 @@ pub struct Estimating {
     /// Running mean over the step plan, seconds, at most 0.4; 0 is none.
     #[serde(default)]
     pub mean: Mean,
+}
+
+/// Reads the table of the law `taut`.
+fn taut<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Estimating, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Table {
+        #[serde(default)]
+        delay: Delay,
+        mean: Option<Mean>,
+    }
+
+    let Table { delay, mean } = Table::deserialize(deserializer)?;
+    Ok(Estimating { delay, mean: mean.unwrap_or(TAUT_MEAN) })
 }
 
 fn default_signs() -> [[i8; 3]; 3] {
@@ -291,6 +307,15 @@ impl FromStr for LawName {
 mod tests {
     use super::*;
     use crate::rig::LawSettings;
+
+    #[test]
+    fn a_table_of_taut_has_the_defaults_of_the_law() {
+        let read = |text: &str| toml::from_str::<LawSettings>(text).unwrap();
+        assert_eq!(read("[taut]"), LawSettings::default());
+        assert_eq!(read("[taut]\ndelay = 0.04").mean(), LawSettings::default().mean());
+        assert_eq!(read("[taut]\nmean = 0.0").mean(), Mean::default());
+        assert_eq!(read("[adaptive]\ndelay = 0.04").mean(), Mean::default());
+    }
 
     #[test]
     fn each_name_gives_its_law() {
