@@ -23,11 +23,11 @@ use plumb_calibrate::corners::{SheetError, find_corners};
 use plumb_calibrate::motors::{pose_from_motors, see_motors};
 use plumb_calibrate::places::pose_from_places;
 use plumb_calibrate::sheet::{self, Paper};
-use plumb_config::error_chain::ErrorChain;
 use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Rig;
 use plumb_vision::frame::RgbdFrame;
 
+use super::exit::unwritten;
 use super::interrupt::interrupt_flag;
 use super::print::tell;
 use super::rig_args::{RIG_VARIABLE, rig_path};
@@ -282,7 +282,7 @@ fn print_board(file: &Path, paper: Paper) -> Result<ExitCode, Failure> {
             "{}: exists already, and is not overwritten: give another name, or remove it",
             file.display()
         )),
-        _ => failed(format!("{}: cannot be written: {}", file.display(), ErrorChain(&error))),
+        _ => unwritten(file, &error),
     })?;
     tell!(
         "The board is in {}. Print it at 100 % (actual size), check that its ruler measures \

@@ -7,6 +7,7 @@ use std::error::Error;
 use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, ErrorKind};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind as ClapKind};
@@ -48,6 +49,12 @@ pub(crate) fn bad_input(message: impl fmt::Display) -> Failure {
 /// Returns the failure of a command that could not do its work.
 pub(crate) fn failed(message: impl fmt::Display) -> Failure {
     CommandError(message.to_string()).into()
+}
+
+/// Returns the failure to write the file at `path`, with the exit code of the `error`.
+pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Failure {
+    let message = format!("{}: cannot be written: {}", path.display(), ErrorChain(error));
+    if class::file_exit_code(error) == BAD_INPUT { bad_input(message) } else { failed(message) }
 }
 
 /// Returns the failure of a command because of an error that is no mistake in its input.

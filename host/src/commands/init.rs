@@ -15,7 +15,7 @@ use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
-use plumb_runtime::rig::{BoardName, Stiffness};
+use plumb_runtime::rig::Stiffness;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -274,9 +274,9 @@ fn notes(rig: &NewRig) -> Vec<String> {
     if matches!(rig.camera, NewCamera::Webcam) && !cfg!(feature = "webcam") {
         notes.push(format!("this program is built without webcams ({})", page("webcam")));
     }
-    if rig.board == BoardName::Pico2 {
+    if rig.board.board().chip.has_latching_inputs() {
         notes.push(format!(
-            "inputs of a Pico 2 may stay at about 2 V with the chip's pull-downs: resistors to \
+            "inputs of an RP2350 may stay at about 2 V with the chip's pull-downs: resistors to \
              ground must be 8.2 kΩ or less ({})",
             page("pico2")
         ));

@@ -1,14 +1,14 @@
 //! A file that a command changes when the user agrees. The former version stays beside it.
 
 use std::fs;
-use std::io::{self, BufRead, IsTerminal, stdin};
+use std::io::{BufRead, IsTerminal, stdin};
 use std::path::{Path, PathBuf};
 
-use plumb_config::error_chain::ErrorChain;
 use plumb_config::whole_writes::write_whole;
 
+use super::exit::unwritten;
 use super::print::{message, tell};
-use super::{Failure, bad_input, failed};
+use super::{Failure, bad_input};
 
 /// File before its change.
 pub(super) struct OldFile<'a> {
@@ -81,11 +81,6 @@ pub(super) fn ask(question: &str) -> Result<bool, Failure> {
 /// Writes a file, whole or not at all.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     write_whole(path, bytes).map_err(|error| unwritten(path, &error))
-}
-
-/// Returns the failure to write a file.
-fn unwritten(path: &Path, error: &io::Error) -> Failure {
-    failed(format!("{}: cannot be written: {}", path.display(), ErrorChain(error)))
 }
 
 /// Replaces a file in one step, so that no reader sees half of it.

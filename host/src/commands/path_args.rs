@@ -41,7 +41,7 @@ pub(super) struct PathArgs {
     #[arg(long, value_name = "FILE|SHAPE")]
     path: Option<String>,
     /// Speed along the path, above 0, to 2 m/s; lower in corners, and where G-code has a lower
-    /// feed. A file with times has its own [default: 0.05]
+    /// feed; not with a file with times, which has its own [default: 0.05, or `path.max_speed`]
     #[arg(
         long,
         allow_negative_numbers = true,
@@ -113,8 +113,8 @@ impl PathArgs {
 
     /// Returns the limits of the path: those of the options, within those of the rig file.
     fn limits(&self, rig: &Rig) -> Result<MotionLimits, Failure> {
-        let speed = self.speed.unwrap_or(DEFAULT_SPEED);
         let highest = rig.path.max_speed.get();
+        let speed = self.speed.unwrap_or(DEFAULT_SPEED.min(highest));
         if speed > highest {
             let message = format!(
                 "--speed {speed} is above {highest} m/s, which is `path.max_speed` of the rig"

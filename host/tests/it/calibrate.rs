@@ -162,6 +162,8 @@ fn the_board_is_printed_and_never_over_another_file() {
         assert_eq!(again.status.code(), Some(2));
         assert!(stderr(&again).contains("exists already, and is not overwritten"));
     }
+    let output = plumb(&["calibrate", "--print-board", "none/board.pdf"], folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     let output = plumb(&["calibrate", "--print-board", "board.jpg"], folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains(".pdf or .png"), "{}", stderr(&output));

@@ -75,6 +75,13 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     let slow = format!("t,x,y,z\n0,0.5,0.3,0.3\n{end},0.5,0.3,0.4\n");
     fs::write(folder.path().join("slow.csv"), slow).unwrap();
     assert!(run("slow.csv").contains("there is no such serial port"), "{}", run("slow.csv"));
+    // Nobody has given the usual --speed, and a file with times does not need it.
+    let text = fs::read_to_string(folder.path().join(&rig)).unwrap();
+    fs::write(folder.path().join(&rig), format!("{text}\n[path]\nmax_speed = 0.03\n")).unwrap();
+    assert!(run("circle").contains("there is no such serial port"), "{}", run("circle"));
+    let minute = "t,x,y,z\n0,0.5,0.3,0.3\n60,0.5,0.3,0.4\n";
+    fs::write(folder.path().join("minute.csv"), minute).unwrap();
+    assert!(run("minute.csv").contains("there is no such serial port"), "{}", run("minute.csv"));
     let output = plumb(&["run", &rig, "--loop"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("--loop needs --path or --waypoints"), "{}", stderr(&output));

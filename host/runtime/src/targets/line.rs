@@ -47,7 +47,7 @@ pub struct TargetLine {
 #[non_exhaustive]
 pub enum LineMistake {
     /// The line is not the JSON of a target.
-    #[error("no target: {0}; a line is {{\"target\": [0.4, 0.3, 0.2]}}")]
+    #[error("no target: {0}; a line is {{\"t\": 1.5, \"target\": [0.4, 0.3, 0.2]}}")]
     Json(String),
     /// The time stamp is out of its range.
     #[error("`t` is {0}: seconds, within ±1e10 (not milliseconds or nanoseconds)")]
@@ -192,7 +192,7 @@ mod tests {
             ("", "no target: EOF"),
             ("[0.4, 0.3, 0.2]", "no target: "),
             ("{}", "missing field `target`"),
-            (r#"{"target": [0,4, 0,3, 0,2]}"#, r#"; a line is {"target": [0.4, 0.3, 0.2]}"#),
+            (r#"{"target": [0,4, 0,3, 0,2]}"#, r#"; a line is {"t": 1.5, "target": [0.4, "#),
             (r#"{"target": [0.4, 0.3]}"#, "no target: "),
             (r#"{"target": [0.4, 0.3, null]}"#, "no target: "),
             (r#"{"target": [1e999, 0, 0]}"#, "number out of range"),

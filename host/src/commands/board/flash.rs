@@ -44,7 +44,7 @@ pub(super) struct Args {
     /// builds]
     #[arg(value_name = "FILE.uf2")]
     file: Option<PathBuf>,
-    /// Rig file, for the port and the baud rate of its board [default: the one Plumb board on USB,
+    /// Rig file, for its table [board]: port, baud rate, kind [default: the one Plumb board on USB,
     /// or the one Pico in its bootloader]
     #[arg(long, value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
     #[arg(value_parser = rig_path)]

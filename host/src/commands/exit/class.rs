@@ -193,7 +193,7 @@ impl ExitClass for Ros2Error {
 
 /// Returns the exit code for a failed operation on an output file. A path that cannot be created is
 /// a mistake in the input. Any other error is a failure of the work, such as a full disk.
-fn file_exit_code(error: &io::Error) -> u8 {
+pub(super) fn file_exit_code(error: &io::Error) -> u8 {
     match error.kind() {
         ErrorKind::NotFound
         | ErrorKind::PermissionDenied
