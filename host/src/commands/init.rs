@@ -14,8 +14,8 @@ use nix::unistd::{AccessFlags, access};
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_config::whole_writes::write_new;
-use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
 use plumb_runtime::rig::Stiffness;
+use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
 use serde::Serialize;
 use thiserror::Error;
 

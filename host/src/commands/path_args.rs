@@ -101,12 +101,7 @@ impl PathArgs {
         plan.map(Some).map_err(|error| {
             bad_input(match first_wrong_place(&file.places, &rig.motion_rules()) {
                 Some((line, mistake)) => format!("{path}:{line}: {mistake}"),
-                None => {
-                    let fit = file.places.is_empty() && is_place(&error);
-                    let fit =
-                        if fit { "; choose a smaller --size, or another --centre" } else { "" };
-                    format!("{path}: {}{fit}", file.explain(&error, &trajectory, rig))
-                }
+                None => format!("{path}: {}", file.explain(&error, &trajectory, rig)),
             })
         })
     }
@@ -251,6 +246,12 @@ impl FilePlaces {
                 _ => "choose a path that needs less of the motors".to_owned(),
             };
             return format!("{error}: {}; {advice}", rule.without_advice());
+        }
+        if self.places.is_empty() && is_place(error) {
+            return format!(
+                "{error}: {}; choose a smaller --size, or another --centre",
+                error.rule
+            );
         }
         let slower = PathPlan::slowdown(trajectory, rig);
         if self.times.is_empty() || slower <= 1.0 {

@@ -32,9 +32,13 @@ impl PathPlan {
     /// The first place that the rig does not allow.
     pub fn new(trajectory: Trajectory, waits: bool, rig: &Rig) -> Result<Self, PathPlanError> {
         let rules = rig.motion_rules();
-        // No speed makes a place possible: it is told before a speed.
-        check(&trajectory, &NO_LIMITS, |at| rules.check(at.position, Vector3::zeros()))?;
-        check(&trajectory, &path_limits(rig), |at| rules.check(at.position, at.velocity))?;
+        let in_motion =
+            check(&trajectory, &path_limits(rig), |at| rules.check(at.position, at.velocity));
+        if let Err(first) = in_motion {
+            // No speed makes a place possible: it is told before a speed.
+            check(&trajectory, &NO_LIMITS, |at| rules.check(at.position, Vector3::zeros()))?;
+            return Err(first);
+        }
         Ok(Self { trajectory, waits })
     }
 
