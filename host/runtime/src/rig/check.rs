@@ -174,6 +174,7 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
         }
     }
     findings.extend(wiring::silent_drivers(document, &wiring));
+    findings.extend(wiring::strapped(document, rig));
     findings.extend(targets(document, rig));
     if rig.wrong_targets().is_empty() {
         findings.extend(target_at_border(document, rig));
@@ -356,6 +357,8 @@ impl<'a> Document<'a> {
         let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
         let place = is_place.then(|| format!("must be a list of places: write [{value}]"));
         let range = range.map(|(_, range)| format!("must be {range}"));
+        let has_letters = value.starts_with(|c: char| c.is_ascii_alphabetic());
+        let number = (has_letters && self.is_number(key)).then(|| "must be a number".to_owned());
         let problem = choice.or(place).or(range);
         // That of an unknown name lists the known ones.
         let has_names = mistake.message.starts_with("unknown variant");
@@ -365,7 +368,7 @@ impl<'a> Document<'a> {
             file: self.path.to_owned(),
             line: mistake.line,
             values: named.then(|| (key.clone(), value)).into_iter().collect(),
-            problem: problem.unwrap_or_else(|| mistake.message.clone()),
+            problem: problem.or(number).unwrap_or_else(|| mistake.message.clone()),
             allowed: allowed.unwrap_or_default(),
         }
     }
@@ -381,6 +384,12 @@ impl<'a> Document<'a> {
         });
         let keys = keys.collect::<Vec<_>>().join(", ");
         (!keys.is_empty()).then(|| format!("{name} = {{ {keys} }}"))
+    }
+
+    /// Returns whether a key takes a number and nothing else.
+    fn is_number(&self, name: &str) -> bool {
+        let key = self.keys.iter().find(|key| key.name == name);
+        key.is_some_and(|key| key.value.parse::<f64>().is_ok() && !key.range.contains('"'))
     }
 
     /// Returns the range of a key with an example; `None` for an unknown key.

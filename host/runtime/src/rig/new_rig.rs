@@ -27,6 +27,9 @@ pub const BALL_RANGE_M: [f64; 2] = [0.02, 0.3];
 const CABLE_SPEED_M_S: f64 = 0.05;
 /// Acceleration of a cable, m/s².
 const CABLE_ACCELERATION_M_S2: f64 = 0.25;
+/// Cable that a motor winds while its ball does not follow, until the board stops, metres:
+/// docs/use/rig-file.md, below its table.
+const FOLLOWING_CABLE_M: f64 = 0.19;
 /// Highest rate of a new file, full steps/s: what the slowest drivers follow.
 const MAX_RATE: f64 = 300.0;
 
@@ -161,6 +164,8 @@ struct Limits {
     max_rate: f64,
     /// Highest acceleration, full steps/s².
     max_acceleration: f64,
+    /// Steps after which a ball that does not follow stops the board, full steps.
+    following_turn: f64,
 }
 
 impl Limits {
@@ -178,6 +183,7 @@ impl Limits {
             travel: tens(triangle.largest_change(&workspace) / cable_per_step),
             max_rate: tens(CABLE_SPEED_M_S / cable_per_step).min(MAX_RATE),
             max_acceleration: tens(CABLE_ACCELERATION_M_S2 / cable_per_step),
+            following_turn: (FOLLOWING_CABLE_M / cable_per_step / 10.0).round() * 10.0,
         })
     }
 }

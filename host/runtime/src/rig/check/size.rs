@@ -9,6 +9,10 @@ use crate::rig::{FULL_STEPS_PER_REVOLUTION, Rig};
 /// Travel beyond which the limits protect little, in multiples of what the workspace takes.
 const LARGEST_TRAVEL: f64 = 2.0;
 
+/// Speed of a cable above which the board may ignore the ball's position as an outlier, m/s: 25 mm
+/// (`MAX_MOVE_UM` of firmware/core/src/servo/tracker.rs) at 30 pictures/s.
+const FASTEST_CABLE_M_S: f64 = 0.75;
+
 /// Rough size of a rig.
 #[derive(Debug, Clone)]
 pub(in crate::rig) struct RoughSize {
@@ -88,6 +92,7 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     }
     found.extend(workspace_warnings(document, rig, &size));
     found.extend(travel_warning(document, rig, &size));
+    found.extend(rate_warning(document, rig, &size));
     found
 }
 
@@ -120,6 +125,19 @@ fn travel_warning(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Optio
             "protects little: the workspace takes at most {needed} steps of a cable either way"
         );
         document.finding(Severity::Warning, &["motors.travel"], problem)
+    })
+}
+
+fn rate_warning(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Option<Finding> {
+    let speed = rig.motors.max_rate.get() * size.cable_per_step;
+    (speed > FASTEST_CABLE_M_S).then(|| {
+        let largest = (FASTEST_CABLE_M_S / size.cable_per_step).floor();
+        let problem = format!(
+            "lets a cable move at {speed:.2} m/s: above {FASTEST_CABLE_M_S} m/s, here {largest} \
+             full steps/s, the ball moves more than 25 mm between two pictures at 30 a second, and \
+             the board may ignore its position as an outlier"
+        );
+        document.finding(Severity::Warning, &["motors.max_rate"], problem)
     })
 }
 

@@ -222,6 +222,27 @@ fn a_target_at_the_border_of_the_workspace_is_a_warning() {
 }
 
 #[test]
+fn a_word_for_a_number_is_told_so() {
+    let text = findings(&[("max_rate = 400.0", "max_rate = fast")])[0].to_string();
+    assert!(text.contains("`motors.max_rate = fast` must be a number; allowed: "), "{text}");
+    let camera = camera_file::PAPER.replace("depth_scale = 5000.0", "depth_scale = none");
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rig.toml"), PAPER).unwrap();
+    fs::write(folder.path().join("camera.toml"), camera).unwrap();
+    let found = check(&folder.path().join("rig.toml"), &board, &|_, _, _| Ok(()));
+    assert!(found.iter().any(|it| it.to_string().contains("write \"none\"")), "{found:#?}");
+}
+
+#[test]
+fn microsteps_that_no_strap_sets_are_a_warning() {
+    let tmc2209 = ("driver = \"a4988\"", "driver = \"tmc2209\"");
+    assert_eq!(keys(&findings(&[tmc2209])), keys(&findings(&[])));
+    let found = findings(&[tmc2209, ("microsteps = 16", "microsteps = 4")]);
+    let [errors, warnings] = keys(&found);
+    assert!(errors.is_empty() && warnings.contains(&"motors.microsteps"), "{warnings:?}");
+}
+
+#[test]
 fn a_file_without_targets_is_wrong() {
     let found = findings(&[("targets = [[0.400, 0.400, 0.150]]", "targets = []")]);
     assert_eq!(keys(&found)[0], ["targets"]);
@@ -265,6 +286,7 @@ fn limits_that_protect_nothing_are_warnings() {
     };
     let cases = [
         ("travel = [-1000, 1500]", "travel = [-5000, 5000]", "protects little"),
+        ("radii = [0.015,", "radii = [0.080,", "1.01 m/s: above 0.75 m/s, here 298 full steps/s"),
         ("min = [0.10, 0.10, 0.05]", "min = [0.10, 0.10, -0.1]", "below the floor"),
         ("max = [0.80, 0.50, 0.60]", "max = [0.80, 0.50, 0.70]", "up to the motors"),
         ("[0.850, 0.610, 0.665], [0.850, 0.0", "[0.850, 0.0, 0.665], [0.850, 0.61", "rig frame"),

@@ -118,8 +118,9 @@ impl<'a> View<'a> {
                 format!("is {distance:.0} m from the middle of the workspace: is it in metres?");
             return Some(self.warning(&["pose.translation"], problem));
         }
-        if self.places.iter().any(|place| self.sees(pose, place)) {
-            return None;
+        let seen = self.places.iter().filter(|place| self.sees(pose, place)).count();
+        if seen > 0 {
+            return self.partly(seen);
         }
         let [width, height] = self.size;
         let middle = match self.pixel(pose, &self.middle) {
@@ -133,6 +134,20 @@ impl<'a> View<'a> {
             self.advice()
         );
         Some(self.warning(&["pose.translation", "pose.quaternion"], problem))
+    }
+
+    /// Warns where less than half of the workspace is in the picture, which shows `seen` of its
+    /// places.
+    fn partly(&self, seen: usize) -> Option<Finding> {
+        let all = self.places.len();
+        (seen * 2 < all).then(|| {
+            let percent = 100 * seen / all;
+            let problem = format!(
+                "see {percent} % of the workspace, and the ball must be seen everywhere in it: \
+                 turn the camera, move it back, or make the workspace smaller"
+            );
+            self.warning(&["pose.translation", "pose.quaternion"], problem)
+        })
     }
 
     /// Returns the end of a sentence about a pose that would see the workspace; empty where none of
@@ -221,6 +236,7 @@ mod tests {
             (&[("fy = 525.0", "fy = 300.0")], "have the ratio 1.75"),
             (&[("1.737, 0.286, 0.225", "90, 0.286, 0.225")], "is it in metres?"),
             (&[("1.737, 0.286, 0.225", "1.737, 5, 0.225")], "do not see the workspace"),
+            (&[("1.737, 0.286, 0.225", "1.737, 1.286, 0.225")], "of the workspace, and the ball"),
             (&[("[-0.5, -0.5, 0.5, 0.5]", "[0.5, 0.5, 0.5, 0.5]")], "is behind the camera"),
             (&[("0.08", "8")], "pixels in the middle of the workspace, 1.29 m away: is it in"),
             (&[("0.08", "0.002")], "`ball.diameter_m = 0.002` makes a ball of 0.8 pixels"),

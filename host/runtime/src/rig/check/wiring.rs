@@ -5,6 +5,7 @@ use plumb_protocol::units::Nanoseconds;
 use plumb_protocol::wiring::{Drivers, Line, PinError, Wiring, WiringError};
 
 use super::{Document, Finding, Severity};
+use crate::rig::new_rig::DriverKind;
 use crate::rig::{Driver, OutOfRange, Rig};
 
 /// Returns the finding about the wiring of `rig`, which the board refuses for `error`.
@@ -67,6 +68,19 @@ pub(super) fn silent_drivers(document: &Document<'_>, wiring: &Wiring) -> Option
         );
         document.finding(Severity::Warning, &["motors.driver"], problem)
     })
+}
+
+/// Returns the warning about microsteps that no straps of a TMC2209 without its UART give. The
+/// board takes them, and each distance and rate is then wrong by a factor.
+pub(super) fn strapped(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
+    if !matches!(rig.motors.driver, Driver::Tmc2209) {
+        return None;
+    }
+    DriverKind::Tmc2209.straps(rig.motors.microsteps).err()?;
+    let problem = "is no setting of a TMC2209 without its UART: its straps give 8 or 16 (or 32 and \
+                   64, which the board does not drive), and distances and rates are wrong by the \
+                   factor between them";
+    Some(document.finding(Severity::Warning, &["motors.microsteps"], problem.to_owned()))
 }
 
 /// Returns the key that a line's pin follows from.

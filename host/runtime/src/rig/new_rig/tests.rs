@@ -56,6 +56,14 @@ fn the_stiffness_of_the_cables_is_that_of_the_answer() {
 }
 
 #[test]
+fn a_motor_winds_a_fifth_of_a_metre_while_its_ball_may_stand() {
+    for (cable_per_turn, turn) in [(0.047, 810.0), (0.094, 400.0), (0.188, 200.0)] {
+        let (findings, rig) = written(&NewRig { cable_per_turn, ..NewRig::default() });
+        assert_eq!((findings, rig.following.turn.get()), (Vec::new(), turn));
+    }
+}
+
+#[test]
 fn sizes_of_no_rig_are_refused_with_a_reason() {
     let refused = |sides: [f64; 3], height: f64| {
         NewRig { sides, height, ..NewRig::default() }.files().unwrap_err().to_string()

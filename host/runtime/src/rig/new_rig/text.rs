@@ -9,8 +9,18 @@ use super::{Limits, NewCamera, NewRig, Straps};
 use crate::rig::REFERENCE;
 
 /// Tables that [`rig_file`] writes key by key. It writes the other tables with their defaults.
-const OWN_TABLES: [&str; 9] =
-    ["targets", "board", "law", "motors", "cables", "workspace", "size", "camera", "simulation"];
+const OWN_TABLES: [&str; 10] = [
+    "targets",
+    "board",
+    "law",
+    "motors",
+    "cables",
+    "workspace",
+    "following",
+    "size",
+    "camera",
+    "simulation",
+];
 
 /// Text of a TOML file under construction.
 struct Writer {
@@ -121,6 +131,9 @@ pub(super) fn rig_file(rig: &NewRig, limits: &Limits, straps: Option<&Straps>) -
     file.key("workspace.min", &point(limits.workspace.min));
     file.key("workspace.max", &point(limits.workspace.max));
     file.other_tables(&OWN_TABLES);
+    file.table("following", "turn: as many steps as wind about 0.2 m of cable.");
+    file.key("following.turn", &number(limits.following_turn));
+    file.key("following.movement", "0.02");
     file.table("size", "By tape measure. The check uses it, and jogs in millimetres; no law does.");
     file.key("size.motors", &points(limits.motors));
     file.key("size.floor", "0.0");
