@@ -36,7 +36,7 @@ use monitor::{BoardClock, LinkMonitor, Problem};
 use service::{JogUnderWay, RampDown};
 
 pub use commands::Reply;
-pub use error::{Damage, LinkError, windows_port};
+pub use error::{Damage, LinkError, other_port, windows_port};
 pub use evidence::LATE;
 pub use transport::{PortUser, PortUsers, Serial, Transport, boards};
 

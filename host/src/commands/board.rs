@@ -46,7 +46,7 @@ enum What {
         "plumb board bootloader --port /dev/ttyACM0",
     ])]
     Bootloader(BoardArgs),
-    /// Write firmware to the board: bootloader, its drive RPI-RP2, and the board back on its port
+    /// Write firmware to the board: bootloader, its drive, and the board back on its port
     #[command(after_help = examples![
         "plumb board flash",
         "plumb board flash plumb.uf2 --port /dev/ttyACM0",

@@ -131,6 +131,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     }
     args.place_options.check()?;
     args.motor_options.check()?;
+    if args.motors && !camera.intrinsics.has_depth() {
+        return Err(bad_input(
+            "--motors needs depth, and the camera file says that there is none: take --board or \
+             --ball",
+        ));
+    }
     let clicks = Clicks::start(&args.motor_options, &camera_file)?;
     let mut view = View::open(file, &rig, camera.clone(), usize::from(args.frames))?;
     let Some(clicks) = clicks else {

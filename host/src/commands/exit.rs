@@ -104,12 +104,15 @@ impl Failure {
 }
 
 /// Returns the environment variable that has the path with which an error begins, and the path,
-/// where no word of the command line is that path.
+/// where no word of the command line is that path. `plumb init` names its files itself.
 fn variable_that_names_file(message: &str) -> Option<(&'static str, String)> {
+    if env::args_os().nth(1).is_some_and(|command| command == "init") {
+        return None;
+    }
     let named = |variable| {
         let path = env::var(variable).ok().filter(|path| !path.is_empty())?;
         let begins = message.starts_with(&format!("{path}: "));
-        let is_alone = begins && env::args_os().skip(1).all(|word| word != path.as_str());
+        let is_alone = begins && env::args_os().skip(2).all(|word| word != path.as_str());
         is_alone.then_some((variable, path))
     };
     [RIG_VARIABLE, PORT_VARIABLE].into_iter().find_map(named)

@@ -71,7 +71,7 @@ pub(crate) struct Args {
     cables: Option<CablesName>,
     /// Diameter of the ball, 0.02 to 0.3 m
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    #[arg(value_parser = numbers::within(numbers::BALL))]
+    #[arg(value_parser = ball_diameter)]
     ball: Option<f64>,
     /// Hue of the ball, 0 to 360 degrees, or one of red, orange, yellow, green, cyan, blue, violet,
     /// purple, pink
@@ -93,6 +93,16 @@ pub(crate) struct Args {
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
+}
+
+/// Parses the diameter of the ball.
+///
+/// # Errors
+/// An explanation; for a colour, which a person may take for the ball, with its option.
+fn ball_diameter(text: &str) -> Result<f64, String> {
+    let is_colour = text.parse::<f64>().is_err() && colour::hue(text).is_ok();
+    let option = if is_colour { "; the ball's colour is --colour" } else { "" };
+    numbers::parse(text, &numbers::BALL).map_err(|error| format!("{error}{option}"))
 }
 
 /// Name of a motor driver.
@@ -272,7 +282,12 @@ fn notes(rig: &NewRig) -> Vec<String> {
         _ => {}
     }
     if matches!(rig.camera, NewCamera::Webcam) && !cfg!(feature = "webcam") {
-        notes.push(format!("this program is built without webcams ({})", page("webcam")));
+        notes.push(format!(
+            "this program is built without webcams: build one that has them ({}), or let a script \
+             send the pictures (--stream, {})",
+            page("webcam"),
+            page("stream")
+        ));
     }
     if rig.board.board().chip.has_latching_inputs() {
         notes.push(format!(
@@ -303,7 +318,7 @@ fn next_step(rig: &NewRig, path: &Path) -> String {
         "read the comments in both files; then
   `plumb check {path} --file-only` looks for mistakes in them
   `plumb board flash --rig {path}` puts the firmware on the board
-  `plumb jog {path}` turns each motor by hand, before a ball hangs on it{lens}
+  `plumb jog {path}` turns each motor by keys, before a ball hangs on it{lens}
   `plumb calibrate {path} --board` finds the camera's pose
   `plumb check {path}` turns each motor a little and names what is wired wrongly"
     )

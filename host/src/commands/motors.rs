@@ -69,7 +69,7 @@ pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
              nothing, and the motors may still turn. Press Ctrl-C where that program runs, or Stop \
              on its page; the emergency button stops the motors at once, and the ball falls"
         )),
-        error => error.into(),
+        error => args.board.not_open(error),
     })?;
     serve(serial, args.board.json, |link| {
         link.stop()?;

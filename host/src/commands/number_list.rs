@@ -12,10 +12,18 @@ pub(super) fn list<const N: usize>(text: &str, range: &Range) -> Result<[f64; N]
     if let Some(points) = with_points::<N>(&words) {
         return Err(format!("write decimal points: {}", points.join(",")));
     }
+    if text.contains(';') {
+        return Err(format!("needs {N} numbers with decimal points, and commas between them"));
+    }
+    // "0.5, 0.2, 0.1" comes as "0.5,": a shell has split it at its spaces.
+    if words.len() <= N && words.last() == Some(&"") {
+        return Err(format!("needs {N} numbers with commas between them, without spaces"));
+    }
     let numbers: Vec<f64> =
         words.iter().map(|it| numbers::parse(it, range)).collect::<Result<_, _>>()?;
     let count = numbers.len();
-    let example = if N == 3 { "; write 0.4,0.2,0.15, for example, without spaces" } else { "" };
+    let is_place = N == 3 && [0.4, 0.2, 0.15].iter().all(|number| range.contains(*number));
+    let example = if is_place { "; write 0.4,0.2,0.15, for example, without spaces" } else { "" };
     numbers.try_into().map_err(|_| {
         format!(
             "needs {N} numbers with commas between them, each {range}; {count} are given{example}"
@@ -101,6 +109,12 @@ mod tests {
         let error = point("0,5").unwrap_err();
         let end = "; 2 are given; write 0.4,0.2,0.15, for example, without spaces";
         assert!(error.starts_with("needs 3 numbers") && error.ends_with(end), "{error}");
+        let error = point("0,7;1,0;1,0").unwrap_err();
+        assert_eq!(error, "needs 3 numbers with decimal points, and commas between them");
+        // A shell splits "0.5, 0.2, 0.15" at its spaces.
+        for error in [point("0.5,"), point("0.5,0.2,")].map(Result::unwrap_err) {
+            assert!(error.ends_with("between them, without spaces"), "{error}");
+        }
         let error = list::<2>("1,2,3", &numbers::PIXEL).unwrap_err();
         assert!(!error.contains("decimal"), "{error}");
     }

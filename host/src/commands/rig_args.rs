@@ -61,13 +61,7 @@ impl PortArgs {
     /// does not exist is then that of an emulation.
     pub(crate) fn open(&self, rig: &Rig) -> Result<Serial, Failure> {
         let BoardPort { port, baud } = self.applied_to(&rig.board.address());
-        Serial::open(&port, baud).map_err(|error| match error {
-            LinkError::Absent { port } if rig.simulation.is_some() => bad_input(format!(
-                "{port}: there is no such serial port. This rig is simulated: `plumb emulate \
-                 --link board &` starts an emulated board, and `--port board` names it"
-            )),
-            error => error.into(),
-        })
+        Serial::open(&port, baud).map_err(|error| not_open(error, Some(rig)))
     }
 
     /// Returns the port of the options, with that of the rig file for what they leave out.
@@ -106,6 +100,19 @@ impl PortArgs {
     /// Returns the port of the options. An empty PLUMB_PORT names none.
     fn named(&self) -> Option<&str> {
         self.port.as_deref().filter(|port| !port.is_empty())
+    }
+}
+
+/// Returns the failure to open the port of the board of `rig`. That of a simulated rig is emulated.
+fn not_open(error: LinkError, rig: Option<&Rig>) -> Failure {
+    match error {
+        LinkError::Absent { port } if rig.is_some_and(|rig| rig.simulation.is_some()) => {
+            bad_input(format!(
+                "{port}: there is no such serial port. This rig is simulated: `plumb emulate \
+                 --link board &` starts an emulated board, and `--port board` names it"
+            ))
+        }
+        error => error.into(),
     }
 }
 
@@ -153,7 +160,12 @@ impl BoardArgs {
     /// Opens the port of the options, of the rig file, or of the one board on USB, in this order.
     pub(crate) fn open(&self) -> Result<Serial, Failure> {
         let BoardPort { port, baud } = self.board()?;
-        Ok(Serial::open(&port, baud)?)
+        Serial::open(&port, baud).map_err(|error| self.not_open(error))
+    }
+
+    /// Returns the failure to open the port of this board.
+    pub(crate) fn not_open(&self, error: LinkError) -> Failure {
+        not_open(error, self.rig.as_deref().and_then(|path| Rig::read(path).ok()).as_ref())
     }
 
     /// Returns the port of the options, of the rig file, or of the one board on USB, in this order;

@@ -209,6 +209,19 @@ fn motors_without_a_measured_place_are_refused_before_the_pictures() {
 }
 
 #[test]
+fn motors_are_refused_where_the_camera_has_no_depth_before_the_pictures() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let camera = folder.path().join("camera.toml");
+    let text = fs::read_to_string(&camera).unwrap();
+    fs::write(&camera, text.replace("depth_scale = 5000.0", "depth_scale = \"none\"")).unwrap();
+    let output = plumb(&["calibrate", &rig, "--motors"], folder.path());
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("--motors needs depth"), "{text}");
+}
+
+#[test]
 fn a_page_needs_a_measure_and_takes_no_pixels() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);

@@ -217,6 +217,9 @@ fn the_ball_has_the_colour_that_is_named() {
     let output = plumb(&["init", "--yes", "--colour", "grey"], folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("red, orange, yellow"), "{}", stderr(&output));
+    let output = plumb(&["init", "--yes", "--ball", "green"], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("the ball's colour is --colour"), "{}", stderr(&output));
 }
 
 #[test]

@@ -259,9 +259,18 @@ pub enum LinkError {
 }
 
 /// Returns what to look at where there is no port of this name.
-fn absent_hint(port: &str) -> &'static str {
-    windows_port(port)
-        .unwrap_or("is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)")
+fn absent_hint(port: &str) -> String {
+    let absent = "is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)";
+    other_port(port).unwrap_or_else(|| absent.to_owned())
+}
+
+/// Returns what to write in place of a name that no port has, such as ttyACM0 or COM3; `None` for
+/// other names.
+pub fn other_port(name: &str) -> Option<String> {
+    let rest = name.strip_prefix("tty").unwrap_or_default();
+    let is_device = rest.starts_with(|c: char| c.is_ascii_uppercase());
+    let device = is_device.then(|| format!("write /dev/{name}"));
+    device.or_else(|| windows_port(name).map(str::to_owned))
 }
 
 /// Returns what to write in place of a serial port of Windows, such as COM3; `None` for other

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use plumb_protocol::Provenance;
 use plumb_protocol::message::StartCause;
-use plumb_runtime::link::LinkError;
+use plumb_runtime::link::{LinkError, other_port};
 use plumb_runtime::rig::BoardPort;
 use thiserror::Error;
 
@@ -52,10 +52,21 @@ pub(crate) enum FlashError {
     /// There is nothing to write to.
     #[error(
         "no Plumb board is on USB, and no Pico in its bootloader: hold BOOTSEL while plugging the \
-         Pico in (an SKR Pico has the jumper Boot for that), wait for its drive (RPI-RP2, of a \
-         Pico 2 RP2350), and run this command again; a board on a UART needs --port"
+         Pico in (an SKR Pico has the jumper Boot for that), wait for its drive (RPI-RP2, or \
+         RP2350 of a Pico 2), and run this command again; a board on a UART needs --port"
     )]
     NoBoard,
+    /// The port that is named does not exist, and no drive is there.
+    #[error(
+        "{port}: there is no such serial port, and no Pico is in its bootloader: plug the board \
+         in. For its first firmware hold BOOTSEL while plugging it in (an SKR Pico has the jumper \
+         Boot for that), wait for its drive (RPI-RP2, or RP2350 of a Pico 2), and run this command \
+         again"
+    )]
+    NoNamedBoard {
+        /// Port that is named.
+        port: String,
+    },
     /// Several boards run.
     #[error("several Plumb boards are on USB; choose one with --port: {}", .0.join(", "))]
     SeveralBoards(Vec<String>),
@@ -129,7 +140,7 @@ impl ExitClass for FlashError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Link(error) => error.exit_code(),
-            Self::NoBoard | Self::SeveralBoards(_) => BAD_INPUT,
+            Self::NoBoard | Self::NoNamedBoard { .. } | Self::SeveralBoards(_) => BAD_INPUT,
             _ => FAILED,
         }
     }
@@ -233,7 +244,10 @@ fn choose(
             None => Ok(Destination::Board(board)),
         },
         (_, Some(_)) => Ok(Destination::Drive),
-        (Some(board), None) => Err(LinkError::Absent { port: board.port }.into()),
+        (Some(board), None) if other_port(&board.port).is_some() => {
+            Err(LinkError::Absent { port: board.port }.into())
+        }
+        (Some(board), None) => Err(FlashError::NoNamedBoard { port: board.port }),
         (None, None) => match &computer.boards()?[..] {
             [port] => Ok(Destination::Board(computer.board_at(port.clone()))),
             [] => Err(FlashError::NoBoard),

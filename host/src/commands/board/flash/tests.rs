@@ -241,7 +241,10 @@ fn a_drive_that_is_not_mounted_is_named_with_the_way_to_mount_it() {
 fn without_a_board_nothing_is_chosen() {
     assert!(refused(Fake::new(&[]).flash(None), None).contains("hold BOOTSEL"));
     let message = refused(Fake::new(&[]).flash(Some(PORT)), None);
-    assert!(message.contains("no such serial port"), "{message}");
+    assert!(message.starts_with("/dev/ttyACM0: there is no such serial port, and"), "{message}");
+    assert!(message.contains("hold BOOTSEL"), "{message}");
+    let message = refused(Fake::new(&[]).flash(Some("ttyACM0")), None);
+    assert!(message.ends_with("write /dev/ttyACM0"), "{message}");
     let message = refused(Fake::new(&[PORT, "/dev/ttyACM1"]).flash(None), None);
     assert!(message.contains("choose one with --port: /dev/ttyACM0, /dev/ttyACM1"), "{message}");
 }
