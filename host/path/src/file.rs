@@ -280,7 +280,10 @@ fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
     found.ok_or_else(|| PathFileError::Header {
         line: first.line,
         found: first.text.clone(),
-        wrong: names.as_ref().map(|names| wrong_columns(&names.fields)).unwrap_or_default(),
+        wrong: match &names {
+            Some(names) => wrong_columns(&names.fields),
+            None => ": put a first line with these names before the numbers".to_owned(),
+        },
     })
 }
 
@@ -374,6 +377,7 @@ mod tests {
             ("", "no places"),
             ("x,y,z\n", "no places"),
             ("0.4,0.3,0.2\n", "1: the columns are '0.4,0.3,0.2', but must be 'x,y,z'"),
+            ("0.4,0.3,0.2\n", ": put a first line with these names before the numbers"),
             ("x,y,z\n# a\n0.4,0.3\n", "3: 2 columns, but the first line names 3"),
             ("x,y,z\n0.4,0.3\n1,1\n", "2: 2 columns, but the first line names 3 (1 more line too)"),
             ("x,y,z\n0.4,o.3,0.2\n", "2: column y: 'o.3' is no finite number"),

@@ -112,6 +112,17 @@ pub enum PathError {
         /// Least number.
         least: usize,
     },
+    /// There are too few places for a loop with time stamps.
+    #[error(
+        "a loop with times needs {least} places or more, of which the last one is the first again, \
+         but has {count}"
+    )]
+    TooFewInLoop {
+        /// Number of places.
+        count: usize,
+        /// Least number.
+        least: usize,
+    },
     /// A time stamp is not above the one before.
     #[error("the time of sample {number} is not above the one before")]
     TimeNotRising {

@@ -37,10 +37,13 @@ struct ClockTime {
 impl Timed {
     /// Returns the trajectory through finite samples.
     pub(crate) fn new(samples: &[Sample], run: Run) -> Result<Self, PathError> {
-        let least = if run == Run::Loop { LEAST_LOOP } else { 2 };
         let count = samples.len();
-        if count < least {
-            return Err(PathError::TooFew { count, least });
+        match run {
+            Run::Once if count < 2 => return Err(PathError::TooFew { count, least: 2 }),
+            Run::Loop if count < LEAST_LOOP => {
+                return Err(PathError::TooFewInLoop { count, least: LEAST_LOOP });
+            }
+            Run::Once | Run::Loop => {}
         }
         let steps: Vec<f64> = samples.windows(2).map(|it| it[1].time - it[0].time).collect();
         if let Some(i) = steps.iter().position(|step| *step <= 0.0) {

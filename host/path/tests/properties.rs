@@ -390,6 +390,9 @@ fn wrong_input_is_refused() {
     let samples = [0.0, 1.0, 1.0].map(sample);
     let error = Trajectory::through_samples(&samples, Run::Once).unwrap_err();
     assert_eq!(error, PathError::TimeNotRising { number: 3 });
+    let samples = [0.0, 1.0, 2.0].map(sample);
+    let error = Trajectory::through_samples(&samples, Run::Loop).unwrap_err();
+    assert_eq!(error, PathError::TooFewInLoop { count: 3, least: 4 });
     let samples = [0.0, 1.0, 2.0, 3.0].map(sample);
     let error = Trajectory::through_samples(&samples, Run::Loop).unwrap_err();
     assert_eq!(error, PathError::OpenLoop { gap_mm: 3000.0 });

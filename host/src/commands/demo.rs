@@ -254,6 +254,12 @@ fn run<T: Transport>(
         let time = if args.virtual_time { "virtual" } else { "real" };
         let line = Line { summary, true_error_mm, seed: args.seed, time };
         (demo.lines)(&serde_json::to_string(&line)?)?;
+        if summary.ending.fault().is_some() {
+            note!(
+                "the emulated board ends with the demo: there is no fault to clear; run `plumb \
+                 demo` again"
+            );
+        }
         if let Some(page) = page {
             page.finish(&folder);
         }

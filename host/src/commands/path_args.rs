@@ -92,6 +92,9 @@ impl PathArgs {
                 self.check_effect(&Source::Shape(kind))?;
                 (self.shape(kind, rig).trajectory(&limits, run)?, FilePlaces::default())
             }
+            Err(_) if !Path::new(path).exists() && Path::new(path).extension().is_some() => {
+                return Err(bad_input(format!("--path: {path}: there is no such file")));
+            }
             Err(unknown) if !Path::new(path).exists() => {
                 return Err(bad_input(format!("--path: {unknown}; no file has this name either")));
             }
@@ -99,7 +102,7 @@ impl PathArgs {
         };
         let plan = PathPlan::new(trajectory.clone(), !self.no_wait, rig);
         plan.map(Some).map_err(|error| {
-            bad_input(match first_wrong_place(&file.places, &rig.motion_rules()) {
+            bad_input(match file.first_wrong(&rig.motion_rules()) {
                 Some((line, mistake)) => format!("{path}:{line}: {mistake}"),
                 None => format!("{path}: {}", file.explain(&error, &trajectory, rig)),
             })
@@ -193,7 +196,8 @@ impl PathArgs {
         };
         let trajectory = trajectory
             .map_err(|error: PathError| bad_input(format!("{}: {error}", file.display())))?;
-        Ok((trajectory, FilePlaces { places, times }))
+        let is_in_inches = text.to_ascii_uppercase().contains("G20");
+        Ok((trajectory, FilePlaces { places, times, is_in_inches }))
     }
 }
 
@@ -219,6 +223,9 @@ impl fmt::Display for Source {
     }
 }
 
+/// Factor by which places in millimetres are too large where their G-code says G20, inches.
+const MILLIMETRES_IN_AN_INCH: f64 = 25.4;
+
 /// Place of a file, metres, with its line, from 1.
 type Place = (u64, Point3<f64>);
 
@@ -228,6 +235,8 @@ struct FilePlaces {
     places: Vec<Place>,
     /// Their times, seconds; none where the file has no times.
     times: Vec<f64>,
+    /// Whether the file says that they are in inches.
+    is_in_inches: bool,
 }
 
 impl FilePlaces {
@@ -271,6 +280,21 @@ impl FilePlaces {
         )
     }
 
+    /// Returns the line of the first place that `rules` do not allow, and the place with its broken
+    /// rule.
+    fn first_wrong(&self, rules: &MotionRules) -> Option<(u64, String)> {
+        self.places.iter().find_map(|(line, place)| {
+            let error = rules.check(*place, Vector3::zeros()).err()?;
+            let in_millimetres = *place / MILLIMETRES_IN_AN_INCH;
+            let is_millimetres = self.is_in_inches
+                && error.other_unit().is_none()
+                && rules.check(in_millimetres, Vector3::zeros()).is_ok();
+            let unit = if is_millimetres { "; is it in millimetres (G21)?" } else { "" };
+            let at = <[f64; 3]>::from(*place);
+            Some((*line, format!("[{:.4}, {:.4}, {:.4}] m: {error}{unit}", at[0], at[1], at[2])))
+        })
+    }
+
     /// Returns the lines of the places before and after a time, seconds after the first.
     fn lines_at(&self, time_s: f64) -> Option<[u64; 2]> {
         let begin = self.times.first()?;
@@ -283,16 +307,6 @@ impl FilePlaces {
 /// Returns whether a path goes through a place where the ball cannot be.
 fn is_place(error: &PathPlanError) -> bool {
     matches!(error.rule, Rule::Other(MotionError::Workspace(_) | MotionError::Triangle))
-}
-
-/// Returns the line of the first place that `rules` do not allow, and the place with its broken
-/// rule.
-fn first_wrong_place(places: &[Place], rules: &MotionRules) -> Option<(u64, String)> {
-    places.iter().find_map(|(line, place)| {
-        let error = rules.check(*place, Vector3::zeros()).err()?;
-        let at = <[f64; 3]>::from(*place);
-        Some((*line, format!("[{:.4}, {:.4}, {:.4}] m: {error}", at[0], at[1], at[2])))
-    })
 }
 
 /// Says that the feeds of a file are above the speed of the path, m/s.

@@ -291,7 +291,10 @@ impl Goal {
             return Err(bad_input(format!("--targets -: {why}; give one of them a socket")));
         }
         let stream = TargetStream::start(address, sender, &rig.motion_rules())?;
-        note!("targets: from {address}");
+        match *address == input {
+            true => note!("targets: from standard input"),
+            false => note!("targets: from {address}"),
+        }
         Ok(Some(stream))
     }
 }

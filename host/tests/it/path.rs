@@ -38,14 +38,17 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     fs::write(folder.path().join("one.csv"), "x,y,z\n0.5,0.3,0.3\n").unwrap();
     fs::write(folder.path().join("fast.csv"), "t,x,y,z\n0,0.5,0.3,0.3\n0.3,0.5,0.3,0.4\n").unwrap();
     fs::write(folder.path().join("arc.nc"), "G0 X500 Y300 Z300\nG2 X510 I5 J0\n").unwrap();
+    fs::write(folder.path().join("inch.nc"), "G20\nG0 X500 Y300 Z300\nX510\n").unwrap();
     fs::write(folder.path().join("up.nc"), "G0 X500 Y300 Z300\nG1 Z3000 F60\n").unwrap();
     for (path, more, named) in [
         ("arc.nc", &[][..], "arc.nc:2: G2 (an arc) is not read"),
+        ("inch.nc", &[], "; is it in millimetres (G21)?"),
         ("up.nc", &[], "up.nc:2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
         ("bad.csv", &[], "bad.csv:3: column y: 'o.3' is no finite number"),
         ("one.csv", &[], "one.csv: the path needs 2 places or more, but has 1"),
         ("fast.csv", &[], "fast.csv: from line 2 to line 3, the path is not possible at"),
-        ("none.csv", &[], "'none.csv' is no shape"),
+        ("none.csv", &[], "--path: none.csv: there is no such file"),
+        ("zigzag", &[], "'zigzag' is no shape"),
         ("circle", &["--size", "0.5"], "that is outside the workspace of the rig file"),
         ("circle", &["--centre", "0.2,0.2,0.3"], "outside the triangle of the motors"),
         ("circle", &["--speed", "0.5"], "above 0.3 m/s, which is `path.max_speed` of"),

@@ -53,7 +53,7 @@ pub enum LineMistake {
     #[error("`t` is {0}: seconds, within ±1e10 (not milliseconds or nanoseconds)")]
     Time(f64),
     /// A number is out of its range.
-    #[error("`{key}` has {value}: {unit}, within ±{MAX_VALUE}")]
+    #[error("`{key}` has {value}: {unit}, within ±{MAX_VALUE}{}", not_millimetres(.unit))]
     Value {
         /// Key.
         key: &'static str,
@@ -121,6 +121,11 @@ fn check(key: &'static str, unit: &'static str, values: [f64; 3]) -> Result<(), 
         Some(value) => Err(LineMistake::Value { key, value, unit }),
         None => Ok(()),
     }
+}
+
+/// Returns the end of a sentence about a number of this unit that is far too large.
+fn not_millimetres(unit: &str) -> &'static str {
+    if unit == "metres" { " (not millimetres)" } else { "" }
 }
 
 /// Returns whether a number is finite and within ±`limit`.
@@ -197,7 +202,7 @@ mod tests {
             (r#"{"target": [0.4, 0.3, null]}"#, "no target: "),
             (r#"{"target": [1e999, 0, 0]}"#, "number out of range"),
             (r#"{"target": [0.4, 0.3, 0.2], "speed": 1}"#, "unknown field `speed`"),
-            (r#"{"target": [400, 0, 0]}"#, "`target` has 400: metres, within ±100"),
+            (r#"{"target": [400, 0, 0]}"#, "`target` has 400: metres, within ±100 (not m"),
             (r#"{"target": [0, 0, 0], "velocity": [0, 0, 1e9]}"#, "`velocity` has 1000000000: m/s"),
             (r#"{"t": 1.7e18, "target": [0, 0, 0]}"#, "not milliseconds or nanoseconds"),
             ("{\"target\": [0, 0, 0]} {", "trailing characters"),

@@ -101,8 +101,9 @@ impl Closed {
             _ => format!(", {} targets reached", summary.targets_reached),
         };
         tell!(
-            "{}: {frames} frames, {time:.1} s{targets}{}{}",
+            "{}: {frames} frame{}, {time:.1} s{targets}{}{}",
             summary.ending,
+            if frames == 1 { "" } else { "s" },
             error.unwrap_or_default(),
             next_step(summary, self.standing)
         );

@@ -167,7 +167,11 @@ impl Parts {
             Some(folder) => folder.to_owned(),
             None => match newest_run(Path::new(RUNS)) {
                 Some(folder) => {
-                    note!("run: {}, the newest in {RUNS}; --run names another", folder.display());
+                    let name = folder.display();
+                    note!("run: {name}, the newest in {RUNS}; --run names another");
+                    if !folder.join("summary.json").exists() {
+                        note!("run: {name} is still going on, or its program was killed");
+                    }
                     folder
                 }
                 None => {
