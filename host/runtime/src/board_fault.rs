@@ -6,6 +6,8 @@ use std::time::Duration;
 use plumb_protocol::message::{DriverFault, Fault};
 use plumb_protocol::units::Micrometres;
 
+use crate::wakeups;
+
 /// Fault for which the board stopped by itself. Its text is for people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BoardFault {
@@ -119,11 +121,11 @@ impl fmt::Display for FaultCause {
                 )
             }
             Self::LateHost { times, longest } => {
-                let longest = longest.as_secs_f64();
+                let (longest, times) = (longest.as_secs_f64(), wakeups::times((*times).into()));
                 write!(
                     f,
-                    "this computer is overloaded or was asleep: the program woke late {times} \
-                     times, and was silent for {longest:.1} s"
+                    "this computer is overloaded or was asleep: the program woke late {times}, and \
+                     was silent for {longest:.1} s"
                 )
             }
             Self::OldPositions { old, oldest } => {

@@ -36,7 +36,7 @@ impl fmt::Display for TargetsSummary {
             (self.refused, "refused"),
             (unreadable, "unreadable"),
             (out_of_order, "out of order"),
-            (late, "late"),
+            (late, "too late"),
             (skipped, "skipped"),
             (self.ended, "after the end of their motion"),
         ];

@@ -25,14 +25,20 @@ impl LateWakeups {
 
 impl fmt::Display for LateWakeups {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { times, longest_s } = self;
+        let longest_s = self.longest_s;
+        let times = times(self.times);
         write!(
             f,
-            "this computer is overloaded: the program woke late {times} times, and was silent for \
+            "this computer is overloaded: the program woke late {times}, and was silent for \
              {longest_s:.1} s at most. Check what else uses its processor or disk, and whether it \
              sleeps."
         )
     }
+}
+
+/// Returns how often, for a person: "once", "2 times".
+pub(crate) fn times(count: u64) -> String {
+    if count == 1 { "once".to_owned() } else { format!("{count} times") }
 }
 
 /// Clock whose time passes while a program sleeps.

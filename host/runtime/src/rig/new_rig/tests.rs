@@ -1,9 +1,12 @@
 use std::fs;
+use std::path::Path;
 
+use plumb_cameras::camera_file;
 use plumb_config::reference::keys;
 
 use super::*;
 use crate::rig::check::{Finding, check};
+use crate::rig::quantity::Corner;
 use crate::rig::{LawName, REFERENCE, Rig};
 
 /// Writes the files of `rig` and returns what the check finds, and the rig that is read.
@@ -60,6 +63,20 @@ fn a_motor_winds_a_fifth_of_a_metre_while_its_ball_may_stand() {
     for (cable_per_turn, turn) in [(0.047, 810.0), (0.094, 400.0), (0.188, 200.0)] {
         let (findings, rig) = written(&NewRig { cable_per_turn, ..NewRig::default() });
         assert_eq!((findings, rig.following.turn.get()), (Vec::new(), turn));
+    }
+}
+
+#[test]
+fn the_guessed_camera_sees_the_whole_workspace_of_a_large_rig() {
+    let rig = NewRig { sides: [3.5; 3], height: 3.5, ..NewRig::default() };
+    let file = camera_file::parse(Path::new("camera.toml"), &rig.files().unwrap().camera).unwrap();
+    let (_, rig) = written(&rig);
+    let (min, max) = (rig.workspace.min.map(Corner::get), rig.workspace.max.map(Corner::get));
+    for corner in 0..8 {
+        let at = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] });
+        let seen = file.pose.inverse_transform_point(&at.into());
+        let (u, v) = file.intrinsics.project(&seen).unwrap();
+        assert!((0.0..640.0).contains(&u) && (0.0..480.0).contains(&v), "{at:?}: {u} {v}");
     }
 }
 

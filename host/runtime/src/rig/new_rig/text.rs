@@ -5,6 +5,7 @@ use plumb_cameras::camera_file;
 use plumb_config::book::with_pages;
 use plumb_config::reference::{Key, keys};
 
+use super::triangle::WorkspaceBox;
 use super::{Limits, NewCamera, NewRig, Straps};
 use crate::rig::REFERENCE;
 
@@ -201,8 +202,19 @@ const CAMERA_INTRODUCTION: &str = "\
 # `intrinsics = \"device\"` in [camera.openni] of the rig file takes the nominal ones.
 ";
 
-/// Distance of the guessed camera from the middle of the workspace, metres.
+/// Least distance of the guessed camera from the middle of the workspace, metres.
 const CAMERA_DISTANCE_M: f64 = 1.25;
+/// Half of what the guessed camera sees, at a distance of 1: across and upwards. It has 640x480
+/// pixels and a focal length of 525.
+const HALF_VIEW: [f64; 2] = [319.5 / 525.0, 239.5 / 525.0];
+
+/// Returns the distance of the guessed camera from the middle of the workspace, metres: so far that
+/// it sees the whole near side, with a tenth to spare.
+fn camera_distance(workspace: &WorkspaceBox) -> f64 {
+    let half = (workspace.max - workspace.min) / 2.0;
+    let distance = half.x + 1.1 * (half.y / HALF_VIEW[0]).max(half.z / HALF_VIEW[1]);
+    distance.max(CAMERA_DISTANCE_M)
+}
 
 /// Returns the text of the camera file.
 pub(super) fn camera_file(rig: &NewRig, limits: &Limits) -> String {
@@ -217,7 +229,7 @@ pub(super) fn camera_file(rig: &NewRig, limits: &Limits) -> String {
     let depth_scale = if has_depth { number(1000.0) } else { "\"none\"".to_owned() };
     file.key("intrinsics.depth_scale", &depth_scale);
     let mut place = limits.workspace.at([0.5; 3]);
-    place.x += CAMERA_DISTANCE_M;
+    place.x += camera_distance(&limits.workspace);
     file.table("pose", "");
     file.guess("pose.translation", &point(place), ": opposite motor C");
     file.guess("pose.quaternion", "[-0.5, -0.5, 0.5, 0.5]", ": it looks along -x, its x is y");
