@@ -1,25 +1,27 @@
 //! The path of `plumb run`: a file or a shape, its speed and its place.
 
+mod file_places;
+
 use std::fmt;
 use std::path::Path;
 
 use clap::Args;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use plumb_cameras::camera_file::is_rig_file;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
-use plumb_path::check::Rule;
 use plumb_path::file::{PathFile, parse};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{
     DEFAULT_ACCELERATION, DEFAULT_JERK, MotionLimits, PathError, Run, Trajectory, Waypoints,
 };
-use plumb_runtime::rig::{MotionError, MotionRules, Rig};
-use plumb_runtime::run::{PathPlan, PathPlanError};
+use plumb_runtime::rig::Rig;
+use plumb_runtime::run::PathPlan;
 
 use super::number_list::point;
 use super::print::note;
 use super::{Failure, bad_input, numbers};
+use file_places::FilePlaces;
 
 /// Speed along a path where none is given, m/s.
 const DEFAULT_SPEED: f64 = 0.05;
@@ -221,92 +223,6 @@ impl fmt::Display for Source {
             Self::Samples => write!(f, "a file with times"),
         }
     }
-}
-
-/// Factor by which places in millimetres are too large where their G-code says G20, inches.
-const MILLIMETRES_IN_AN_INCH: f64 = 25.4;
-
-/// Place of a file, metres, with its line, from 1.
-type Place = (u64, Point3<f64>);
-
-/// Places of the file of a path; none of a shape.
-#[derive(Default)]
-struct FilePlaces {
-    places: Vec<Place>,
-    /// Their times, seconds; none where the file has no times.
-    times: Vec<f64>,
-    /// Whether the file says that they are in inches.
-    is_in_inches: bool,
-}
-
-impl FilePlaces {
-    /// Returns why `trajectory` through the places is not possible, for a person. Where it is too
-    /// fast for a motor, the text says which speed is possible; where it is by the times of the
-    /// file, where, and by how much.
-    fn explain(&self, error: &PathPlanError, trajectory: &Trajectory, rig: &Rig) -> String {
-        if let (true, Rule::Other(rule @ MotionError::MotorRate { .. })) =
-            (self.times.is_empty(), &error.rule)
-        {
-            let highest = PathPlan::highest_speed(trajectory, rig);
-            let advice = match (highest * 1e3).floor() {
-                millimetres if millimetres >= 1.0 => {
-                    format!("choose a lower --speed, at most {} m/s", millimetres / 1e3)
-                }
-                _ => "choose a path that needs less of the motors".to_owned(),
-            };
-            return format!("{error}: {}; {advice}", rule.without_advice());
-        }
-        if self.places.is_empty() && is_place(error) {
-            return format!(
-                "{error}: {}; choose a smaller --size, or another --centre",
-                error.rule
-            );
-        }
-        let slower = PathPlan::slowdown(trajectory, rig);
-        if self.times.is_empty() || slower <= 1.0 {
-            return format!("{error}: {}", error.rule);
-        }
-        let text = match &error.rule {
-            Rule::Other(rule) => format!("{error}: {}", rule.without_advice()),
-            rule => format!("{error}: {rule}"),
-        };
-        let lines = self.lines_at(error.time_s).filter(|_| !trajectory.is_loop());
-        let lines = lines.map(|[from, to]| format!("from line {from} to line {to}, "));
-        // Rounded up.
-        let slower = (slower * 100.0).ceil() / 100.0;
-        format!(
-            "{}{text}; with all its times {slower} times as long it is slow enough",
-            lines.unwrap_or_default()
-        )
-    }
-
-    /// Returns the line of the first place that `rules` do not allow, and the place with its broken
-    /// rule.
-    fn first_wrong(&self, rules: &MotionRules) -> Option<(u64, String)> {
-        self.places.iter().find_map(|(line, place)| {
-            let error = rules.check(*place, Vector3::zeros()).err()?;
-            let in_millimetres = *place / MILLIMETRES_IN_AN_INCH;
-            let is_millimetres = self.is_in_inches
-                && error.other_unit().is_none()
-                && rules.check(in_millimetres, Vector3::zeros()).is_ok();
-            let unit = if is_millimetres { "; is it in millimetres (G21)?" } else { "" };
-            let at = <[f64; 3]>::from(*place);
-            Some((*line, format!("[{:.4}, {:.4}, {:.4}] m: {error}{unit}", at[0], at[1], at[2])))
-        })
-    }
-
-    /// Returns the lines of the places before and after a time, seconds after the first.
-    fn lines_at(&self, time_s: f64) -> Option<[u64; 2]> {
-        let begin = self.times.first()?;
-        let next = self.times.partition_point(|time| time - begin <= time_s);
-        let next = next.clamp(1, self.places.len().checked_sub(1)?);
-        Some([self.places[next - 1].0, self.places[next].0])
-    }
-}
-
-/// Returns whether a path goes through a place where the ball cannot be.
-fn is_place(error: &PathPlanError) -> bool {
-    matches!(error.rule, Rule::Other(MotionError::Workspace(_) | MotionError::Triangle))
 }
 
 /// Says that the feeds of a file are above the speed of the path, m/s.
