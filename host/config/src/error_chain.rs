@@ -22,12 +22,22 @@ impl<'a> ErrorChain<'a> {
 
 impl fmt::Display for ErrorChain<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.0)?;
-        self.errors().skip(1).try_for_each(|cause| write!(f, ": {cause}"))?;
+        f.write_str(&words(self.0))?;
+        self.errors().skip(1).try_for_each(|cause| write!(f, ": {}", words(cause)))?;
         if self.errors().any(is_file_size_limit) {
             write!(f, "; {FILE_SIZE_LIMIT}")?;
         }
         Ok(())
+    }
+}
+
+/// Returns the message of an error. The number of an error of the system, " (os error 2)", is left
+/// out behind its words.
+fn words(error: &dyn Error) -> String {
+    let text = error.to_string();
+    match text.rsplit_once(" (os error ") {
+        Some((words, number)) if number.ends_with(')') => words.to_owned(),
+        _ => text,
     }
 }
 
@@ -74,5 +84,11 @@ mod tests {
         let limit = message(io::ErrorKind::FileTooLarge);
         assert_eq!(limit, format!("run.csv: file too large; {FILE_SIZE_LIMIT}"));
         assert_eq!(message(io::ErrorKind::StorageFull), "run.csv: no storage space");
+    }
+
+    #[test]
+    fn an_error_of_the_system_is_told_in_words_without_its_number() {
+        let absent = Unwritten(io::Error::from_raw_os_error(2));
+        assert_eq!(ErrorChain(&absent).to_string(), "run.csv: No such file or directory");
     }
 }

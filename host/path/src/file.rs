@@ -269,12 +269,15 @@ pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
     })
 }
 
-/// Returns the columns that the first line names.
+/// Returns the columns that the first line names. Three columns without names are places.
 fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
     let names = table.take_names();
     let Some(first) = names.as_ref().or(table.rows().first()) else {
         return Err(PathFileError::Empty);
     };
+    if names.is_none() && first.fields.len() == Columns::Places.names().len() {
+        return Ok(Columns::Places);
+    }
     let known = [Columns::Places, Columns::Timed];
     let found = known.into_iter().find(|columns| columns.names() == first.fields);
     found.ok_or_else(|| PathFileError::Header {
@@ -362,13 +365,14 @@ mod tests {
 
     #[test]
     fn spreadsheets_of_other_languages_and_pauses_are_read() {
-        let expected = [[0.42, 0.24, 0.3], [0.54, 0.24, 0.3], [0.54, 0.24, 0.3]].map(Point3::from);
-        let (places, speeds, lines) = (expected.to_vec(), Vec::new(), vec![2, 3, 4]);
+        let at = [[0.42, 0.24, 0.3], [0.54, 0.24, 0.3], [0.54, 0.24, 0.3]].map(Point3::from);
+        let (places, speeds, lines) = (at.to_vec(), Vec::new(), vec![2, 3, 4]);
         let expected = Ok(PathFile::Waypoints { places, speeds, lines });
         let lines = "0.42,0.24,0.3\n0.54,0.24,0.3\n0.54,0.24,0.3\n";
         assert_eq!(parse(&format!("\u{feff}X,Y,Z\n{lines}")), expected);
         let commas = format!("x,y,z\n{lines}").replace(',', ";").replace('.', ",");
         assert_eq!(parse(&commas), expected);
+        assert_eq!(parse(lines).unwrap().places(), [(1, at[0]), (2, at[1]), (3, at[2])]);
     }
 
     #[test]
@@ -376,8 +380,9 @@ mod tests {
         for (text, named) in [
             ("", "no places"),
             ("x,y,z\n", "no places"),
-            ("0.4,0.3,0.2\n", "1: the columns are '0.4,0.3,0.2', but must be 'x,y,z'"),
-            ("0.4,0.3,0.2\n", ": put a first line with these names before the numbers"),
+            ("0.4,o.3,0.2\n", "1: column y: 'o.3' is no finite number"),
+            ("0.4,0.3\n", "1: the columns are '0.4,0.3', but must be 'x,y,z'"),
+            ("0,4,0,3,0,2\n", ": put a first line with these names before the numbers"),
             ("x,y,z\n# a\n0.4,0.3\n", "3: 2 columns, but the first line names 3"),
             ("x,y,z\n0.4,0.3\n1,1\n", "2: 2 columns, but the first line names 3 (1 more line too)"),
             ("x,y,z\n0.4,o.3,0.2\n", "2: column y: 'o.3' is no finite number"),

@@ -44,6 +44,9 @@ impl fmt::Display for TargetsSummary {
             write!(f, ", {count} {name}")?;
         }
         let Spread { rms_mm, p99_mm, max_mm } = self.spreads.error;
+        if self.taken == 0 {
+            return Ok(());
+        }
         if self.spreads.frames == 0 {
             return write!(f, "; the ball did not catch up with them");
         }

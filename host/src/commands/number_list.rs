@@ -23,10 +23,11 @@ pub(super) fn list<const N: usize>(text: &str, range: &Range) -> Result<[f64; N]
         words.iter().map(|it| numbers::parse(it, range)).collect::<Result<_, _>>()?;
     let count = numbers.len();
     let is_place = N == 3 && [0.4, 0.2, 0.15].iter().all(|number| range.contains(*number));
-    let example = if is_place { "; write 0.4,0.2,0.15, for example, without spaces" } else { "" };
+    let example = if is_place { "; write 0.4,0.2,0.15, for example" } else { "" };
     numbers.try_into().map_err(|_| {
         format!(
-            "needs {N} numbers with commas between them, each {range}; {count} are given{example}"
+            "needs {N} numbers with commas between them, without spaces, each {range}; \
+             given: {count}{example}"
         )
     })
 }
@@ -107,7 +108,7 @@ mod tests {
         assert_eq!(error, "write decimal points: 0.5,0.2,0.15");
         // The other numbers of "0,5 0,2 0,15" are words of their own.
         let error = point("0,5").unwrap_err();
-        let end = "; 2 are given; write 0.4,0.2,0.15, for example, without spaces";
+        let end = "; given: 2; write 0.4,0.2,0.15, for example";
         assert!(error.starts_with("needs 3 numbers") && error.ends_with(end), "{error}");
         let error = point("0,7;1,0;1,0").unwrap_err();
         assert_eq!(error, "needs 3 numbers with decimal points, and commas between them");

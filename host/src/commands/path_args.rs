@@ -145,24 +145,32 @@ impl PathArgs {
         self.tolerance.unwrap_or(DEFAULT_TOLERANCE)
     }
 
-    /// Checks that no option is given that has no effect on a path from `source`.
+    /// Checks that no option is given where the run has no path, but the places of `option`.
+    pub(super) fn check_unused(&self, option: &'static str) -> Result<(), Failure> {
+        self.check_effect(&Source::Other(option))
+    }
+
+    /// Checks that no option is given that has no effect on places from `source`.
     fn check_effect(&self, source: &Source) -> Result<(), Failure> {
         use ShapeKind::{Spline, Square};
         let is_shape = matches!(source, Source::Shape(_));
-        let has_times = matches!(source, Source::Samples);
+        let is_path = !matches!(source, Source::Other(_));
+        let has_speed = matches!(source, Source::Shape(_) | Source::Waypoints);
         let has_corners = matches!(source, Source::Waypoints | Source::Shape(Square));
         let is_spline = matches!(source, Source::Shape(Spline));
         let options = [
-            ("--speed", self.speed.is_some(), !has_times),
+            ("--speed", self.speed.is_some(), has_speed),
             ("--tolerance", self.tolerance.is_some(), has_corners),
             ("--size", self.size.is_some(), is_shape),
             ("--centre", self.centre.is_some(), is_shape),
             ("--upright", self.upright, is_shape),
             ("--path-seed", self.path_seed.is_some(), is_spline),
+            ("--no-wait", self.no_wait, is_path),
         ];
+        let other = if is_path { "choose another path" } else { "drive along a path, --path" };
         match options.iter().find(|(_, is_given, has_effect)| *is_given && !has_effect) {
             Some((option, ..)) => Err(bad_input(format!(
-                "{option} has no effect on {source}: leave it out, or choose another path"
+                "{option} has no effect on {source}: leave it out, or {other}"
             ))),
             None => Ok(()),
         }
@@ -211,6 +219,8 @@ enum Source {
     Waypoints,
     /// A file with times.
     Samples,
+    /// No path, but the places of this option.
+    Other(&'static str),
 }
 
 impl fmt::Display for Source {
@@ -221,6 +231,7 @@ impl fmt::Display for Source {
             }
             Self::Waypoints => write!(f, "a file"),
             Self::Samples => write!(f, "a file with times"),
+            Self::Other(option) => write!(f, "the places of {option}"),
         }
     }
 }

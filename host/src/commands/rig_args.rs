@@ -23,6 +23,10 @@ const DEFAULT_BAUD: u32 = 115_200;
 /// Endings of the names of lists of places.
 const LISTS: [&str; 5] = ["csv", "gcode", "nc", "ngc", "jsonl"];
 
+/// How a list of places is given to the program, for messages.
+pub(super) const DRIVES_THROUGH_LIST: &str =
+    "`plumb run RIG --waypoints FILE` or `--path FILE` drives through it";
+
 /// The rig file of a command that needs one.
 #[derive(Args)]
 pub(crate) struct RigArg {
@@ -242,13 +246,8 @@ pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
     if text.is_empty() {
         return Err(format!("no rig file has an empty name (is {RIG_VARIABLE} set to nothing?)"));
     }
-    let ending = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
-    if LISTS.iter().any(|list| ending == *list) {
-        return Err(
-            "a list of places is no rig file: `plumb run RIG --waypoints FILE` or `--path \
-                    FILE` drives through it"
-                .to_owned(),
-        );
+    if is_list(text) {
+        return Err(format!("a list of places is no rig file: {DRIVES_THROUGH_LIST}"));
     }
     let inside = Path::new(text).join("rig.toml");
     if inside.is_file() {
@@ -258,6 +257,12 @@ pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
         ));
     }
     Ok(text.into())
+}
+
+/// Returns whether the name of a file is that of a list of places.
+pub(super) fn is_list(name: &str) -> bool {
+    let ending = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
+    LISTS.iter().any(|list| ending == *list)
 }
 
 /// Returns whether a word of the command line names a file, and is no value.

@@ -131,18 +131,18 @@ impl RunArgs {
     /// Returns the goal that the options ask for.
     fn goal(&self, rig: &Rig) -> Result<Goal, Failure> {
         if let Some(address) = &self.targets {
+            self.path.check_unused("--targets")?;
             return Ok(Goal::Moving(address.clone()));
         }
-        match (&self.waypoints, self.path.plan(rig, self.is_repeated)?) {
-            (Some(path), _) => {
-                let waypoints = read_waypoints(path, &rig.motion_rules())?;
-                Ok(Goal::Waypoints(waypoints, self.is_repeated))
-            }
-            (None, Some(plan)) => Ok(Goal::Path(Box::new(plan))),
-            (None, None) if self.is_repeated => {
-                Err(bad_input("--loop needs --path or --waypoints"))
-            }
-            (None, None) => Ok(Goal::Targets),
+        if let Some(file) = &self.waypoints {
+            self.path.check_unused("--waypoints")?;
+            let waypoints = read_waypoints(file, &rig.motion_rules())?;
+            return Ok(Goal::Waypoints(waypoints, self.is_repeated));
+        }
+        match self.path.plan(rig, self.is_repeated)? {
+            Some(plan) => Ok(Goal::Path(Box::new(plan))),
+            None if self.is_repeated => Err(bad_input("--loop needs --path or --waypoints")),
+            None => Ok(Goal::Targets),
         }
     }
 }

@@ -194,7 +194,7 @@ fn too_few_places_are_refused_before_the_pictures() {
     let output = plumb(&["calibrate", &rig, "--ball", "--place", "0.5,0.2,0.1"], folder.path());
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
-    assert_eq!(text, "plumb: --place is given 1 times, but 4 to 40 places are needed\n");
+    assert_eq!(text, "plumb: --place: 4 to 40 are needed; given: 1\n");
 }
 
 #[test]

@@ -64,6 +64,18 @@ fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
     let expected = "plumb: no rig file is named: put it first, or set PLUMB_RIG; --path \
                     <FILE|SHAPE> is missing too; usage: plumb run [OPTIONS] [RIG]";
     assert_eq!(missing, expected);
+    for (arguments, says) in [
+        (&["run", "--rig", "rig.toml"][..], "the rig file has no option: put it first"),
+        (&["run", "rig.toml", "way.csv"], "`plumb run RIG --waypoints FILE` or `--path FILE`"),
+        (
+            &["run", "rig.toml", "--path", "eight", "--centre", "0.5", "0.2", "0.3"],
+            "without spaces: 0.4",
+        ),
+        (&["init", "--sides", "0.6,", "0.8,", "0.9"], "without spaces"),
+    ] {
+        let text = last(arguments);
+        assert!(text.contains(says), "{text}");
+    }
     let numbers = last(&["goto", "0.62", "0.26", "0.36", "0.4"]);
     assert!(numbers.starts_with("plumb: too many numbers: <X> <Y> <Z> are needed"), "{numbers}");
     let port = last(&["demo", "--page", "99999"]);

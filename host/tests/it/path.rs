@@ -85,6 +85,21 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     let minute = "t,x,y,z\n0,0.5,0.3,0.3\n60,0.5,0.3,0.4\n";
     fs::write(folder.path().join("minute.csv"), minute).unwrap();
     assert!(run("minute.csv").contains("there is no such serial port"), "{}", run("minute.csv"));
+    // Places that are no path have no speed, shape and time.
+    let places = ["--waypoints", "way.csv"];
+    for (goal, options) in [
+        (places, &["--speed", "0.1"][..]),
+        (places, &["--centre", "0.5,0.2,0.3"]),
+        (places, &["--upright"]),
+        (["--targets", "-"], &["--no-wait"]),
+        (["--targets", "-"], &["--path-seed", "2"]),
+    ] {
+        let run = [&["run", &rig, "--port", "/dev/null"], &goal[..], options].concat();
+        let output = plumb(&run, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        let says = format!("{} has no effect on the places of {}", options[0], goal[0]);
+        assert!(stderr(&output).contains(&says), "{}", stderr(&output));
+    }
     let output = plumb(&["run", &rig, "--loop"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("--loop needs --path or --waypoints"), "{}", stderr(&output));

@@ -77,7 +77,7 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     assert!(targets["error"]["rms_mm"].as_f64().unwrap() > 0.0, "{line}");
     assert_eq!(line["legs"][0]["target"].to_string(), "[0.4505,0.25,0.42]");
     let told = stderr(&output);
-    assert!(told.contains("targets: line 42: no target: expected value"), "{told}");
+    assert!(told.contains("targets: line 42: no target: this is no object of JSON"), "{told}");
     assert!(told.contains("target [0.5000, 0.2500, 9.0000] m: that is outside the"), "{told}");
     assert!(told.contains(" refused, 1 unreadable") && told.contains("distance from"), "{told}");
     assert!(folder.path().join("run/deviation.svg").exists());

@@ -23,6 +23,7 @@ use serde::Serialize;
 
 use super::quantity::Conversion;
 use super::{MotionError, REFERENCE, Rig, Simulation, WrongTarget};
+use crate::link::other_port;
 
 pub use self::board::BoardCheck;
 
@@ -173,6 +174,9 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
             )),
         }
     }
+    findings.extend(other_port(&rig.board.port).map(|instead| {
+        document.finding(Severity::Warning, &["board.port"], format!("is no path: {instead}"))
+    }));
     findings.extend(wiring::silent_drivers(document, &wiring));
     findings.extend(wiring::strapped(document, rig));
     findings.extend(targets(document, rig));
@@ -386,15 +390,20 @@ impl<'a> Document<'a> {
         (!keys.is_empty()).then(|| format!("{name} = {{ {keys} }}"))
     }
 
+    /// Returns the description of a key in the reference page; `None` for an unknown key.
+    fn key(&self, name: &str) -> Option<&Key> {
+        self.keys.iter().find(|key| key.name == name)
+    }
+
     /// Returns whether a key takes a number and nothing else.
     fn is_number(&self, name: &str) -> bool {
-        let key = self.keys.iter().find(|key| key.name == name);
-        key.is_some_and(|key| key.value.parse::<f64>().is_ok() && !key.range.contains('"'))
+        self.key(name)
+            .is_some_and(|key| key.value.parse::<f64>().is_ok() && !key.range.contains('"'))
     }
 
     /// Returns the range of a key with an example; `None` for an unknown key.
     fn allowed(&self, name: &str) -> Option<String> {
-        let Some(key) = self.keys.iter().find(|key| key.name == name) else {
+        let Some(key) = self.key(name) else {
             let table = format!("{name}.");
             let is_table = self.keys.iter().any(|key| key.name.starts_with(&table));
             return is_table.then(|| format!("a table, [{name}] with its keys below it"));
@@ -413,7 +422,6 @@ impl<'a> Document<'a> {
 
     /// Returns the default of a key that the file does not have.
     fn default_of(&self, name: &str) -> String {
-        let key = self.keys.iter().find(|key| key.name == name);
-        key.map(|key| key.value.clone()).unwrap_or_default()
+        self.key(name).map(|key| key.value.clone()).unwrap_or_default()
     }
 }

@@ -70,6 +70,9 @@ impl TargetLine {
     /// # Errors
     /// The first mistake.
     pub fn parse(text: &str) -> Result<Self, LineMistake> {
+        if !text.trim_start().starts_with('{') {
+            return Err(LineMistake::Json("this is no object of JSON".to_owned()));
+        }
         let line: Self = serde_json::from_str(text)
             .map_err(|error: serde_json::Error| LineMistake::Json(without_line(&error)))?;
         line.check()?;
@@ -194,8 +197,12 @@ mod tests {
         let velocity = TargetLine::parse(line).unwrap().velocity();
         assert_eq!(velocity, Some(Vector3::new(0.05, 0.0, -0.1)));
         for (text, named) in [
-            ("", "no target: EOF"),
-            ("[0.4, 0.3, 0.2]", "no target: "),
+            ("", "no target: this is no object of JSON"),
+            (
+                "0.4 0.3 0.2",
+                r#"no target: this is no object of JSON; a line is {"t": 1.5, "target": ["#,
+            ),
+            ("[0.4, 0.3, 0.2]", "no target: this is no object of JSON"),
             ("{}", "missing field `target`"),
             (r#"{"target": [0,4, 0,3, 0,2]}"#, r#"; a line is {"t": 1.5, "target": [0.4, "#),
             (r#"{"target": [0.4, 0.3]}"#, "no target: "),

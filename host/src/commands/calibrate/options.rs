@@ -107,7 +107,7 @@ impl MotorOptions {
         }
         let n = self.pixels.len();
         let pixels = self.pixels.clone().try_into();
-        pixels.map(Some).map_err(|_| bad_input(format!("--pixel is given {n} times, not 3")))
+        pixels.map(Some).map_err(|_| bad_input(format!("--pixel: 3 are needed; given: {n}")))
     }
 
     /// Checks that the places of the motors are measured, where their pixels are given.
@@ -125,7 +125,7 @@ impl MotorOptions {
             (None, 0) => Err(bad_input(needed)),
             (None, n) => {
                 let places = self.measured.clone().try_into();
-                let wrong = |_| bad_input(format!("--motor is given {n} times, not 3"));
+                let wrong = |_| bad_input(format!("--motor: 3 are needed; given: {n}"));
                 places.map(MotorMeasures::Places).map_err(wrong)
             }
         }
@@ -154,7 +154,7 @@ impl PlaceOptions {
         match self.places.len() {
             0 | MIN_PLACES..=MAX_PLACES => Ok(()),
             count => Err(bad_input(format!(
-                "--place is given {count} times, but {MIN_PLACES} to {MAX_PLACES} places are needed"
+                "--place: {MIN_PLACES} to {MAX_PLACES} are needed; given: {count}"
             ))),
         }
     }

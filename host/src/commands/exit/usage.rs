@@ -1,12 +1,13 @@
 //! The end of a command by a mistake in its command line.
 
+use std::env;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use super::{BAD_INPUT, Failure, bad_input};
 use crate::commands::print::tell;
-use crate::commands::rig_args::no_rig;
+use crate::commands::rig_args::{DRIVES_THROUGH_LIST, RIG_VARIABLE, is_list, no_rig};
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
 pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
@@ -22,7 +23,12 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
     if !usage.is_empty() {
         tell!("{usage}");
     }
-    bad_input(message).report()
+    let hint = unexpected_word(error).and_then(|word| {
+        let words: Vec<String> = env::args_os().map(|it| it.to_string_lossy().into()).collect();
+        hint(word, &words)
+    });
+    let hint = hint.map(|hint| format!("; {hint}")).unwrap_or_default();
+    bad_input(format!("{message}{hint}")).report()
 }
 
 /// Error of the command line, in the program's own words.
@@ -51,6 +57,30 @@ impl UsageError {
             }
         }
         Self { usage, message }
+    }
+}
+
+/// Returns the word that the command must not have; `None` for another mistake.
+fn unexpected_word(error: &clap::Error) -> Option<&str> {
+    match error.get(ContextKind::InvalidArg)? {
+        ContextValue::String(word) if error.kind() == ErrorKind::UnknownArgument => Some(word),
+        _ => None,
+    }
+}
+
+/// Returns what to write in place of `word`, which the command line `words` must not have.
+fn hint(word: &str, words: &[String]) -> Option<String> {
+    let is_number = |word: &str| word.trim_matches(',').parse::<f64>().is_ok();
+    let mut pairs = words.windows(2);
+    if word == "--rig" {
+        Some(format!("the rig file has no option: put it first, or set {RIG_VARIABLE}"))
+    } else if is_list(word) {
+        Some(format!("for a list of places: {DRIVES_THROUGH_LIST}"))
+    } else if is_number(word) && pairs.any(|pair| is_number(&pair[0]) && pair[1].starts_with(word))
+    {
+        Some("several numbers of an option stand without spaces: 0.4,0.2,0.15".to_owned())
+    } else {
+        None
     }
 }
 
@@ -83,5 +113,22 @@ mod tests {
                     more information, try '--help'.\n";
         let message = UsageError::of(text).message;
         assert_eq!(message, "invalid value 'x' for '--law <LAW>' [possible values: a, b]");
+    }
+
+    #[test]
+    fn a_word_too_many_is_answered_with_what_to_write() {
+        let hint = |word: &str, line: &str| {
+            let words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+            hint(word, &words).unwrap_or_default()
+        };
+        assert!(hint("--rig", "plumb run --rig rig.toml").contains("put it first"));
+        assert!(hint("a.csv", "plumb run rig.toml a.csv").contains("--path FILE"));
+        let spaces = "without spaces";
+        assert!(hint("0.2", "plumb demo --target 0.5 0.2 0.3").contains(spaces));
+        assert!(hint("0.2,", "plumb run rig.toml --centre 0.5, 0.2, 0.3").contains(spaces));
+        // The parser names the beginning of a negative number.
+        assert!(hint("-0", "plumb run rig.toml --centre 0.5, -0.2, 0.3").contains(spaces));
+        assert_eq!(hint("5", "plumb demo 5"), "");
+        assert_eq!(hint("--ye", "plumb check rig.toml --ye"), "");
     }
 }

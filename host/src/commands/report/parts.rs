@@ -167,11 +167,7 @@ impl Parts {
             Some(folder) => folder.to_owned(),
             None => match newest_run(Path::new(RUNS)) {
                 Some(folder) => {
-                    let name = folder.display();
-                    note!("run: {name}, the newest in {RUNS}; --run names another");
-                    if !folder.join("summary.json").exists() {
-                        note!("run: {name} is still going on, or its program was killed");
-                    }
+                    note!("run: {}, the newest in {RUNS}; --run names another", folder.display());
                     folder
                 }
                 None => {
@@ -182,12 +178,18 @@ impl Parts {
                 }
             },
         };
-        for (file, name, content) in RUN_FILES {
-            if file != "lost.csv" || folder.join(file).exists() {
-                self.add_file(name, content, &folder.join(file));
-            }
+        let is_ended = folder.join("summary.json").exists();
+        if !is_ended {
+            let why = "is still going on, or its program was killed";
+            self.missing
+                .push(format!("run: what it writes at its end; {} {why}", folder.display()));
         }
-        for (file, name, content) in PICTURES {
+        // A run that has not ended may lack any of its files; one that has, this one.
+        let has = |file: &str| folder.join(file).exists() || is_ended && file != "lost.csv";
+        for (file, name, content) in RUN_FILES.into_iter().filter(|(file, ..)| has(file)) {
+            self.add_file(name, content, &folder.join(file));
+        }
+        for (file, name, content) in PICTURES.into_iter().filter(|(file, ..)| has(file)) {
             match read(&folder.join(file), MAX_BYTES) {
                 Ok(bytes) => {
                     self.parts.push(Part { name, content, body: Body::Picture(bytes) });

@@ -234,6 +234,15 @@ fn a_word_for_a_number_is_told_so() {
 }
 
 #[test]
+fn a_port_without_its_folder_or_of_windows_is_a_warning() {
+    for (port, instead) in [("ttyACM0", "write /dev/ttyACM0"), ("COM3", "of Windows")] {
+        let found = findings(&[("\"/dev/ttyACM0\"", &format!("\"{port}\""))]);
+        let finding = found.iter().find(|it| it.to_string().contains(instead)).unwrap();
+        assert_eq!(finding.severity, Severity::Warning, "{finding}");
+    }
+}
+
+#[test]
 fn microsteps_that_no_strap_sets_are_a_warning() {
     let tmc2209 = ("driver = \"a4988\"", "driver = \"tmc2209\"");
     assert_eq!(keys(&findings(&[tmc2209])), keys(&findings(&[])));
