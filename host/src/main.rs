@@ -18,7 +18,8 @@ use plumb_config::book::first_page;
 /// Exit codes: 0 done; 1 the command failed or did not reach its aim (a target, a proof, a board
 /// that is silent, a full disk); 2 the input is wrong (an option, a file, a port that cannot be
 /// opened, a configuration that the board refuses); 101 the program has a defect; 129, 130, 143 a
-/// second signal, such as Ctrl-C, ended it at once. Messages for people go to standard error.
+/// signal, such as Ctrl-C, ended it at once: the second one, or the first one before the program
+/// had opened the board's port. Messages for people go to standard error.
 #[derive(Parser)]
 #[command(version, max_term_width = 100, after_help = format!("The book: {}", first_page()))]
 struct Cli {

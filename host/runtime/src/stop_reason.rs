@@ -29,6 +29,8 @@ pub enum StopReason {
     EndOfFrames,
     /// The stream of targets ended before it had one.
     NoTarget,
+    /// The stream of targets had none for the time of the timeout.
+    TargetsSilent,
     /// The link, the camera or an observer failed; the messages of the error and its causes.
     Failed(String),
 }
@@ -48,6 +50,10 @@ impl StopReason {
             Self::Timeout => Some(
                 "If the ball was still moving, give it a longer --timeout. If it had come to rest \
                  beside the target, a cable is slack or another law holds it better",
+            ),
+            Self::TargetsSilent => Some(
+                "Start the program that sends the targets, or look whether it still does so. It \
+                 may take --timeout seconds for each",
             ),
             Self::Fault(fault) => Some(fault.advice()),
             Self::EndOfFrames => Some(
@@ -80,6 +86,7 @@ impl fmt::Display for StopReason {
             Self::Ended => f.write_str("ended by the operator"),
             Self::EndOfFrames => f.write_str("no more pictures"),
             Self::NoTarget => f.write_str("the targets ended before there was one to drive to"),
+            Self::TargetsSilent => f.write_str("no target came in time"),
             Self::Failed(message) => f.write_str(message),
         }
     }

@@ -78,8 +78,18 @@ pub enum CosimError {
     #[error("`target_velocity` without `target`: give both, or `target` alone")]
     VelocityAlone,
     /// The board refused a command.
-    #[error("the board refuses: {0}")]
+    #[error("{}", refused(.0))]
     Refused(Refusal),
+}
+
+/// Returns why the board refuses a command. No request clears a fault.
+fn refused(refusal: &Refusal) -> String {
+    match refusal {
+        Refusal::Faulted(fault) => {
+            format!("the board has stopped by itself ({fault}): begin the co-simulation again")
+        }
+        other => format!("the board refuses: {other}"),
+    }
 }
 
 /// Longest time between two commands, µs.

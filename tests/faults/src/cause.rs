@@ -78,7 +78,7 @@ impl Cause {
     fn of_reason(reason: &StopReason) -> Option<Self> {
         match reason {
             StopReason::Fault(fault) => Some(Self::Board(fault.fault)),
-            StopReason::Timeout => Some(Self::Timeout),
+            StopReason::Timeout | StopReason::TargetsSilent => Some(Self::Timeout),
             StopReason::Reached | StopReason::Interrupted => None,
             _ => Some(Self::Other),
         }

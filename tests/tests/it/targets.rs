@@ -219,7 +219,7 @@ fn a_stream_without_a_target_ends_the_run_with_the_reason() {
     assert!(!outcome.summary.reached && outcome.summary.legs.is_empty());
     let late = Sender::new(circle, 30.0, [30.0, 31.0], |_| 0.0);
     let outcome = TargetRun { timeout: 2.0, ..TargetRun::default() }.drive(late);
-    assert_eq!(outcome.summary.ending, StopReason::Timeout);
+    assert_eq!(outcome.summary.ending, StopReason::TargetsSilent);
     assert!(!outcome.summary.reached && outcome.records.last().unwrap().time < 3.0);
 }
 

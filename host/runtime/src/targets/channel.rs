@@ -12,7 +12,8 @@ use super::{Arrivals, LeftOut, MAX_AGE_S, TargetSource, TimedTarget};
 /// Number of targets that may wait: those of a second at 250 Hz. Newer ones replace the oldest.
 pub const MAX_WAITING: usize = 250;
 
-/// Number of messages about lines that are told in a run. The others are only counted.
+/// Number of messages about lines that are told in a run, and of those about senders. The others
+/// are only counted.
 const MAX_PROBLEMS: u32 = 10;
 
 /// Number of a motion: targets that belong together, such as those of one program or one gesture.
@@ -41,8 +42,10 @@ struct Sent {
 struct Queue {
     waiting: VecDeque<Sent>,
     problems: Vec<String>,
-    /// Number of problems that were told.
-    told: u32,
+    /// Number of problems of lines.
+    of_lines: u32,
+    /// Number of problems of senders.
+    of_senders: u32,
     left_out: LeftOut,
     /// Newest motion.
     motion: MotionId,
@@ -98,7 +101,19 @@ impl TargetSender {
     pub fn reject(&self, problem: String, count: impl FnOnce(&mut LeftOut)) {
         let mut queue = lock(&self.0);
         count(&mut queue.left_out);
-        queue.tell(problem);
+        queue.of_lines = queue.of_lines.saturating_add(1);
+        let count = queue.of_lines;
+        queue.tell(count, problem);
+    }
+
+    /// Tells why no more targets come from a sender, and counts what was left out of it. Many bad
+    /// lines before do not hide it.
+    pub(super) fn give_up(&self, problem: String, count: impl FnOnce(&mut LeftOut)) {
+        let mut queue = lock(&self.0);
+        count(&mut queue.left_out);
+        queue.of_senders = queue.of_senders.saturating_add(1);
+        let count = queue.of_senders;
+        queue.tell(count, problem);
     }
 
     /// Returns whether the run has begun to take targets.
@@ -124,9 +139,9 @@ impl Queue {
         self.waiting = VecDeque::from([Sent { at: present, ..last }]);
     }
 
-    fn tell(&mut self, problem: String) {
-        self.told = self.told.saturating_add(1);
-        match self.told {
+    /// Adds a problem, the `count`-th of its kind from 1, where it is told.
+    fn tell(&mut self, count: u32, problem: String) {
+        match count {
             ..MAX_PROBLEMS => self.problems.push(problem),
             MAX_PROBLEMS => {
                 self.problems.push(format!("{problem} (further ones are only counted)"));
@@ -235,5 +250,7 @@ mod tests {
         let Arrivals { problems, left_out, .. } = receiver.take(0.0);
         assert_eq!((problems.len(), left_out.unreadable), (10, 1000));
         assert_eq!(problems[9], "line 9 (further ones are only counted)");
+        sender.give_up("ended".to_owned(), |_| {});
+        assert_eq!(receiver.take(0.0).problems, ["ended"]);
     }
 }

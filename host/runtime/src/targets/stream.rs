@@ -189,7 +189,7 @@ impl Reader {
                 Ok(None) => {}
                 Err(error) => {
                     let problem = format!("targets cannot be received: {error}");
-                    self.sender.reject(problem, |_| {});
+                    self.sender.give_up(problem, |_| {});
                     break;
                 }
             }
@@ -259,7 +259,8 @@ impl Reader {
     /// Leaves a line out that ends its sender because of `fault`. Returns the reason, for people.
     fn end(&self, fault: SenderFault, Omission { problem, kind }: Omission) -> String {
         let reason = format!("{fault}: {problem}");
-        self.reject(Omission { problem: format!("a sender is ended: {reason}"), kind });
+        let told = format!("a sender is ended: {reason}");
+        self.sender.give_up(told, |left_out| kind.count(left_out));
         reason
     }
 
@@ -272,7 +273,7 @@ impl Reader {
             None if error.kind() == ErrorKind::ConnectionReset => return End(None),
             None => format!("targets cannot be received: {error}"),
         };
-        self.sender.reject(reason.clone(), |_| {});
+        self.sender.give_up(reason.clone(), |_| {});
         End(Some(reason))
     }
 }

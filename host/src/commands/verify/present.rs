@@ -112,6 +112,7 @@ fn range(range: Range) -> impl TypedValueParser<Value = Interval> {
             text.split(',').map(|part| numbers::parse(part.trim(), &range)).collect();
         match numbers?[..] {
             [lo, hi] if lo <= hi => Ok(Interval::new(lo, hi)),
+            [lo, hi] => Err(format!("{lo} is above {hi}: write LOW,HIGH")),
             _ => Err(format!("two numbers, LOW,HIGH, each must be {range}")),
         }
     }

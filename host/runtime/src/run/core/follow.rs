@@ -156,7 +156,7 @@ impl RunCore {
         if targets.is_complete() && !targets.has_taken() {
             return Some(StopReason::NoTarget);
         }
-        (targets.silence(now) > timeout).then_some(StopReason::Timeout)
+        (targets.silence(now) > timeout).then_some(StopReason::TargetsSilent)
     }
 
     /// Returns the time for which the run has waited for the present target, for a path that stands
