@@ -24,14 +24,18 @@ use plumb_protocol::wiring::{Drivers, Line, PinError, StepDir, Tmc2209, Wiring, 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+/// Returns the bytes in hexadecimal.
+fn in_hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 /// Checks that the message encodes to these bytes, and that these bytes decode to the message.
 fn assert_bytes<T: Serialize + DeserializeOwned + Clone + PartialEq + Debug>(
     message: T,
     hex: &str,
 ) {
     let frame = encode(&message).expect("it fits a frame");
-    let written: String = frame.iter().map(|b| format!("{b:02x}")).collect();
-    assert_eq!(written, hex, "{message:?}");
+    assert_eq!(in_hex(&frame), hex, "{message:?}");
     let mut accumulator = Accumulator::new();
     let read = frame.iter().find_map(|&b| accumulator.push::<T>(b));
     assert_eq!(read, Some(Ok(message)));
@@ -318,11 +322,22 @@ fn the_documentation_of_the_wire_format_has_valid_frames() {
     );
 }
 
+/// A change of a message changes the schema, and with it the Hello.
+#[test]
+fn the_documentation_of_the_wire_format_has_the_hello_of_this_build() {
+    let page = include_str!("../../../docs/understand/wire-format.md");
+    let hello = ToBoard { id: 300, command: Command::Hello(Hello::OURS) };
+    let frame = in_hex(&encode(&hello).expect("it fits a frame"));
+    let schema = in_hex(&SCHEMA);
+    let row = format!("| Hello: version {VERSION}, schema {schema} | `{frame}` |");
+    assert!(page.contains(&row), "docs/understand/wire-format.md: the row of Hello is {row}");
+}
+
 /// A change of a message changes the schema. The client in Python then has to follow.
 #[test]
 fn the_client_in_python_has_the_schema() {
     let client = include_str!("../../../protocol/examples/client.py");
-    let schema: String = SCHEMA.iter().map(|byte| format!("{byte:02x}")).collect();
+    let schema = in_hex(&SCHEMA);
     assert!(client.contains(&format!("\"{schema}\"")), "client.py: set SCHEMA to {schema}");
 }
 

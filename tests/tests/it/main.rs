@@ -44,4 +44,5 @@ mod style;
 mod targets;
 mod tensions;
 mod waits;
+mod wire_format_page;
 mod wrong_pins;
