@@ -5,12 +5,13 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
 /// Writes a file, new or over an old one. A file without room (a full disk, the limit of a file's
-/// size) is removed.
+/// size) is removed; what cannot be opened stays as it is.
 ///
 /// # Errors
 /// Where it cannot be written.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    fs::write(path, bytes).inspect_err(|_| {
+    let mut file = File::create(path)?;
+    file.write_all(bytes).inspect_err(|_| {
         // Half a file would look like a whole one.
         let _absent = fs::remove_file(path);
     })
@@ -65,5 +66,22 @@ impl Write for WholeWrites {
 
     fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+    use super::*;
+
+    /// A folder behind a link cannot be opened as a file.
+    #[test]
+    fn what_cannot_be_opened_is_not_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("report");
+        std::os::unix::fs::symlink(folder.path(), &link).unwrap();
+        assert!(write_whole(&link, b"text").is_err());
+        assert!(link.symlink_metadata().is_ok());
     }
 }

@@ -81,8 +81,14 @@ pub enum CodeProblem {
         code: String,
     },
     /// A character begins no word.
-    #[error("'{0}' begins no word: a letter and a number, such as X12.5")]
+    #[error("'{0}' begins no word: a letter and a number with a decimal point, such as X12.5")]
     Character(char),
+    /// A coordinate or the feed is there twice.
+    #[error("{0} is there more than once")]
+    Repeated(char),
+    /// The number of a program is not at the begin of its line.
+    #[error("O is not at the begin of the line: is it the digit 0?")]
+    LetterO,
     /// A letter has no number.
     #[error("{0} has no number")]
     Number(char),
@@ -232,13 +238,18 @@ impl Machine {
     fn read(&mut self, words: &[Word]) -> Result<(), CodeProblem> {
         let mut axes = [None; 3];
         let mut feed = None;
-        for &word in words {
+        let state = |value: &mut Option<f64>, word: Word| match value.replace(word.number) {
+            Some(_) => Err(CodeProblem::Repeated(word.letter)),
+            None => Ok(()),
+        };
+        for (number, &word) in words.iter().enumerate() {
             match word.letter {
                 'G' | 'M' => self.set(word)?,
-                'F' => feed = Some(word.number),
-                'X' => axes[0] = Some(word.number),
-                'Y' => axes[1] = Some(word.number),
-                'Z' => axes[2] = Some(word.number),
+                'F' => state(&mut feed, word)?,
+                'X' => state(&mut axes[0], word)?,
+                'Y' => state(&mut axes[1], word)?,
+                'Z' => state(&mut axes[2], word)?,
+                'O' if number > 0 => return Err(CodeProblem::LetterO),
                 'N' | 'O' => {}
                 _ => return Err(CodeProblem::Code { code: word.code() }),
             }
@@ -364,6 +375,8 @@ mod tests {
             assert!(found.contains(words), "{found}: {words}");
         }
         assert!(mistakes("G91 G1 X1\n")[0].contains("G90 first"));
+        assert_eq!(mistakes("G1 X610 X630 Y1 Z1\n"), ["1: X is there more than once"]);
+        assert!(mistakes("G1 X6O0 Y1 Z1\n")[0].contains("is it the digit 0?"));
     }
 
     #[test]

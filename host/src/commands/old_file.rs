@@ -43,7 +43,7 @@ impl OldFile<'_> {
 }
 
 /// Returns the path of the former version: "camera.toml.bak".
-fn backup(path: &Path) -> PathBuf {
+pub(super) fn backup(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".bak");
     name.into()

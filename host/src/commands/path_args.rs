@@ -94,10 +94,10 @@ impl PathArgs {
                 self.check_effect(&Source::Shape(kind))?;
                 (self.shape(kind, rig).trajectory(&limits, run)?, FilePlaces::default())
             }
-            Err(_) if !Path::new(path).exists() && Path::new(path).extension().is_some() => {
+            Err(_) if is_absent(path) && Path::new(path).extension().is_some() => {
                 return Err(bad_input(format!("--path: {path}: there is no such file")));
             }
-            Err(unknown) if !Path::new(path).exists() => {
+            Err(unknown) if is_absent(path) => {
                 return Err(bad_input(format!("--path: {unknown}; no file has this name either")));
             }
             Err(_) => self.read(Path::new(path), &limits, run)?,
@@ -234,6 +234,11 @@ impl fmt::Display for Source {
             Self::Other(option) => write!(f, "the places of {option}"),
         }
     }
+}
+
+/// Returns whether no file has this name. In a folder that may not be looked into nobody knows.
+fn is_absent(path: &str) -> bool {
+    matches!(Path::new(path).try_exists(), Ok(false))
 }
 
 /// Says that the feeds of a file are above the speed of the path, m/s.

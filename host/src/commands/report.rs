@@ -56,6 +56,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
+    archive::check_replaceable(&args.out)?;
     let mut parts = Parts::default();
     parts.add_board(&args.port, args.rig.as_deref());
     parts.add_selftest(args.selftest.as_deref())?;

@@ -85,12 +85,13 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text.replace("microsteps = 16", "microsteps = 5000"));
     let port = ["--port", "/dev/plumb-no-such-port"];
-    fs::write(folder.path().join("plumb-report.tar.gz"), "of before").unwrap();
+    let before = [0x1f, 0x8b, 1, 2, 3];
+    fs::write(folder.path().join("plumb-report.tar.gz"), before).unwrap();
     let output = plumb(&[&["report", &rig], &port[..]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let former = "plumb-report.tar.gz.bak";
     assert!(stderr(&output).contains(&format!("The former report is now {former}\n")));
-    assert_eq!(fs::read_to_string(folder.path().join(former)).unwrap(), "of before");
+    assert_eq!(fs::read(folder.path().join(former)).unwrap(), before);
     let bytes = unpack(folder.path(), "plumb-report.tar.gz");
     let part = |name: &str| String::from_utf8(bytes(name)).unwrap();
     let text = part("report.txt");
@@ -107,4 +108,27 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     let output = plumb(&[&["report", "--run", "empty"], &port[..]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("empty: is not the folder of a run"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_report_takes_the_place_of_a_report_only() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("keep.toml"), "of the rig").unwrap();
+    fs::write(path("old.tar.gz.bak"), "of somebody").unwrap();
+    fs::create_dir(path("archive")).unwrap();
+    std::os::unix::fs::symlink(path("archive"), path("link")).unwrap();
+    for (out, says) in [
+        ("keep.toml", "keep.toml: exists already and is no report; give another name"),
+        ("old.tar.gz", "old.tar.gz.bak: exists already and is no report"),
+        ("archive", "archive: is a folder; name a file"),
+        ("link", "link: is a folder; name a file"),
+    ] {
+        let report = ["report", "--port", "/dev/plumb-no-such-port", "--out", out];
+        let output = plumb(&report, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    }
+    assert_eq!(fs::read_to_string(path("keep.toml")).unwrap(), "of the rig");
+    assert!(path("link").symlink_metadata().unwrap().is_symlink());
 }

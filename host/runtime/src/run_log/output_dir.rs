@@ -34,7 +34,9 @@ impl OutputDir {
         let Self::Path(path) = self else { return Ok(()) };
         let is_free = match fs::read_dir(path) {
             Ok(mut entries) => entries.next().is_none(),
-            Err(error) => error.kind() == ErrorKind::NotFound,
+            Err(error) if error.kind() == ErrorKind::NotFound => true,
+            Err(error) if error.kind() == ErrorKind::NotADirectory => false,
+            Err(error) => return Err(RunLogError::io("look into", path)(error)),
         };
         if is_free { Ok(()) } else { Err(RunLogError::Exists(path.clone())) }
     }

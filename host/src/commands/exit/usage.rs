@@ -2,8 +2,10 @@
 
 use std::env;
 use std::process::ExitCode;
+use std::str::FromStr;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use plumb_path::shape::ShapeKind;
 
 use super::{BAD_INPUT, Failure, bad_input};
 use crate::commands::print::tell;
@@ -70,7 +72,8 @@ fn unexpected_word(error: &clap::Error) -> Option<&str> {
 
 /// Returns what to write in place of `word`, which the command line `words` must not have.
 fn hint(word: &str, words: &[String]) -> Option<String> {
-    let is_number = |word: &str| word.trim_matches(',').parse::<f64>().is_ok();
+    let is_number =
+        |word: &str| word.trim_matches(',').split(',').all(|number| number.parse::<f64>().is_ok());
     let mut pairs = words.windows(2);
     if word == "--rig" {
         Some(format!("the rig file has no option: put it first, or set {RIG_VARIABLE}"))
@@ -79,6 +82,10 @@ fn hint(word: &str, words: &[String]) -> Option<String> {
     } else if is_number(word) && pairs.any(|pair| is_number(&pair[0]) && pair[1].starts_with(word))
     {
         Some("several numbers of an option stand without spaces: 0.4,0.2,0.15".to_owned())
+    } else if is_number(word) {
+        Some("to go to one place: `plumb goto RIG 0.4 0.2 0.15`".to_owned())
+    } else if ShapeKind::from_str(word).is_ok() {
+        Some(format!("for a shape: --path {word}"))
     } else {
         None
     }
@@ -128,7 +135,9 @@ mod tests {
         assert!(hint("0.2,", "plumb run rig.toml --centre 0.5, 0.2, 0.3").contains(spaces));
         // The parser names the beginning of a negative number.
         assert!(hint("-0", "plumb run rig.toml --centre 0.5, -0.2, 0.3").contains(spaces));
-        assert_eq!(hint("5", "plumb demo 5"), "");
+        assert!(hint("0.3", "plumb run rig.toml --centre 0.5,-0.2, 0.3").contains(spaces));
+        assert!(hint("0.6", "plumb run rig.toml 0.6 0.2 0.3").contains("plumb goto"));
+        assert!(hint("circle", "plumb run rig.toml circle").contains("--path circle"));
         assert_eq!(hint("--ye", "plumb check rig.toml --ye"), "");
     }
 }

@@ -1,15 +1,47 @@
 //! The file of a report: a tar archive, compressed with gzip. It has no owner and no time.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use tar::{Builder, Header};
 
 use super::parts::Part;
+use crate::commands::old_file::backup;
+use crate::commands::{Failure, bad_input};
 
 /// Folder of the parts in the archive.
 const FOLDER: &str = "plumb-report";
+
+/// First bytes of a file that is compressed with gzip (RFC 1952, section 2.3.1).
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// Checks that a report can take the place of what is at `path`: nothing, or a former report. That
+/// one becomes `PATH.bak`, which must be nothing or a report too.
+///
+/// # Errors
+/// Where another file would be lost, or a folder is there.
+pub(super) fn check_replaceable(path: &Path) -> Result<(), Failure> {
+    if path.is_dir() {
+        return Err(bad_input(format!("{}: is a folder; name a file", path.display())));
+    }
+    for file in [path, &backup(path)] {
+        if file.exists() && !is_gzip(file) {
+            let why = "exists already and is no report; give another name, or move it away";
+            return Err(bad_input(format!("{}: {why}", file.display())));
+        }
+    }
+    Ok(())
+}
+
+/// Returns whether a file begins as one that is compressed with gzip.
+fn is_gzip(path: &Path) -> bool {
+    let mut begin = [0; GZIP.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut begin));
+    read.is_ok() && begin == GZIP
+}
 
 /// Returns the archive of some parts.
 ///

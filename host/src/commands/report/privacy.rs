@@ -4,11 +4,19 @@
 use std::fs;
 use std::path::Path;
 
+use plumb_cameras::camera_file;
+use plumb_config::reference::keys;
+use plumb_runtime::rig;
+
 /// Parts of the names of keys whose values are secrets.
 const SECRETS: [&str; 4] = ["token", "password", "passwd", "secret"];
 
-/// Names that many computers share, or that are words of Plumb.
+/// Names that many computers share, or the program's own.
 const COMMON: [&str; 4] = ["root", "localhost", "plumb", ""];
+
+/// Pages with the keys of the files in a report. A user who is called like a key stays in them: a
+/// file with another word in its place would be another file.
+const KEYS: [&str; 2] = [rig::REFERENCE, camera_file::REFERENCE];
 
 /// Folder that a report keeps: the devices.
 const DEVICES: &str = "/dev/";
@@ -32,7 +40,7 @@ impl Privacy {
         let short = computer.split('.').next().unwrap_or_default();
         let names = [(computer, "COMPUTER"), (short, "COMPUTER")];
         let all = names.into_iter().chain(users.iter().map(|user| (*user, "USER")));
-        let private = all.filter(|(name, _)| !COMMON.contains(name));
+        let private = all.filter(|(name, _)| !COMMON.contains(name) && !is_of_key(name));
         Self(private.map(|(name, place)| (name.to_owned(), place)).collect())
     }
 
@@ -50,6 +58,11 @@ impl Privacy {
         }
         text
     }
+}
+
+/// Returns whether `name` is a key of the files, or a table.
+fn is_of_key(name: &str) -> bool {
+    KEYS.into_iter().flat_map(keys).any(|key| key.name.split('.').any(|part| part == name))
 }
 
 /// Returns whether a character may be a part of a name.
@@ -172,6 +185,9 @@ mod tests {
         assert_eq!(applied("anvil.example.org"), "COMPUTER");
         // Longer words stay.
         assert_eq!(applied("malice anvils"), "malice anvils");
+        // A user who is called like a key of the files.
+        let keys = "[ball]\nradius = 0.02 # the ball";
+        assert_eq!(Privacy::new("camera", &["ball"]).applied_to(keys), keys);
         assert_eq!(
             Privacy::new("localhost", &["root"]).applied_to("root localhost"),
             "root localhost"

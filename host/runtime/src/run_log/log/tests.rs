@@ -353,6 +353,18 @@ fn a_link_to_an_empty_folder_is_that_folder() {
     }
 }
 
+/// As a folder without permission, which root may look into.
+#[test]
+fn a_folder_that_cannot_be_looked_into_is_no_earlier_run() {
+    let parent = tempfile::tempdir().unwrap();
+    let error = OutputDir::Path(parent.path().join("x".repeat(300))).check().unwrap_err();
+    assert!(matches!(&error, RunLogError::Io { action: "look into", .. }), "{error}");
+    let file = parent.path().join("file");
+    fs::write(&file, "").unwrap();
+    let error = OutputDir::Path(file).check().unwrap_err();
+    assert!(matches!(&error, RunLogError::Exists(_)), "{error}");
+}
+
 #[test]
 fn numbered_runs_go_on_from_the_highest() {
     let parent = tempfile::tempdir().unwrap();
