@@ -5,7 +5,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
 /// Writes a file, new or over an old one. A file without room (a full disk, the limit of a file's
-/// size) is removed; what cannot be opened stays as it is.
+/// size) is removed. A file that cannot be opened stays unchanged.
 ///
 /// # Errors
 /// Where it cannot be written.

@@ -99,21 +99,34 @@ impl TargetSender {
 
     /// Counts something that was left out, and tells why; the first few times only.
     pub fn reject(&self, problem: String, count: impl FnOnce(&mut LeftOut)) {
-        let mut queue = lock(&self.0);
-        count(&mut queue.left_out);
-        queue.of_lines = queue.of_lines.saturating_add(1);
-        let count = queue.of_lines;
-        queue.tell(count, problem);
+        self.leave_out(problem, count, |queue| &mut queue.of_lines);
     }
 
     /// Tells why no more targets come from a sender, and counts what was left out of it. Many bad
     /// lines before do not hide it.
     pub(super) fn give_up(&self, problem: String, count: impl FnOnce(&mut LeftOut)) {
+        self.leave_out(problem, count, |queue| &mut queue.of_senders);
+    }
+
+    /// Counts something that was left out, and tells why where few problems were told before: those
+    /// of the kind whose number `told` returns.
+    fn leave_out(
+        &self,
+        problem: String,
+        count: impl FnOnce(&mut LeftOut),
+        told: impl FnOnce(&mut Queue) -> &mut u32,
+    ) {
         let mut queue = lock(&self.0);
         count(&mut queue.left_out);
-        queue.of_senders = queue.of_senders.saturating_add(1);
-        let count = queue.of_senders;
-        queue.tell(count, problem);
+        let told = told(&mut queue);
+        *told = told.saturating_add(1);
+        match *told {
+            ..MAX_PROBLEMS => queue.problems.push(problem),
+            MAX_PROBLEMS => {
+                queue.problems.push(format!("{problem} (further ones are only counted)"));
+            }
+            _ => {}
+        }
     }
 
     /// Returns whether the run has begun to take targets.
@@ -137,17 +150,6 @@ impl Queue {
         };
         self.left_out.skipped += self.waiting.len() as u64 - 1;
         self.waiting = VecDeque::from([Sent { at: present, ..last }]);
-    }
-
-    /// Adds a problem, the `count`-th of its kind from 1, where it is told.
-    fn tell(&mut self, count: u32, problem: String) {
-        match count {
-            ..MAX_PROBLEMS => self.problems.push(problem),
-            MAX_PROBLEMS => {
-                self.problems.push(format!("{problem} (further ones are only counted)"));
-            }
-            _ => {}
-        }
     }
 }
 

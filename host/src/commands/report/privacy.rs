@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use plumb_cameras::camera_file;
-use plumb_config::reference::keys;
+use plumb_config::reference::{Key, keys};
 use plumb_runtime::rig;
 
 /// Parts of the names of keys whose values are secrets.
@@ -40,7 +40,9 @@ impl Privacy {
         let short = computer.split('.').next().unwrap_or_default();
         let names = [(computer, "COMPUTER"), (short, "COMPUTER")];
         let all = names.into_iter().chain(users.iter().map(|user| (*user, "USER")));
-        let private = all.filter(|(name, _)| !COMMON.contains(name) && !is_of_key(name));
+        let keys: Vec<Key> = KEYS.into_iter().flat_map(keys).collect();
+        let is_of_key = |name| keys.iter().any(|key| key.name.split('.').any(|part| part == name));
+        let private = all.filter(|(name, _)| !COMMON.contains(name) && !is_of_key(*name));
         Self(private.map(|(name, place)| (name.to_owned(), place)).collect())
     }
 
@@ -58,11 +60,6 @@ impl Privacy {
         }
         text
     }
-}
-
-/// Returns whether `name` is a key of the files, or a table.
-fn is_of_key(name: &str) -> bool {
-    KEYS.into_iter().flat_map(keys).any(|key| key.name.split('.').any(|part| part == name))
 }
 
 /// Returns whether a character may be a part of a name.

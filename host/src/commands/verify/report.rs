@@ -169,8 +169,10 @@ impl Report {
         );
         tell!("  |dp/du|: {} (closed form: {})", self.exact, self.closed_form);
         for PathLine { target: [x, y, z], bounds } in &self.paths {
-            let rig = "in the rig as measured";
-            tell!("  |dp/du| on the straight path to ({x}, {y}, {z}), {rig}: {bounds}");
+            tell!(
+                "  |dp/du| on the straight path to ({x}, {y}, {z}), in the rig as measured: \
+                 {bounds}"
+            );
         }
         for LambdaLine { min_lambda, bounds } in &self.workspace {
             tell!("  |dp/du| where λ >= {min_lambda}: {bounds}");
