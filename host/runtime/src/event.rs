@@ -90,6 +90,12 @@ pub enum TargetsEvent {
         /// Broken rule.
         error: MotionError,
     },
+    /// The reference has waited for the ball for seconds while the target moved on.
+    #[error(
+        "targets: the ball lags far behind, and the reference waits for it: the target is faster \
+         than the motors or `path.max_speed` of the rig file allow"
+    )]
+    Lagging,
     /// No target has come for a second. The ball rests.
     #[error("targets: none for a second; the ball rests")]
     Ceased,

@@ -29,6 +29,8 @@ pub enum StopReason {
     EndOfFrames,
     /// The stream of targets ended before it had one.
     NoTarget,
+    /// The stream of targets ended because its lines could not be used.
+    TargetsBroken,
     /// The stream of targets had none for the time of the timeout.
     TargetsSilent,
     /// The link, the camera or an observer failed; the messages of the error and its causes.
@@ -54,6 +56,10 @@ impl StopReason {
             Self::TargetsSilent => Some(
                 "Start the program that sends the targets, or look whether it still does so. It \
                  may take --timeout seconds for each",
+            ),
+            Self::TargetsBroken => Some(
+                "The message about their sender says why, and in which line. Correct the program \
+                 that sends them",
             ),
             Self::Fault(fault) => Some(fault.advice()),
             Self::EndOfFrames => Some(
@@ -86,6 +92,7 @@ impl fmt::Display for StopReason {
             Self::Ended => f.write_str("ended by the operator"),
             Self::EndOfFrames => f.write_str("no more pictures"),
             Self::NoTarget => f.write_str("the targets ended before there was one to drive to"),
+            Self::TargetsBroken => f.write_str("the lines of the targets could not be used"),
             Self::TargetsSilent => f.write_str("no target came in time"),
             Self::Failed(message) => f.write_str(message),
         }

@@ -68,8 +68,17 @@ pub struct Arrivals {
     pub problems: Vec<String>,
     /// What was left out since the beginning.
     pub left_out: LeftOut,
-    /// Whether nothing more will come.
-    pub has_ended: bool,
+    /// How the source ended; `None` while more may come.
+    pub end: Option<SourceEnd>,
+}
+
+/// How a source of targets ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SourceEnd {
+    /// All its targets have come.
+    Complete,
+    /// It could not be read on: its lines are no targets, or their times are unknown.
+    Broken,
 }
 
 /// Source of a target that moves.

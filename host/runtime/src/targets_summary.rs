@@ -21,6 +21,8 @@ pub struct TargetsSummary {
     pub left_out: LeftOut,
     /// Number of times that no target came for a second.
     pub pauses: u64,
+    /// Number of pictures with the ball while the board followed the targets.
+    pub followed: u64,
     /// Distances of the measured ball from the target at the time of the picture, from the first
     /// picture on in which it was there.
     #[serde(flatten)]
@@ -47,13 +49,14 @@ impl fmt::Display for TargetsSummary {
         if self.taken == 0 {
             return Ok(());
         }
-        if self.spreads.frames == 0 {
+        let (caught_up, followed) = (self.spreads.frames, self.followed);
+        if caught_up == 0 {
             return write!(f, "; the ball did not catch up with them");
         }
         write!(
             f,
-            "; distance from them {rms_mm:.1} mm rms, {p99_mm:.1} mm in 99 % of the pictures, \
-             {max_mm:.1} mm at most"
+            "; the ball had caught up in {caught_up} of {followed} pictures: distance from them \
+             {rms_mm:.1} mm rms, {p99_mm:.1} mm in 99 % of these, {max_mm:.1} mm at most"
         )
     }
 }

@@ -73,11 +73,20 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     };
     let text = run("fast.csv");
     assert!(!text.contains("lower speed"), "it has no --speed: {text}");
-    let factor = text.split("with all its times ").nth(1).unwrap().split(' ').next().unwrap();
-    let end = 0.3 * factor.parse::<f64>().unwrap();
-    let slow = format!("t,x,y,z\n0,0.5,0.3,0.3\n{end},0.5,0.3,0.4\n");
-    fs::write(folder.path().join("slow.csv"), slow).unwrap();
-    assert!(run("slow.csv").contains("there is no such serial port"), "{}", run("slow.csv"));
+    // Places of a tracker that has lost the ball in between: few moments are looked at between two.
+    let tracked = |k: u32| (f64::from(k) / 30.0, 0.3 + 0.01 * f64::from(k * k % 7));
+    for samples in [vec![(0.0, 0.3), (0.3, 0.4)], (0..40).map(tracked).collect()] {
+        let file = |factor: f64| {
+            let line = |(t, z): &(f64, f64)| format!("{:.3},0.5,0.3,{z}\n", t * factor);
+            let lines: String = samples.iter().map(line).collect();
+            fs::write(folder.path().join("slow.csv"), format!("t,x,y,z\n{lines}")).unwrap();
+            run("slow.csv")
+        };
+        let text = file(1.0);
+        let factor = text.split("with all its times ").nth(1).unwrap().split(' ').next().unwrap();
+        let text = file(factor.parse().unwrap());
+        assert!(text.contains("there is no such serial port"), "{factor} times: {text}");
+    }
     // Nobody has given the usual --speed, and a file with times does not need it.
     let text = fs::read_to_string(folder.path().join(&rig)).unwrap();
     fs::write(folder.path().join(&rig), format!("{text}\n[path]\nmax_speed = 0.03\n")).unwrap();

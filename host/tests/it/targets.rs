@@ -79,8 +79,35 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     let told = stderr(&output);
     assert!(told.contains("targets: line 42: no target: this is no object of JSON"), "{told}");
     assert!(told.contains("target [0.5000, 0.2500, 9.0000] m: that is outside the"), "{told}");
-    assert!(told.contains(" refused, 1 unreadable") && told.contains("distance from"), "{told}");
+    assert!(told.contains(" refused, 1 unreadable"), "{told}");
+    let (caught_up, followed) = (&targets["frames"], &targets["followed"]);
+    let expected = format!("; the ball had caught up in {caught_up} of {followed} pictures: ");
+    assert!(told.contains(&expected), "{told}");
     assert!(folder.path().join("run/deviation.svg").exists());
+}
+
+/// As of a program that writes the times of JavaScript or of a camera's driver.
+#[test]
+fn times_in_milliseconds_end_the_run_with_the_reason() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder();
+    let emulator = Emulator::start();
+    let mut run = start(folder.path(), &emulator, "-");
+    let mut input = run.stdin.take().unwrap();
+    until_rows(&mut run, &folder.path().join("run"), 2);
+    for k in 0..20 {
+        let line = format!("{{\"t\": {}, \"target\": [0.5, 0.25, 0.42]}}\n", 5000 * k);
+        // The run ends before the last line.
+        let _ended = input.write_all(line.as_bytes());
+        thread::sleep(Duration::from_millis(5));
+    }
+    let output = run.wait_with_output().unwrap();
+    let (line, told) = (json(&output), stderr(&output));
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert_eq!((&line["reached"], &line["targets"]["late"]), (&false.into(), &10.into()));
+    assert_eq!(line["ending"], "the lines of the targets could not be used", "{line}");
+    assert!(told.contains("line 11: the time stamp has moved by +"), "{told}");
+    assert!(told.contains("`t` is not in seconds") && !told.contains("since the frame"), "{told}");
 }
 
 /// As in `echo '{"target": ...}' | plumb run RIG --targets -`.

@@ -37,6 +37,8 @@ fn the_ball_follows_targets_that_come_late_and_out_of_order_over_every_link() {
             let targets = outcome.targets();
             assert!(targets.spreads.error.rms_mm <= 2.0, "{name}, {rate} Hz: {targets:?}");
             assert!(targets.left_out.out_of_order > 5, "{name}, {rate} Hz: {targets:?}");
+            assert!(!outcome.has(&TargetsEvent::Lagging), "{name}, {rate} Hz");
+            assert!(targets.followed >= targets.spreads.frames, "{name}, {rate} Hz: {targets:?}");
             let farthest = outcome.farthest(circle, 4.0, 9.9);
             assert!(farthest <= 0.006, "{name}, {rate} Hz: {farthest} m");
         }
@@ -132,6 +134,8 @@ fn a_target_that_is_too_fast_for_the_ball_stops_no_board() {
         outcome.check_reached("shaken");
         let apart = outcome.farthest_from_reference();
         assert!(apart < 0.07, "{law}: the reference is {apart} m from the ball");
+        let told = outcome.events.iter().filter(|(_, event)| *event == TargetsEvent::Lagging);
+        assert_eq!(told.count(), 1, "{law}: {:?}", outcome.events);
     }
 }
 

@@ -327,7 +327,12 @@ impl RunCore {
             // What the operator has sent may end the leg, and comes before the next target.
             return;
         }
-        if drive.has_dwelt(now) {
+        let has_dwelt = drive.has_dwelt(now);
+        if self.goal.is_moving()
+            && let Some(reason) = self.targets_reason(now)
+        {
+            self.conclude(reason, now);
+        } else if has_dwelt {
             self.conclude(StopReason::Reached, now);
         } else if self.waited(now) > self.settings.timeout {
             self.conclude(StopReason::Timeout, now);

@@ -13,7 +13,7 @@ use crate::deviation::{Deviations, PathPoint};
 use crate::event::TargetsEvent;
 use crate::reference::{keep_inside, reference};
 use crate::rig::{MotionError, MotionRules};
-use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, TimedTarget};
+use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, SourceEnd, TimedTarget};
 use crate::targets_summary::TargetsSummary;
 
 /// Time without a target after which the run says so, seconds.
@@ -29,6 +29,10 @@ const FRESH_S: f64 = 0.25;
 /// Distance of the ball from the target beyond which the reference waits for the ball, metres: it
 /// would run away from a ball that cannot follow a jump.
 const FAR_M: f64 = 0.06;
+
+/// Time for which the reference waits for the ball, less that for which it goes with a target in
+/// motion, after which the run says so, seconds.
+const LAG_S: f64 = 5.0;
 
 /// Distance within which the reference goes with the target again, metres.
 const NEAR_M: f64 = 0.04;
@@ -69,8 +73,8 @@ pub(crate) struct TargetDrive {
     motion: MotionId,
     /// Newest motion that a command has ended.
     cancelled: Option<MotionId>,
-    /// Whether nothing more will come from the source.
-    has_ended: bool,
+    /// How the source ended; `None` while more may come.
+    end: Option<SourceEnd>,
     /// Zero of the path's time.
     zero: Option<f64>,
     last_sent: Option<f64>,
@@ -83,8 +87,36 @@ pub(crate) struct TargetDrive {
     /// Whether the ball is far from its target.
     is_far: bool,
     has_caught_up: bool,
+    /// How long the ball has been far from a target in motion.
+    lag: Lag,
+    /// Number of pictures with the ball while the board followed.
+    followed: u64,
     deviations: Deviations,
     counts: Counts,
+}
+
+/// Time for which the reference waits for the ball.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lag {
+    /// That time, less the time for which the reference goes on; seconds.
+    time_s: f64,
+    is_told: bool,
+    is_due: bool,
+}
+
+impl Lag {
+    /// Adds a time, seconds, in which the ball was far from a target in motion or was not.
+    fn add(&mut self, time_s: f64, is_far: bool) {
+        self.time_s = (self.time_s + if is_far { time_s } else { -time_s }).max(0.0);
+        self.is_told &= self.time_s > 0.0;
+        self.is_due |= self.time_s > LAG_S && !std::mem::replace(&mut self.is_told, true);
+    }
+
+    /// Returns whether it is to be told that the ball lags: once, until the ball has made up for
+    /// it.
+    fn take_due(&mut self) -> bool {
+        std::mem::take(&mut self.is_due)
+    }
 }
 
 /// Counts of a drive.
@@ -109,7 +141,7 @@ impl TargetDrive {
             course: None,
             motion: MotionId::default(),
             cancelled: None,
-            has_ended: false,
+            end: None,
             zero: None,
             last_sent: None,
             last_taken: None,
@@ -118,6 +150,8 @@ impl TargetDrive {
             ball: None,
             is_far: true,
             has_caught_up: false,
+            lag: Lag::default(),
+            followed: 0,
             deviations: Deviations::default(),
             counts: Counts::default(),
         }
@@ -125,24 +159,27 @@ impl TargetDrive {
 
     /// Takes what has come until `now`. Returns what happened.
     pub(crate) fn take(&mut self, arrivals: Arrivals, now: f64) -> Vec<TargetsEvent> {
-        let Arrivals { targets, problems, left_out, has_ended } = arrivals;
+        let Arrivals { targets, problems, left_out, end } = arrivals;
         self.counts.source = left_out;
         let mut events: Vec<_> = problems.into_iter().map(TargetsEvent::LeftOut).collect();
         for target in targets {
             events.extend(self.take_target(target, now));
         }
-        if has_ended && !self.has_ended {
-            self.has_ended = true;
+        if self.end.is_none() && end.is_some() {
+            self.end = end;
             self.tracker.rest(now);
             // The last place is sent at once: the run ends there.
             self.last_sent = None;
             events.push(TargetsEvent::Ended);
         }
         let silence = self.silence(now);
-        if !self.is_paused && !self.has_ended && self.counts.taken > 0 && silence > PAUSE_S {
+        if !self.is_paused && self.end.is_none() && self.counts.taken > 0 && silence > PAUSE_S {
             self.is_paused = true;
             self.counts.pauses += 1;
             events.push(TargetsEvent::Ceased);
+        }
+        if self.lag.take_due() {
+            events.push(TargetsEvent::Lagging);
         }
         events
     }
@@ -211,12 +248,17 @@ impl TargetDrive {
 
     /// Returns whether the targets are the goal of the run and nothing more will come.
     pub(crate) fn is_complete(&self) -> bool {
-        self.has_ended && self.usage == TargetUse::Goal && self.cancelled.is_none()
+        self.end.is_some() && self.usage == TargetUse::Goal && self.cancelled.is_none()
     }
 
     /// Returns whether the targets are the goal of the run.
     pub(crate) fn is_goal(&self) -> bool {
         self.usage == TargetUse::Goal
+    }
+
+    /// Returns whether the targets are the goal of the run and their source could not be read on.
+    pub(crate) fn is_broken(&self) -> bool {
+        self.is_complete() && self.end == Some(SourceEnd::Broken)
     }
 
     /// Returns whether a target was ever taken.
@@ -252,6 +294,7 @@ impl TargetDrive {
         if state == Some(State::Holding) && self.is_resting(&course, now) {
             return None;
         }
+        let passed = self.last_sent.map_or(0.0, |last| (now - last).min(PAUSE_S));
         (self.course, self.last_sent) = (Some(course), Some(now));
         let zero = *self.zero.get_or_insert(now);
         let motion = |time: f64| {
@@ -260,6 +303,9 @@ impl TargetDrive {
         };
         let limit = if self.is_far { NEAR_M } else { FAR_M };
         self.is_far = self.distance(&course, now).is_none_or(|distance| distance > limit);
+        if course.at(now).is_some_and(|moment| moment.velocity.norm() > REST_SPEED) {
+            self.lag.add(passed, self.is_far);
+        }
         let mut message = reference(0, self.is_far, now - zero, now - zero, motion);
         keep_inside(&mut message, &self.rules.workspace);
         Some(message)
@@ -301,8 +347,14 @@ impl TargetDrive {
         })
     }
 
+    /// Returns whether the ball has been at the target since the board began to follow it.
+    pub(crate) fn has_caught_up(&self) -> bool {
+        self.has_caught_up
+    }
+
     /// Adds the deviation of a measured position, metres, once the ball has caught up.
     pub(crate) fn note_position(&mut self, point: &PathPoint, position: Point3<f64>) {
+        self.followed += 1;
         self.has_caught_up |= (position - point.position).norm() <= self.rules.radius;
         if self.has_caught_up {
             self.deviations.add(point, position);
@@ -322,6 +374,7 @@ impl TargetDrive {
             skipped: source.skipped,
         };
         let spreads = self.deviations.spreads();
-        Some(TargetsSummary { taken, refused, ended, left_out, pauses, spreads })
+        let followed = self.followed;
+        Some(TargetsSummary { taken, refused, ended, left_out, pauses, followed, spreads })
     }
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Arrivals, LeftOut, MAX_AGE_S, TargetSource, TimedTarget};
+use super::{Arrivals, LeftOut, MAX_AGE_S, SourceEnd, TargetSource, TimedTarget};
 
 /// Number of targets that may wait: those of a second at 250 Hz. Newer ones replace the oldest.
 pub const MAX_WAITING: usize = 250;
@@ -51,7 +51,7 @@ struct Queue {
     motion: MotionId,
     /// Newest motion that a command or a fault has ended.
     cancelled: Option<MotionId>,
-    has_ended: bool,
+    end: Option<SourceEnd>,
     /// Whether the run has begun to take targets.
     is_taken: bool,
 }
@@ -135,21 +135,22 @@ impl TargetSender {
     }
 
     /// Tells that no target follows: the ball comes to rest at the last one.
-    pub(super) fn end(&self) {
-        lock(&self.0).has_ended = true;
+    pub(super) fn end(&self, end: SourceEnd) {
+        lock(&self.0).end = Some(end);
     }
 }
 
 impl Queue {
-    /// Lets the last target that came before the run be of the present where it would be late, and
-    /// leaves the others out.
-    fn renew_last(&mut self, present: Instant) {
+    /// Leaves out the targets that came too long before the run, but for the last one of all: where
+    /// it is as old, it becomes one of the present.
+    fn leave_out_old(&mut self, present: Instant) {
         let age = |sent: &Sent| present.saturating_duration_since(sent.at).as_secs_f64();
-        let Some(last) = self.waiting.back().copied().filter(|last| age(last) > MAX_AGE_S) else {
-            return;
-        };
-        self.left_out.skipped += self.waiting.len() as u64 - 1;
-        self.waiting = VecDeque::from([Sent { at: present, ..last }]);
+        let (before, last) = (self.waiting.len(), self.waiting.back().copied());
+        self.waiting.retain(|sent| age(sent) <= MAX_AGE_S);
+        if let Some(last) = last.filter(|_| self.waiting.is_empty()) {
+            self.waiting.push_back(Sent { at: present, ..last });
+        }
+        self.left_out.skipped += (before - self.waiting.len()) as u64;
     }
 }
 
@@ -159,7 +160,7 @@ impl TargetSource for TargetReceiver {
         // After the lock: no target is of the future.
         let present = Instant::now();
         if !mem::replace(&mut queue.is_taken, true) {
-            queue.renew_last(present);
+            queue.leave_out_old(present);
         }
         let targets = queue.waiting.drain(..).map(|Sent { motion, at, position, velocity }| {
             let time = now - present.saturating_duration_since(at).as_secs_f64();
@@ -169,7 +170,7 @@ impl TargetSource for TargetReceiver {
             targets: targets.collect(),
             problems: mem::take(&mut queue.problems),
             left_out: queue.left_out,
-            has_ended: queue.has_ended,
+            end: queue.end,
         }
     }
 
@@ -204,15 +205,15 @@ mod tests {
             let at = begin - Duration::from_millis(k as u64);
             sender.send(motion, at, Point3::new(k as f64, 0.0, 0.0), None);
         }
-        let Arrivals { targets, left_out, has_ended, .. } = receiver.take(100.0);
-        assert_eq!((targets.len(), left_out.skipped, has_ended), (MAX_WAITING, 50, false));
+        let Arrivals { targets, left_out, end, .. } = receiver.take(100.0);
+        assert_eq!((targets.len(), left_out.skipped, end), (MAX_WAITING, 50, None));
         assert_eq!(targets[0].position.x, 50.0);
         // The times of two differ as they were sent, whenever they are taken.
         let passed = targets[0].time - targets[1].time;
         assert!((passed - 1e-3).abs() < 1e-9 && targets[0].time <= 100.0 - 0.05, "{passed}");
         assert_eq!(receiver.take(101.0).targets, []);
-        sender.end();
-        assert!(receiver.take(101.0).has_ended);
+        sender.end(SourceEnd::Complete);
+        assert_eq!(receiver.take(101.0).end, Some(SourceEnd::Complete));
     }
 
     #[test]
@@ -228,6 +229,22 @@ mod tests {
         assert_eq!((targets[0].position.x, targets[0].time), (0.3, 100.0));
         sender.send(motion, long_ago, Point3::origin(), None);
         assert!(receiver.take(101.0).targets[0].time < 93.0);
+    }
+
+    #[test]
+    fn a_stream_that_goes_on_as_the_run_begins_has_no_late_targets() {
+        let (sender, mut receiver) = target_channel();
+        let motion = sender.begin();
+        let now = Instant::now();
+        for tenths in (0..20).rev() {
+            let at = now - Duration::from_millis(100 * tenths);
+            sender.send(motion, at, Point3::new(tenths as f64, 0.0, 0.0), None);
+        }
+        let Arrivals { targets, left_out, .. } = receiver.take(100.0);
+        assert!(targets.iter().all(|target| 100.0 - target.time <= MAX_AGE_S), "{targets:?}");
+        assert_eq!(targets.last().unwrap().position.x, 0.0);
+        assert_eq!(left_out.skipped, 20 - targets.len() as u64);
+        assert_eq!(left_out.late, 0);
     }
 
     #[test]

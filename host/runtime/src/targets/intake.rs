@@ -27,8 +27,8 @@ pub struct TargetClock {
 /// Length up to which the rest of a line that is too long is skipped, bytes.
 pub(super) const MAX_SKIPPED_BYTES: usize = 1 << 20;
 
-/// Unreadable lines in a row that end a sender.
-const MAX_UNREADABLE: u32 = 10;
+/// Unreadable lines in a row, or lines of unknown time, that end a sender.
+const MAX_UNUSABLE: u32 = 10;
 
 /// What a sender may begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -53,6 +53,8 @@ pub struct LineIntake {
     has_target: bool,
     /// Number of unreadable lines since the last target.
     unreadable: u32,
+    /// Number of lines of unknown time since the last one whose time is known.
+    untimed: u32,
 }
 
 /// Reason to end a sender.
@@ -65,6 +67,9 @@ pub enum SenderFault {
     /// After a target, as many lines in a row are unreadable as end a sender.
     #[error("ten unreadable lines in a row")]
     Unreadable,
+    /// As many lines in a row have no time as end a sender.
+    #[error("the times of ten lines in a row do not fit this computer's clock (`t` is in seconds)")]
+    Untimed,
     /// A line is so long that its end is not awaited.
     #[error("a line without an end within {MAX_SKIPPED_BYTES} bytes")]
     Endless,
@@ -87,8 +92,10 @@ pub enum OmissionKind {
     Unreadable,
     /// The target was told after a newer one.
     OutOfOrder,
-    /// The target came too late, or its time is unknown.
+    /// The target came too late.
     Late,
+    /// Its time is unknown: the sender's clock does not run evenly.
+    Untimed,
 }
 
 impl OmissionKind {
@@ -97,7 +104,7 @@ impl OmissionKind {
         *match self {
             Self::Unreadable => &mut left_out.unreadable,
             Self::OutOfOrder => &mut left_out.out_of_order,
-            Self::Late => &mut left_out.late,
+            Self::Late | Self::Untimed => &mut left_out.late,
         } += 1;
     }
 }
@@ -134,12 +141,13 @@ impl TargetClock {
             return Err(Omission::new(&problem, OmissionKind::OutOfOrder));
         }
         self.newest = Some(t);
-        let late = OmissionKind::Late;
         let time = self.clock.taken(t, 0.0, arrival);
-        let time = time.map_err(|error| Omission::new(&ErrorChain(&error), late))?;
+        let time =
+            time.map_err(|error| Omission::new(&ErrorChain(&error), OmissionKind::Untimed))?;
         let age = arrival - time;
         if age > MAX_AGE_S {
-            return Err(Omission::new(&format_args!("the target came {age:.3} s late"), late));
+            let problem = format_args!("the target came {age:.3} s late");
+            return Err(Omission::new(&problem, OmissionKind::Late));
         }
         Ok(time)
     }
@@ -168,7 +176,10 @@ impl LineIntake {
         let line = TargetLine::parse(text).map_err(|mistake| self.unreadable(&mistake))?;
         self.lines += 1;
         (self.has_target, self.unreadable) = (true, 0);
-        let time = self.clock.time(line.t, arrival).map_err(|omission| self.here(omission))?;
+        let time = self.clock.time(line.t, arrival);
+        let is_untimed = matches!(&time, Err(omission) if omission.kind == OmissionKind::Untimed);
+        self.untimed = if is_untimed { self.untimed.saturating_add(1) } else { 0 };
+        let time = time.map_err(|omission| self.here(omission))?;
         Ok(Some((line, time)))
     }
 
@@ -184,9 +195,10 @@ impl LineIntake {
     pub fn fault(&self) -> Option<SenderFault> {
         match self.beginning {
             Beginning::Target if self.lines > 0 && !self.has_target => Some(SenderFault::FirstLine),
-            _ if self.has_target && self.unreadable >= MAX_UNREADABLE => {
+            _ if self.has_target && self.unreadable >= MAX_UNUSABLE => {
                 Some(SenderFault::Unreadable)
             }
+            _ if self.untimed >= MAX_UNUSABLE => Some(SenderFault::Untimed),
             _ => None,
         }
     }
@@ -279,6 +291,25 @@ mod tests {
         assert!((times[1] - 1.1).abs() < 1e-3, "{times:?}");
         assert_eq!((times.len(), left_out.late), (3, 2), "{problems:?}");
         assert_eq!(problems[0], "line 3: the target came 0.600 s late");
+    }
+
+    /// As of a program that writes milliseconds, 30 lines a second.
+    #[test]
+    fn a_sender_whose_times_are_milliseconds_is_ended() {
+        let mut intake = LineIntake::default();
+        let line = |k: f64| format!("{{\"t\": {}, \"target\": [0.4, 0.3, 0.2]}}", 33.0 * k);
+        let taken = (0..11).map(f64::from).map(|k| {
+            assert_eq!(intake.fault(), None, "line {k}");
+            intake.take(&line(k), 0.033 * k)
+        });
+        let taken: Vec<_> = taken.collect();
+        assert!(taken[0].is_ok());
+        for omission in taken.into_iter().skip(1) {
+            let problem = omission.unwrap_err().problem;
+            assert!(problem.contains("+32.967 s against"), "{problem}");
+            assert!(problem.contains("`t` is not in seconds"), "{problem}");
+        }
+        assert_eq!(intake.fault(), Some(SenderFault::Untimed));
     }
 
     #[test]

@@ -15,6 +15,7 @@ use plumb_config::error_chain::ErrorChain;
 use thiserror::Error;
 use tracing::{debug, info};
 
+use super::SourceEnd;
 use super::channel::{MotionId, TargetSender};
 use super::intake::{
     Beginning, LineIntake, MAX_SKIPPED_BYTES, Omission, OmissionKind, SenderFault,
@@ -166,18 +167,20 @@ impl Reader {
             }
             self.sender.send(self.motion, due, line.position(), line.velocity());
         }
-        self.sender.end();
+        self.sender.end(SourceEnd::Complete);
     }
 
     /// Receives the targets of one sender after the other, until the stream is closed or standard
     /// input ends.
     fn receive(self, endpoint: &Endpoint) {
+        let mut end = SourceEnd::Complete;
         while !self.is_closed() {
             match endpoint.next_arrival() {
                 Ok(Some(Arrival::Sender(file))) => {
                     info!("a sender of targets has connected");
-                    self.receive_one(file, endpoint);
+                    let of_sender = self.receive_one(file, endpoint);
                     if endpoint.is_input() {
+                        end = of_sender;
                         break;
                     }
                 }
@@ -190,15 +193,16 @@ impl Reader {
                 Err(error) => {
                     let problem = format!("targets cannot be received: {error}");
                     self.sender.give_up(problem, |_| {});
+                    end = SourceEnd::Broken;
                     break;
                 }
             }
         }
-        self.sender.end();
+        self.sender.end(end);
     }
 
-    /// Receives the targets of one sender, until it ends or is ended.
-    fn receive_one(&self, file: File, endpoint: &Endpoint) {
+    /// Receives the targets of one sender, until it ends or is ended. Returns which of them.
+    fn receive_one(&self, file: File, endpoint: &Endpoint) -> SourceEnd {
         let is_closed = || self.is_closed();
         let mut input = BufReader::new(Connection::new(file, endpoint, &is_closed));
         let beginning = if endpoint.is_input() { Beginning::Banner } else { Beginning::Target };
@@ -208,10 +212,10 @@ impl Reader {
                 break end;
             }
         };
-        if let End(Some(reason)) = end {
-            input.get_ref().refuse(&reason);
-        }
         debug!(lines = intake.lines(), "a sender of targets has ended");
+        let End(Some(reason)) = end else { return SourceEnd::Complete };
+        input.get_ref().refuse(&reason);
+        SourceEnd::Broken
     }
 
     /// Receives a line, and sends its target to the run.

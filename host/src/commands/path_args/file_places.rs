@@ -2,12 +2,18 @@
 
 use nalgebra::{Point3, Vector3};
 use plumb_path::check::Rule;
-use plumb_path::trajectory::Trajectory;
+use plumb_path::trajectory::{Run, Sample, Trajectory};
 use plumb_runtime::rig::{MotionError, MotionRules, Rig};
 use plumb_runtime::run::{PathPlan, PathPlanError};
 
 /// Factor by which places in millimetres are too large where their G-code says G20, inches.
 const MILLIMETRES_IN_AN_INCH: f64 = 25.4;
+
+/// Margin of the factor for the times of a file: a person rounds the times.
+const MARGIN: f64 = 1.01;
+
+/// Number of times that a factor is tried and made larger.
+const MOST_TRIALS: u32 = 10;
 
 /// Place of a file, metres, with its line, from 1.
 type Place = (u64, Point3<f64>);
@@ -50,7 +56,7 @@ impl FilePlaces {
                 error.rule
             );
         }
-        let slower = PathPlan::slowdown(trajectory, rig);
+        let slower = self.slowdown(trajectory, rig);
         if self.times.is_empty() || slower <= 1.0 {
             return format!("{error}: {}", error.rule);
         }
@@ -60,12 +66,32 @@ impl FilePlaces {
         };
         let lines = self.lines_at(error.time_s).filter(|_| !trajectory.is_loop());
         let lines = lines.map(|[from, to]| format!("from line {from} to line {to}, "));
-        // Rounded up.
-        let slower = (slower * 100.0).ceil() / 100.0;
         format!(
-            "{}{text}; with all its times {slower} times as long it is slow enough",
+            "{}{text}; with all its times {slower:.2} times as long it is slow enough",
             lines.unwrap_or_default()
         )
+    }
+
+    /// Returns the factor by which the times of the file must grow, with [`MARGIN`]; at most 1
+    /// where they need not. A slower path is looked at in more moments, which may need a larger
+    /// factor.
+    fn slowdown(&self, trajectory: &Trajectory, rig: &Rig) -> f64 {
+        let mut factor = PathPlan::slowdown(trajectory, rig);
+        let run = if trajectory.is_loop() { Run::Loop } else { Run::Once };
+        for _ in 0..MOST_TRIALS {
+            let samples: Vec<_> = self
+                .places
+                .iter()
+                .zip(&self.times)
+                .map(|((_, position), time)| Sample { time: time * factor, position: *position })
+                .collect();
+            let slower = Trajectory::through_samples(&samples, run);
+            match slower.map(|slower| PathPlan::slowdown(&slower, rig)) {
+                Ok(more) if more > 1.0 => factor *= more,
+                _ => break,
+            }
+        }
+        if factor > 1.0 { factor * MARGIN } else { factor }
     }
 
     /// Returns the line of the first place that `rules` do not allow, and the place with its broken

@@ -150,7 +150,7 @@ const MAX_JUMP_S: f64 = 1.0;
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum SenderClockError {
     /// A time stamp is not after the one before.
-    #[error("the time stamp is {t} after {before}: it must grow from frame to frame")]
+    #[error("the time stamp is {t} s after {before} s: it must grow")]
     NotGrowing {
         /// Time stamp, seconds.
         t: f64,
@@ -159,10 +159,22 @@ pub enum SenderClockError {
     },
     /// The time stamps and the arrivals do not run evenly.
     #[error(
-        "the time stamp has moved by {0:+.3} s against this computer's clock since the frame \
-         before: its clock was set, or the frame was held up"
+        "the time stamp has moved by {0:+.3} s against this computer's clock since the one before: \
+         {cause}",
+        cause = Self::cause_of(*.0)
     )]
     Jump(f64),
+}
+
+impl SenderClockError {
+    /// Returns the likely causes of a jump of the time stamps against the host's clock, seconds.
+    fn cause_of(jump: f64) -> &'static str {
+        if jump > 0.0 {
+            "the sender's clock was set, or `t` is not in seconds"
+        } else {
+            "the sender's clock was set, or its data was held up"
+        }
+    }
 }
 
 /// Mapping of the time stamps of one sender to the host's clock.

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use plumb_runtime::targets::{
-    Arrivals, LeftOut, LineIntake, MotionId, TargetSource, TimedTarget, target_channel,
+    Arrivals, LeftOut, LineIntake, MotionId, SourceEnd, TargetSource, TimedTarget, target_channel,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -85,7 +85,7 @@ impl TargetSource for Sender {
             self.next += 1;
         }
         arrivals.left_out = self.left_out;
-        arrivals.has_ended = self.next == self.lines.len();
+        arrivals.end = (self.next == self.lines.len()).then_some(SourceEnd::Complete);
         arrivals
     }
 
@@ -114,7 +114,7 @@ impl TargetSource for Two {
         let [first, second] = &mut self.senders;
         let (mut arrivals, more) = (first.take(now), second.take(now));
         arrivals.targets.extend(more.targets);
-        Arrivals { has_ended: false, ..arrivals }
+        Arrivals { end: None, ..arrivals }
     }
 
     fn newest_motion(&self) -> MotionId {

@@ -112,7 +112,7 @@ impl RunCore {
             return;
         };
         let is_followed = self.board.about_path().is_some_and(|it| it.reference.is_some());
-        if is_followed && !targets.is_complete() {
+        if is_followed && targets.has_caught_up() && !targets.is_complete() {
             drive.note_reached(now);
         }
         let state_at_rest = self.board.about_rest().map(|telemetry| telemetry.state);
@@ -149,25 +149,27 @@ impl RunCore {
     }
 
     /// Returns the reason to end a run whose goal are targets that do not come: none for the
-    /// timeout, or none at all.
+    /// timeout, none at all, or none that can be used. The drive to the last one has the timeout.
     pub(super) fn targets_reason(&mut self, now: f64) -> Option<StopReason> {
         let (is_operated, timeout) = (self.settings.is_operated, self.settings.timeout);
         let targets = self.targets.as_mut().filter(|targets| targets.is_goal() && !is_operated)?;
         if targets.is_complete() && !targets.has_taken() {
             return Some(StopReason::NoTarget);
         }
-        (targets.silence(now) > timeout).then_some(StopReason::TargetsSilent)
+        if targets.is_broken() {
+            return Some(StopReason::TargetsBroken);
+        }
+        let is_last = self.goal.is_moving() && targets.is_complete();
+        let silent = if is_last { StopReason::Timeout } else { StopReason::TargetsSilent };
+        (targets.silence(now) > timeout).then_some(silent)
     }
 
-    /// Returns the time for which the run has waited for the present target, for a path that stands
-    /// still, or for the next of the targets that move, seconds. With an operator, who ends the
-    /// wait, it does not wait for targets that move.
-    pub(super) fn waited(&mut self, now: f64) -> f64 {
-        let is_operated = self.settings.is_operated;
-        match (&self.goal, &mut self.targets) {
-            (Goal::Moving(_), Some(targets)) if !is_operated => targets.silence(now),
-            (Goal::Path(_, path), _) => path.standstill(now),
-            (Goal::Waypoint(drive), _) if !drive.is_reached() => drive.elapsed(now),
+    /// Returns the time for which the run has waited for the present target, or for a path that
+    /// stands still, seconds.
+    pub(super) fn waited(&self, now: f64) -> f64 {
+        match &self.goal {
+            Goal::Path(_, path) => path.standstill(now),
+            Goal::Waypoint(drive) if !drive.is_reached() => drive.elapsed(now),
             _ => 0.0,
         }
     }

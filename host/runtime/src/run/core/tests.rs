@@ -205,7 +205,7 @@ impl Bench {
         };
         let left_out = LeftOut::default();
         let (targets, problems) = (vec![target], Vec::new());
-        let arrivals = Arrivals { targets, problems, left_out, has_ended: false };
+        let arrivals = Arrivals { targets, problems, left_out, end: None };
         self.step(Input::Moving { arrivals, is_stopped });
     }
 

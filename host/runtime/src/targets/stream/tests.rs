@@ -57,11 +57,11 @@ fn take_until(receiver: &mut TargetReceiver, done: impl Fn(&Arrivals) -> bool) -
     let (begin, mut all) = (Instant::now(), Arrivals::default());
     loop {
         assert!(begin.elapsed() < LONG, "{all:?}");
-        let Arrivals { targets, problems, left_out, has_ended } = receiver.take(0.0);
+        let Arrivals { targets, problems, left_out, end } = receiver.take(0.0);
         all.targets.extend(targets);
         all.problems.extend(problems);
-        (all.left_out, all.has_ended) = (left_out, has_ended);
-        if done(&all) || has_ended {
+        (all.left_out, all.end) = (left_out, end);
+        if done(&all) || end.is_some() {
             return all;
         }
         thread::sleep(Duration::from_millis(2));
@@ -99,7 +99,8 @@ fn bad_lines_are_told_with_their_number_and_the_good_ones_are_taken() {
     assert!(next.problems[0].starts_with("line 2: no target"), "{:?}", next.problems);
     assert_eq!(next.targets[0].motion, targets[0].motion);
     drop(stream);
-    assert!(receiver.take(0.0).has_ended && !path.exists());
+    assert_eq!(receiver.take(0.0).end, Some(SourceEnd::Complete));
+    assert!(!path.exists());
 }
 
 #[test]
@@ -111,7 +112,7 @@ fn a_file_is_played_by_its_times_to_its_end() {
     let (sender, mut receiver) = target_channel();
     let _stream = TargetStream::start(&TargetAddress::File(path), sender, &rules()).unwrap();
     let all = take_until(&mut receiver, |_| false);
-    assert_eq!((all.targets.len(), all.has_ended), (2, true));
+    assert_eq!((all.targets.len(), all.end), (2, Some(SourceEnd::Complete)));
     assert_eq!(all.problems, [""; 0]);
 }
 

@@ -1,6 +1,7 @@
 //! Answers that come late, refused commands, and the place of a target that moved.
 
 use super::*;
+use crate::targets::SourceEnd;
 
 #[test]
 fn a_refused_command_changes_nothing_but_its_outcome() {
@@ -40,7 +41,7 @@ fn a_target_that_moved_is_reached_where_the_board_holds_the_ball_at_its_rest() {
         let mut bench = Bench::before(0, false, TargetUse::Goal);
         bench.step(Input::Begin { is_stopped: false });
         bench.moving_target(false);
-        let arrivals = Arrivals { has_ended: true, ..Arrivals::default() };
+        let arrivals = Arrivals { end: Some(SourceEnd::Complete), ..Arrivals::default() };
         bench.step(Input::Moving { arrivals, is_stopped: false });
         bench.telemetry(State::Holding, true);
         bench.view.subject.is_rest = is_rest;
