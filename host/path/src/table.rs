@@ -137,6 +137,11 @@ impl Table {
         &self.rows
     }
 
+    /// Returns the number of columns of the first line; 0 without a line.
+    pub fn columns(&self) -> usize {
+        self.rows.first().map_or(0, |row| row.fields.len())
+    }
+
     /// Returns the number in a field; `None` where it has none.
     pub fn number(&self, field: &str) -> Option<f64> {
         number_in(self.separator, field)

@@ -82,10 +82,15 @@ fn parse_waypoints(
     }
 }
 
+/// What G-code is, and where it belongs.
+pub(crate) const GCODE: &str = "this is G-code, a path: give it with --path";
+
 /// Returns what a file is that lists no waypoints; `None` for any other file.
 fn other_kind(text: &str) -> Option<&'static str> {
     if is_gcode(text) {
-        Some("this is G-code, a path: give it with --path")
+        Some(GCODE)
+    } else if text.trim_start().starts_with('{') {
+        Some("these are moving targets in JSON: give them with --targets")
     } else if is_rig_file(text) {
         Some("this is a rig file, and no list of waypoints: `plumb run RIG` drives to its targets")
     } else {
@@ -244,6 +249,7 @@ mod tests {
             ("x;y;w\n0,4;0,3;0,2\n", "way.csv:1: the columns are 'x;y;w', but"),
             ("x;y;w\n0,4;0,3;0,2\n", "tolerance in metres: 'w' is unknown, z is missing"),
             ("G0 X1 Y2\n", "way.csv: this is G-code, a path: give it with --path"),
+            ("{\"t\": 0, \"target\": [0.4, 0.3, 0.2]}\n", "in JSON: give them with --targets"),
             ("[board]\nport = \"x\"\n", "way.csv: this is a rig file, and no list of waypoints"),
             ("x,y,y\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,y'"),
             ("x,y,dwell\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,dwell'"),
