@@ -222,7 +222,7 @@ pub enum CalibrationError {
 /// Returns what to do about a pixel without depth.
 fn other_pixel(is_outside: bool) -> &'static str {
     if is_outside {
-        "that is outside the picture. Without --pixel the picture is kept: read column and row there"
+        "that is outside the picture. Without --pixel the picture is kept: read the pixel there"
     } else {
         "choose a pixel on a matt surface facing the camera, 0.4 m or more away. A camera without \
          depth takes --board or --ball"
