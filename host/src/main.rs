@@ -10,6 +10,7 @@ mod starts;
 
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 use plumb_config::book::first_page;
 
@@ -69,6 +70,9 @@ fn parse_command_line() -> Result<Cli, clap::Error> {
     let words = commands::joined(std::env::args_os());
     Cli::try_parse_from(&words).map_err(|error| {
         let mut command = Cli::command();
+        if error.kind() == ErrorKind::DisplayHelp {
+            command = commands::run::with_coordinates_needed(command);
+        }
         command.build();
         let with_usage = |command| commands::manual::with_usages(command, commands::manual::usage);
         let parsed = command.mut_subcommands(with_usage).try_get_matches_from(&words);

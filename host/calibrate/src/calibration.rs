@@ -203,19 +203,30 @@ pub enum CalibrationError {
     Ambiguous,
     /// A motor has no depth.
     #[error(
-        "no depth at motor {motor} (column {:.0}, row {:.0}): choose a pixel on a matt surface \
-         facing the camera, 0.4 m or more away. A camera without depth takes --board or --ball",
-        .pixel[0], .pixel[1]
+        "no depth at motor {motor} (column {:.0}, row {:.0}): {}",
+        .pixel[0], .pixel[1], other_pixel(*.is_outside)
     )]
     NoDepth {
         /// Letter of the motor.
         motor: char,
         /// Column and row, pixels.
         pixel: [f64; 2],
+        /// Whether the pixel is outside the picture.
+        is_outside: bool,
     },
     /// The numerical search found no pose.
     #[error("the samples do not determine a pose: use samples that are farther apart")]
     Undetermined,
+}
+
+/// Returns what to do about a pixel without depth.
+fn other_pixel(is_outside: bool) -> &'static str {
+    if is_outside {
+        "that is outside the picture. Without --pixel the picture is kept: read the pixel there"
+    } else {
+        "choose a pixel on a matt surface facing the camera, 0.4 m or more away. A camera without \
+         depth takes --board or --ball"
+    }
 }
 
 /// Formats metres as millimetres.

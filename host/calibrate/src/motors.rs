@@ -69,18 +69,27 @@ pub fn see_motors(
 /// frames.
 ///
 /// # Errors
-/// If it has no depth.
+/// If it has no depth, or is outside the pictures.
 pub fn see_motor<'a>(
     frames: impl IntoIterator<Item = &'a RgbdFrame>,
     letter: char,
     pixel: Point2<f64>,
 ) -> Result<SeenMotor, CalibrationError> {
-    let depths = frames.into_iter().filter_map(|it| depth_near(it, &pixel, DEPTH_RADIUS));
-    let mut depths: Vec<f64> = depths.collect();
+    let (mut depths, mut is_outside) = (Vec::new(), false);
+    for frame in frames {
+        let (width, height) = (frame.colour().width() as f64, frame.colour().height() as f64);
+        is_outside |=
+            !((-0.5..width - 0.5).contains(&pixel.x) && (-0.5..height - 0.5).contains(&pixel.y));
+        depths.extend(depth_near(frame, &pixel, DEPTH_RADIUS));
+    }
     depths.sort_by(f64::total_cmp);
-    let no_depth = CalibrationError::NoDepth { motor: letter, pixel: [pixel.x, pixel.y] };
-    let depth = *depths.get(depths.len() / 2).ok_or(no_depth)?;
-    Ok(SeenMotor { pixel, depth })
+    match depths.get(depths.len() / 2) {
+        Some(&depth) => Ok(SeenMotor { pixel, depth }),
+        None => {
+            let pixel = [pixel.x, pixel.y];
+            Err(CalibrationError::NoDepth { motor: letter, pixel, is_outside })
+        }
+    }
 }
 
 /// Returns the camera's pose from the motors.

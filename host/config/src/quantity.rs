@@ -116,11 +116,13 @@ pub struct OtherUnit {
 }
 
 /// Usual other units.
-const OTHER_UNITS: [OtherUnit; 6] = [
+const OTHER_UNITS: [OtherUnit; 8] = [
     OtherUnit { unit: "m", symbol: "mm", name: "millimetres", count: 1000.0 },
     OtherUnit { unit: "m", symbol: "cm", name: "centimetres", count: 100.0 },
     OtherUnit { unit: "m/s", symbol: "mm/s", name: "millimetres a second", count: 1000.0 },
     OtherUnit { unit: "m/s", symbol: "cm/s", name: "centimetres a second", count: 100.0 },
+    OtherUnit { unit: "mm", symbol: "cm", name: "centimetres", count: 0.1 },
+    OtherUnit { unit: "mm", symbol: "m", name: "metres", count: 0.001 },
     OtherUnit { unit: "s", symbol: "ms", name: "milliseconds", count: 1000.0 },
     OtherUnit { unit: "A", symbol: "mA", name: "milliamperes", count: 1000.0 },
 ];

@@ -1,7 +1,7 @@
 //! Types of the program in messages of the crate `serde`, in words.
 
 /// Names of types, and what a person writes for them.
-const TYPES: [(&str, &str); 16] = [
+const TYPES: [(&str, &str); 18] = [
     ("f64", "a number"),
     ("f32", "a number"),
     ("u8", "a whole number, 0 to 255"),
@@ -15,6 +15,8 @@ const TYPES: [(&str, &str); 16] = [
     ("i64", "a whole number"),
     ("i128", "a whole number"),
     ("a boolean", "true or false"),
+    ("a sequence", "a list"),
+    ("path string", "a path"),
     ("an array of length 3", "a list of 3 values"),
     ("newtype variant", "a table, as in { NAME = { ... } }"),
     ("ident", "JSON, with quotation marks"),

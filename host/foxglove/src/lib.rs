@@ -33,6 +33,7 @@ use std::time::Duration;
 use foxglove::{Context, WebSocketServerHandle};
 use plumb_frame::camera::Camera;
 use plumb_frame::source::BoxedError;
+use plumb_runtime::listening::other_address;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::Summary;
@@ -94,10 +95,7 @@ pub enum FoxgloveError {
         source: foxglove::FoxgloveError,
     },
     /// The address cannot be listened at.
-    #[error(
-        "the live server for viewers cannot use the address {address}; try another port, or port \
-         0 for a free one"
-    )]
+    #[error("the live server for viewers cannot use the address {address}; {}", advice(.source))]
     Listen {
         /// The address.
         address: SocketAddr,
@@ -115,6 +113,14 @@ pub enum FoxgloveError {
     /// A picture cannot be encoded as JPEG.
     #[error("cannot encode a picture for viewers")]
     Picture(#[source] BoxedError),
+}
+
+/// Returns which address to choose in place of one that cannot be listened at.
+fn advice(error: &foxglove::FoxgloveError) -> &'static str {
+    match error {
+        foxglove::FoxgloveError::Bind(error) => other_address(error),
+        _ => "try another port, or port 0 for a free one",
+    }
 }
 
 /// Observer that writes a run to an MCAP file, serves it to viewers, or both.

@@ -41,6 +41,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use std::{io, thread};
 
+use plumb_runtime::listening::other_address;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
 use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
@@ -97,17 +98,6 @@ pub enum PageError {
     /// The description of the rig cannot be written as JSON.
     #[error("the page's description of the rig")]
     Rig(#[from] serde_json::Error),
-}
-
-/// Returns which address to choose in place of one that cannot be listened at.
-fn other_address(error: &io::Error) -> &'static str {
-    match error.kind() {
-        io::ErrorKind::AddrNotAvailable => {
-            "it is none of this computer: choose 127.0.0.1, 0.0.0.0 (all of its own), or one that \
-             `ip address` shows"
-        }
-        _ => "try another port, or port 0 for a free one",
-    }
 }
 
 /// A page that is being served, as an observer of the run.

@@ -1,11 +1,12 @@
 //! Start and end of the server, and the address of its page.
 
-use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 use mio::net::TcpListener;
 use mio::{Poll, Waker};
+use plumb_runtime::listening::address_to_open;
 
 use crate::PageError;
 use crate::access::{Access, Token};
@@ -68,25 +69,8 @@ impl Drop for RunningServer {
     }
 }
 
-/// Returns the address for a browser. One that stands for all of this computer's addresses is
-/// replaced by the one that reaches other computers.
+/// Returns the address for a browser.
 fn url(bound: SocketAddr, token: Option<&Token>) -> String {
-    let mut address = bound;
-    if bound.ip().is_unspecified()
-        && let Some(ip) = outward_address(bound)
-    {
-        address.set_ip(ip);
-    }
     let query = token.map(|token| format!("?token={}", token.as_str())).unwrap_or_default();
-    format!("http://{address}/{query}")
-}
-
-/// Returns the address of this computer on the way to others; `None` without a network. Nothing is
-/// sent.
-fn outward_address(bound: SocketAddr) -> Option<IpAddr> {
-    // Addresses for documentation (RFC 5737, RFC 3849): every route but the local ones leads there.
-    let far = if bound.is_ipv4() { "192.0.2.1:9" } else { "[2001:db8::1]:9" };
-    let socket = UdpSocket::bind((bound.ip(), 0)).ok()?;
-    socket.connect(far).ok()?;
-    socket.local_addr().ok().map(|address| address.ip())
+    format!("http://{}/{query}", address_to_open(bound))
 }

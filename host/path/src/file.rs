@@ -10,7 +10,7 @@ use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::gcode;
-use crate::table::{self, DECIMAL_COMMAS, Table, and_more, column_count, wrong_names};
+use crate::table::{self, Table, and_more, column_count, wrong_names};
 use crate::trajectory::{MAX_COORDINATE_M, Sample};
 
 pub use crate::gcode::{CodeMistake, CodeProblem, is_gcode};
@@ -112,11 +112,13 @@ pub enum LineMistake {
         /// Number of further lines with as many columns.
         more: usize,
     },
-    /// The commas are the decimal sign too.
-    #[error("{line}: {DECIMAL_COMMAS}{}", and_more(*.more, "line"))]
-    DecimalCommas {
+    /// The separators are wrong.
+    #[error("{line}: {why}{}", and_more(*.more, "line"))]
+    Separators {
         /// Line, from 1.
         line: u64,
+        /// Reason, and what to do.
+        why: String,
         /// Number of further lines like this one.
         more: usize,
     },
@@ -162,7 +164,7 @@ impl LineMistake {
     fn more(&mut self) -> Option<&mut usize> {
         match self {
             Self::Columns { more, .. }
-            | Self::DecimalCommas { more, .. }
+            | Self::Separators { more, .. }
             | Self::Range { more, .. } => Some(more),
             _ => None,
         }
@@ -283,16 +285,27 @@ fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
     found.ok_or_else(|| PathFileError::Header {
         line: first.line,
         found: first.text.clone(),
-        wrong: match &names {
-            Some(names) => wrong_columns(&names.fields),
-            None => ": put a first line with these names before the numbers".to_owned(),
+        wrong: match (table.spaces_mistake(first), &names) {
+            (Some(spaces), _) => format!(": {spaces}"),
+            (None, Some(names)) => wrong_columns(&names.fields),
+            (None, None) => format!(": {}", unnamed(first, table)),
         },
     })
 }
 
+/// Returns what to do about a first line with numbers that are not three.
+fn unnamed(first: &table::Row, table: &Table) -> String {
+    let counts = [Columns::Places, Columns::Timed].map(|columns| columns.names().len());
+    let is_complete = first.fields.last().is_some_and(|field| !field.is_empty());
+    let are_timed = is_complete && first.fields.len() == Columns::Timed.names().len();
+    let mistake = || counts.into_iter().find_map(|count| table.separator_mistake(first, count));
+    let mistake = if are_timed { None } else { mistake() };
+    mistake.unwrap_or_else(|| "put a first line with these names before the numbers".to_owned())
+}
+
 /// Returns the end of a message about names of columns that are none of [`Columns`].
 fn wrong_columns(names: &[String]) -> String {
-    let has_times = names.iter().any(|name| name == "t");
+    let has_times = names.iter().any(|name| ["t", "time"].contains(&name.as_str()));
     let columns = if has_times { Columns::Timed } else { Columns::Places };
     let known = columns.names();
     match wrong_names(names, known, known.len()) {
@@ -312,9 +325,9 @@ fn row(
     let names = columns.names();
     if fields.len() != names.len() {
         let (count, expected) = (fields.len(), names.len());
-        let mistake = match table.has_decimal_commas(row, expected) {
-            true => LineMistake::DecimalCommas { line, more: 0 },
-            false => LineMistake::Columns { line, count, expected, more: 0 },
+        let mistake = match table.separator_mistake(row, expected) {
+            Some(why) => LineMistake::Separators { line, why, more: 0 },
+            None => LineMistake::Columns { line, count, expected, more: 0 },
         };
         mistake.add_to(mistakes);
         return None;
@@ -382,7 +395,23 @@ mod tests {
             ("x,y,z\n", "no places"),
             ("0.4,o.3,0.2\n", "1: column y: 'o.3' is no finite number"),
             ("0.4,0.3\n", "1: the columns are '0.4,0.3', but must be 'x,y,z'"),
-            ("0,4,0,3,0,2\n", ": put a first line with these names before the numbers"),
+            ("0,4,0,3,0,2\n", "1: the columns are '0,4,0,3,0,2', but must be 'x,y,z'"),
+            ("0,4,0,3,0,2\n", "seconds): commas are the decimal sign and separate the columns"),
+            ("0,0,4,0,3,0,2\n", "seconds): commas are the decimal sign and separate the columns"),
+            ("0,1,1,1\n", "seconds): put a first line with these names before the numbers"),
+            ("0.4,0.3,0.2,\n", "seconds): the line ends with a separator: remove it there"),
+            ("0.4 0.3 0.2\n", "seconds): spaces do not separate columns: write 0.4,0.3,0.2"),
+            ("0,4 0,3 0,2\n", "seconds): spaces do not separate columns: write 0,4;0,3;0,2"),
+            ("X Y z_m\n1 1 1\n", "seconds): spaces do not separate columns: write X,Y,z_m"),
+            ("my path\n1,1,1\n", "seconds): 'my path' is unknown, x is missing"),
+            ("x,y,z,\n1,1,1,\n", "seconds): the line ends with a separator: remove it there"),
+            ("x,y,z\n1,1,1,\n1,1,1,\n", "2: the line ends with a separator: remove it there (1"),
+            ("x,y,z\n1;1;1\n", "2: the line separates its columns by semicolons, but the first"),
+            ("x,y,z\n0,4;1;1\n", "line by commas: separate all by semicolons"),
+            ("x;y;z\n0.4,1,1\n", "line by semicolons: separate all by commas"),
+            ("x,y,z\n0.4 1 1\n", "2: spaces do not separate columns: write 0.4,1,1"),
+            ("time,x,y,z\n0,1,1,1\n", "seconds): 'time' is unknown: write t"),
+            ("x_mm,y,z\n1,1,1\n", "seconds): 'x_mm' must be in metres: convert it, and write x"),
             ("x,y,z\n# a\n0.4,0.3\n", "3: 2 columns, but the first line names 3"),
             ("x,y,z\n0.4,0.3\n1,1\n", "2: 2 columns, but the first line names 3 (1 more line too)"),
             ("x,y,z\n0.4,o.3,0.2\n", "2: column y: 'o.3' is no finite number"),
@@ -407,14 +436,16 @@ mod tests {
     fn a_mistake_of_the_whole_file_is_named_once() {
         let lines =
             |line: &str| parse(&format!("x,y,z\n{}", line.repeat(3))).unwrap_err().to_string();
-        assert_eq!(lines("0,4,0,5,0,2\n"), format!("2: {DECIMAL_COMMAS} (2 more lines too)"));
+        let commas = "2: commas are the decimal sign and separate the columns too: write points \
+                      (0.4,0.5,0.2), or separate the columns by semicolons (0,4;0,5;0,2)";
+        assert_eq!(lines("0,4,0,5,0,2\n"), format!("{commas} (2 more lines too)"));
         assert_eq!(
             lines("420,240,30\n"),
             "2: column x: 420 m is out of range, ±100 (metres); are these millimetres? \
              (5 more numbers too)"
         );
         let timed = "t,x,y,z\n0,0,4,0,5,0,2\n";
-        assert_eq!(parse(timed).unwrap_err().to_string(), format!("2: {DECIMAL_COMMAS}"));
+        assert_eq!(parse(timed).unwrap_err().to_string(), commas);
     }
 
     #[test]

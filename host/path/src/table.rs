@@ -6,12 +6,21 @@
 //! crate `csv` would count the lines without them, so that a message would name a wrong one.
 
 /// What to do about a table with decimal commas between commas, for messages.
-pub const DECIMAL_COMMAS: &str = "commas are the decimal sign and separate the columns too: write \
+const DECIMAL_COMMAS: &str = "commas are the decimal sign and separate the columns too: write \
                                   points (0.4,0.5,0.2), or separate the columns by semicolons \
                                   (0,4;0,5;0,2)";
 
-/// Units that a name of a column may have behind it: "x [m]", "t (s)".
+/// What to do about a line with a separator behind its last column, for messages.
+const TRAILING: &str = "the line ends with a separator: remove it there";
+
+/// Units that a name of a column may have behind it: "x [m]", "t (s)", "y_m".
 const UNITS: [&str; 2] = ["m", "s"];
+
+/// Units that are known without brackets too: "x_mm".
+const WRITTEN_UNITS: [&str; 7] = ["m", "cm", "mm", "in", "s", "ms", "min"];
+
+/// Names of the columns of all tables, for a line whose columns stand between spaces.
+const NAMES: [&str; 6] = ["t", "x", "y", "z", "dwell", "tolerance"];
 
 /// Separators, in the order in which they are looked for.
 const SEPARATORS: [char; 3] = [';', '\t', ','];
@@ -70,9 +79,51 @@ impl Table {
         Some(Row { line, fields, text })
     }
 
+    /// Returns what is wrong with the separators of a line, and what to do, where it has not so
+    /// many columns as are needed; `None` where it is not the separators.
+    pub fn separator_mistake(&self, row: &Row, columns: usize) -> Option<String> {
+        if self.has_decimal_commas(row, columns) {
+            return Some(DECIMAL_COMMAS.to_owned());
+        }
+        if row.fields.len() > columns && row.fields.last().is_some_and(String::is_empty) {
+            return Some(TRAILING.to_owned());
+        }
+        let others = SEPARATORS.into_iter().filter(|it| *it != self.separator);
+        let mut others = others.filter(|it| row.text.split(*it).count() == columns);
+        let are_numbers =
+            |it: &char| row.text.split(*it).all(|field| number_in(*it, bare(field)).is_some());
+        match others.find(are_numbers) {
+            Some(other) => {
+                let (other, first) = (separator_name(other), separator_name(self.separator));
+                Some(format!(
+                    "the line separates its columns by {other}, but the first line by {first}: \
+                     separate all by {other}"
+                ))
+            }
+            None => self.spaces_mistake(row),
+        }
+    }
+
+    /// Returns what to write in place of a line whose columns, names or numbers, stand between
+    /// spaces; `None` for any other line.
+    pub fn spaces_mistake(&self, row: &Row) -> Option<String> {
+        let words: Vec<&str> = row.text.split_whitespace().collect();
+        let is_name = |word: &&str| {
+            let name = bare(word).to_lowercase();
+            NAMES.contains(&with_unit(&name).map_or(name.as_str(), |(base, _)| base))
+        };
+        let is_number = |word: &&str| number_in(' ', bare(word)).is_some();
+        if words.len() < 2 || !(words.iter().all(is_name) || words.iter().all(is_number)) {
+            return None;
+        }
+        let separator = if row.text.contains(',') { ';' } else { self.separator };
+        let line = words.join(&separator.to_string());
+        Some(format!("spaces do not separate columns: write {line}"))
+    }
+
     /// Returns whether the commas of a line are the decimal sign too: between commas it has whole
     /// numbers only, and too many of them for so many columns.
-    pub fn has_decimal_commas(&self, row: &Row, columns: usize) -> bool {
+    fn has_decimal_commas(&self, row: &Row, columns: usize) -> bool {
         let is_whole = |field: &String| {
             let digits = field.trim_matches('"').trim_start_matches('-');
             !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
@@ -86,12 +137,31 @@ impl Table {
         &self.rows
     }
 
+    /// Returns the number of columns of the first line; 0 without a line.
+    pub fn columns(&self) -> usize {
+        self.rows.first().map_or(0, |row| row.fields.len())
+    }
+
     /// Returns the number in a field; `None` where it has none.
     pub fn number(&self, field: &str) -> Option<f64> {
-        if self.separator == ',' || field.contains('.') {
-            return field.parse().ok();
-        }
-        field.replacen(',', ".", 1).parse().ok()
+        number_in(self.separator, field)
+    }
+}
+
+/// Returns the number in a field between these separators; `None` where it has none.
+fn number_in(separator: char, field: &str) -> Option<f64> {
+    if separator == ',' || field.contains('.') {
+        return field.parse().ok();
+    }
+    field.replacen(',', ".", 1).parse().ok()
+}
+
+/// Returns the name of a separator, for messages.
+fn separator_name(separator: char) -> &'static str {
+    match separator {
+        ';' => "semicolons",
+        '\t' => "tabs",
+        _ => "commas",
     }
 }
 
@@ -113,6 +183,8 @@ pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
     let times = |name: &str| found.iter().filter(|it| *it == name).count();
     let unknown = found.iter().filter(|name| !known.contains(&name.as_str()));
     let unknown = unknown.map(|name| match with_unit(name) {
+        _ if name.is_empty() && found.last() == Some(name) => TRAILING.to_owned(),
+        _ if name == "time" && known.contains(&"t") => "'time' is unknown: write t".to_owned(),
         Some((base, _)) if known.contains(&base) => {
             let unit = if base == "t" || base == "dwell" { "seconds" } else { "metres" };
             format!("'{name}' must be in {unit}: convert it, and write {base}")
@@ -126,7 +198,9 @@ pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
     });
     let other_unit =
         |name: &str| found.iter().any(|it| with_unit(it).is_some_and(|(base, _)| base == name));
-    let missing = known.iter().take(needed).filter(|name| times(name) == 0 && !other_unit(name));
+    let is_there =
+        |name: &str| times(name) > 0 || other_unit(name) || (name == "t" && times("time") > 0);
+    let missing = known.iter().take(needed).filter(|name| !is_there(name));
     let missing = missing.map(|name| format!("{name} is missing"));
     let twice = known.iter().filter(|name| times(name) > 1);
     let twice = twice.map(|name| format!("{name} is there {} times", times(name)));
@@ -142,12 +216,14 @@ fn column_name(field: &str) -> String {
     }
 }
 
-/// Returns the name and the unit of a column with a unit in brackets.
+/// Returns the name and the unit of a column with a unit in brackets, or behind `_` or a space.
 fn with_unit(name: &str) -> Option<(&str, &str)> {
-    [('[', ']'), ('(', ')')].iter().find_map(|&(open, close)| {
+    let in_brackets = [('[', ']'), ('(', ')')].iter().find_map(|&(open, close)| {
         let (name, unit) = name.strip_suffix(close)?.split_once(open)?;
-        Some((name.trim(), unit.trim()))
-    })
+        Some((name.trim_end_matches('_').trim(), unit.trim()))
+    });
+    let is_unit = |(_, unit): &(&str, &str)| WRITTEN_UNITS.contains(unit);
+    in_brackets.or_else(|| name.rsplit_once(['_', ' ']).filter(is_unit))
 }
 
 /// Returns the number of columns of a line that has too few or too many of them, for a message.
@@ -199,6 +275,7 @@ mod tests {
             "x;y;z\n0,5;-0,25;3,0\n",
             "x;y;z\n0.5;-0.25;3\n",
             "X [m], y (m), z[ m ]\n0.5, -0.25, 3\n",
+            "X_m, y m, z_[m]\n0.5, -0.25, 3\n",
             "x\ty\tz\n0,5\t-0.25\t3\n",
             "sep=;\nx;y;z\n0,5;-0,25;3\n",
             "SEP=,\r\nx,y,z\n0.5,-0.25,3\n",
@@ -224,8 +301,8 @@ mod tests {
 
     #[test]
     fn other_units_stay_in_the_names() {
-        let (names, _) = numbers("x [mm],y (cm),z [m\n1,2,3\n");
-        assert_eq!(names.unwrap(), ["x [mm]", "y (cm)", "z [m"]);
+        let (names, _) = numbers("x [mm],y (cm),z [m,x_mm,y_k\n1,2,3,4,5\n");
+        assert_eq!(names.unwrap(), ["x [mm]", "y (cm)", "z [m", "x_mm", "y_k"]);
     }
 
     #[test]
@@ -256,7 +333,11 @@ mod tests {
         let convert = "'x[mm]' must be in metres: convert it, and write x";
         assert_eq!(wrong("x[mm] y z"), convert);
         assert_eq!(wrong("x[mm] w z"), format!("{convert}, 'w' is unknown, y is missing"));
+        assert_eq!(wrong("x_mm y z"), "'x_mm' must be in metres: convert it, and write x");
+        assert_eq!(wrong("x y z "), TRAILING);
         assert_eq!(wrong("z y x"), "");
+        let time = wrong_names(&["time", "x"].map(str::to_owned), &["t", "x"], 2);
+        assert_eq!(time, "'time' is unknown: write t");
         let path = wrong_names(&["x", "y", "z", "dwell"].map(str::to_owned), &["x", "y", "z"], 3);
         assert_eq!(path, "'dwell' is for waypoints (`--waypoints`), not for a path");
     }

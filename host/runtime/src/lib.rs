@@ -47,6 +47,7 @@ mod event;
 #[doc(hidden)]
 pub mod fuzzing;
 pub mod link;
+pub mod listening;
 pub mod observer;
 pub mod operator;
 pub mod plot_axis;

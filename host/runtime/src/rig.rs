@@ -135,7 +135,7 @@ impl Rig {
                 found: "a camera file",
                 wanted: "the rig file",
             },
-            false => error,
+            false => advised(error, text),
         })?;
         if let Some(folder) = path.parent() {
             rig.camera.relative_to(folder);
@@ -247,5 +247,16 @@ impl Rig {
             path: self.path.convert(conversion),
             mean: self.law.convert_mean(self.cables, conversion),
         }
+    }
+}
+
+/// Returns the error of a rig file with this text, with the advice of its check.
+fn advised(error: TomlFileError, text: &str) -> TomlFileError {
+    match error {
+        TomlFileError::Content { path, line, key, message } => {
+            let message = check::advice(&path, text, line).unwrap_or(message);
+            TomlFileError::Content { path, line, key, message }
+        }
+        other => other,
     }
 }

@@ -44,6 +44,7 @@ pub use path::{PathPlan, PathPlanError};
 pub use repetition::RepeatedPicture;
 pub use targets::TargetUse;
 pub use waypoint::Waypoint;
+pub(crate) use waypoint_file::GCODE;
 pub use waypoint_file::{WaypointError, WaypointMistake, read_waypoints};
 
 /// Time for which the ball waits at the start of a path, seconds. "Reached" is told while the ball

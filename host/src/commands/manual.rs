@@ -8,6 +8,7 @@ use clap_complete::Shell;
 use plumb_config::error_chain::ErrorChain;
 
 use super::print::{self, note};
+use super::run::with_coordinates_needed;
 use super::{Failure, failed};
 
 /// Print the completions of commands and options for a shell
@@ -38,7 +39,7 @@ pub(crate) fn completions(args: &CompletionsArgs, mut cli: Command) -> Result<Ex
 
 pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
     let folder = &args.folder;
-    let mut cli = cli.disable_help_subcommand(true);
+    let mut cli = with_coordinates_needed(cli.disable_help_subcommand(true));
     cli.build();
     let pages = with_usages(cli, synopsis).mut_subcommands(with_version);
     let written = std::fs::create_dir_all(folder)

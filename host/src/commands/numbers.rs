@@ -64,13 +64,8 @@ pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
 /// Returns the hint at the end of an error about `text`: how the number is written where it has a
 /// decimal comma, groups of digits, a comma behind it or a unit, else nothing.
 fn hint(text: &str, range: &Range) -> String {
-    if let Some(number) = in_unit_of(range, text) {
-        return format!("; write {number}, in {}", range.unit());
-    }
-    let is_number = |text: &str| text.parse::<f64>().is_ok();
-    let alone = text.trim_end_matches(|c: char| c == ',' || c == ' ' || c.is_alphabetic());
-    if alone != text && is_number(alone) {
-        return format!("; write {alone} alone");
+    if let Some(hint) = unit_hint(text, range) {
+        return hint;
     }
     match with_decimal_point(text).filter(|point| point != text) {
         Some(point) => format!("; write {point}, with a decimal point"),
@@ -81,13 +76,46 @@ fn hint(text: &str, range: &Range) -> String {
     }
 }
 
-/// Returns a number with a usual other unit behind it, such as "65cm", in the unit of `range`;
-/// `None` for another text.
-fn in_unit_of(range: &Range, text: &str) -> Option<f64> {
-    let with_unit = |other: OtherUnit| Some((text.strip_suffix(other.symbol)?, other.count));
-    let (number, count) = range.other_units().find_map(with_unit)?;
-    let number: f64 = with_decimal_point(number.trim())?.parse().ok()?;
-    Some(number / count)
+/// Returns the hint about a number with a unit or a comma behind it: what to write, in the unit of
+/// `range`. `None` for another text.
+fn unit_hint(text: &str, range: &Range) -> Option<String> {
+    let number = text.trim_end_matches(|c: char| !c.is_ascii_digit() && c != '.');
+    let rest = text[number.len()..].trim();
+    let number = with_decimal_point(number).filter(|_| !rest.is_empty())?;
+    let unit = range.unit();
+    if let Some(converted) = in_unit_of(range, &number, rest) {
+        let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
+        return Some(format!("; write {converted}{unit}"));
+    }
+    let is_own = || [unit, short(unit)].contains(&rest);
+    Some(match unit {
+        "" => format!("; write {number} alone"),
+        _ if rest.starts_with(',') => format!("; write {number} alone"),
+        _ if is_own() => format!("; write {number} alone, in {unit}"),
+        _ => format!("; write a number alone, in {unit}"),
+    })
+}
+
+/// Returns the usual short form of a unit.
+fn short(unit: &str) -> &str {
+    match unit {
+        "degrees" => "°",
+        "pixels" => "px",
+        _ => unit,
+    }
+}
+
+/// Returns a number with the symbol of a usual other unit in the unit of `range`; `None` for
+/// another symbol. A speed may lack its "/s". A share may be in percent.
+fn in_unit_of(range: &Range, number: &str, symbol: &str) -> Option<f64> {
+    let is_meant = |other: &OtherUnit| {
+        other.symbol == symbol || other.symbol.strip_suffix("/s").is_some_and(|it| it == symbol)
+    };
+    let percent = || (symbol == "%" && *range == SHARE).then_some(100.0);
+    let count = range.other_units().find(is_meant).map(|other| other.count).or_else(percent);
+    let converted = number.parse::<f64>().ok()? / count?;
+    // Nine decimal places: without the rounding of the division.
+    Some((converted * 1e9).round() / 1e9)
 }
 
 /// Returns a number of which a decimal comma has become a point; `None` where it is none then.
@@ -119,7 +147,11 @@ where
 
 /// Parses a whole number of a range.
 pub(super) fn parse_whole<T: TryFrom<i128>>(text: &str, range: &Range) -> Result<T, String> {
-    let number: i128 = text.parse().map_err(|_| format!("must be a whole number, {range}"))?;
+    let wrong = |_| {
+        let hint = unit_hint(text, range).unwrap_or_default();
+        format!("must be a whole number, {range}{hint}")
+    };
+    let number: i128 = text.parse().map_err(wrong)?;
     range.check_whole(number).map_err(|error| error.to_string())
 }
 
@@ -146,21 +178,32 @@ mod tests {
         // No rig has such a side.
         let error = parse("610,880,930", &SIDE).unwrap_err();
         assert!(!error.contains("write"), "{error}");
-        for text in ["0.65,", "0.65 m", "0.65m"] {
-            let error = parse(text, &SIDE).unwrap_err();
-            assert!(error.ends_with("; write 0.65 alone"), "{error}");
-        }
         for (text, range, says) in [
             ("65cm", SIDE, "; write 0.65, in m"),
             ("650 mm", SIDE, "; write 0.65, in m"),
             ("-6,5cm", SIDE, "; write -0.065, in m"),
             ("40cm/s", SPEED, "; write 0.4, in m/s"),
             ("250ms", TIME, "; write 0.25, in s"),
+            ("50mm", SPEED, "; write 0.05, in m/s"),
+            ("50 mm/s", SPEED, "; write 0.05, in m/s"),
+            ("0.05m/s", SPEED, "; write 0.05 alone, in m/s"),
+            ("50km/h", SPEED, "; write a number alone, in m/s"),
+            ("3.3cm", SQUARE, "; write 33, in mm"),
+            ("36 mm", SQUARE, "; write 36 alone, in mm"),
+            ("90°", ANGLE, "; write 90 alone, in degrees"),
+            ("0.65,", SIDE, "; write 0.65 alone"),
+            ("0.65 m", SIDE, "; write 0.65 alone, in m"),
+            ("0,65m", SIDE, "; write 0.65 alone, in m"),
+            ("2min", TIME, "; write a number alone, in s"),
+            ("5%", SHARE, "; write 0.05"),
         ] {
             let error = parse(text, &range).unwrap_err();
             assert!(error.ends_with(says), "{error}");
         }
-        assert!(parse("65cm", &TIME).unwrap_err().ends_with("; write 65 alone"));
+        let whole = |text, range| parse_whole::<u64>(text, &range).unwrap_err();
+        assert!(whole("15 px", PICTURE_SIDE).ends_with("; write 15 alone, in pixels"));
+        assert!(whole("1x", SEED).ends_with("; write 1 alone"));
+        assert!(whole("1,5", SEED).ends_with("0 to 1e15"));
         for text in ["1,2,3", "1,", ",", "1,x"] {
             let error = parse(text, &COORDINATE).unwrap_err();
             let has_tail = matches!(text, "1," | "1,x");

@@ -185,9 +185,14 @@ impl PathArgs {
     ) -> Result<(Trajectory, FilePlaces), Failure> {
         let text = read_text(file, MAX_BYTES)?;
         let contents = parse(&text).map_err(|error| {
-            bad_input(match is_rig_file(&text) {
-                true => format!("{}: this is a rig file, and no path", file.display()),
-                false => error.in_file(file.display()),
+            let is_json = text.trim_start().starts_with('{');
+            let other_kind = match is_rig_file(&text) {
+                true => Some("this is a rig file, and no path"),
+                false => is_json.then_some("these are moving targets in JSON, and no path"),
+            };
+            bad_input(match other_kind {
+                Some(is) => format!("{}: {is}", file.display()),
+                None => error.in_file(file.display()),
             })
         })?;
         let (places, mut times) = (contents.places(), Vec::new());

@@ -1,11 +1,11 @@
 //! Arguments that commands share: the rig file, and the port of the board.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use plumb_runtime::link::{LinkError, Serial, boards};
+use plumb_runtime::link::{LinkError, Serial, boards, other_port};
 use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
@@ -40,7 +40,7 @@ pub(crate) struct RigArg {
 #[command(next_help_heading = "Board")]
 pub(crate) struct PortArgs {
     /// Serial port of the board [default: the rig file's]
-    #[arg(long, env = PORT_VARIABLE, hide_env_values = true)]
+    #[arg(long, env = PORT_VARIABLE, hide_env_values = true, value_parser = port)]
     port: Option<String>,
     /// Baud rate, where the port is a UART, 300 to 20000000 bit/s [default: the rig file's]
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::whole_within::<u32>(BAUD))]
@@ -108,8 +108,13 @@ impl PortArgs {
 }
 
 /// Returns the failure to open the port of the board of `rig`. That of a simulated rig is emulated.
+/// A port of the options is never empty.
 fn not_open(error: LinkError, rig: Option<&Rig>) -> Failure {
     match error {
+        LinkError::Absent { port } if port.trim().is_empty() => {
+            let advice = other_port(&port).unwrap_or_default();
+            bad_input(format!("`board.port` of the rig file is empty: {advice}"))
+        }
         LinkError::Absent { port } if rig.is_some_and(|rig| rig.simulation.is_some()) => {
             bad_input(format!(
                 "{port}: there is no such serial port. This rig is simulated: `plumb emulate \
@@ -238,16 +243,38 @@ pub(super) fn no_rig(others: &str, usage: &str) -> Failure {
     ))
 }
 
+/// Returns the name of a port from the command line.
+///
+/// # Errors
+/// Where it is empty, and not that of [`PORT_VARIABLE`].
+fn port(text: &str) -> Result<String, String> {
+    let is_variable = || std::env::var(PORT_VARIABLE).is_ok_and(|port| port == text);
+    if text.trim().is_empty() && !is_variable() {
+        return Err("name a port, such as /dev/ttyACM0, or leave the option out".to_owned());
+    }
+    Ok(text.to_owned())
+}
+
+/// Returns whether a file is a serial port by its name.
+pub(super) fn is_port(file: &Path) -> bool {
+    let is_terminal = |name: &OsStr| name.to_string_lossy().starts_with("tty");
+    file.starts_with("/dev/serial")
+        || (file.starts_with("/dev") && file.file_name().is_some_and(is_terminal))
+}
+
 /// Returns the path of a rig file from the command line.
 ///
 /// # Errors
-/// Where it is empty, its name is that of a list of places, or it is a folder.
+/// Where it is empty, its name is that of a list of places or of a port, or it is a folder.
 pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
     if text.is_empty() {
         return Err(format!("no rig file has an empty name (is {RIG_VARIABLE} set to nothing?)"));
     }
     if is_list(text) {
         return Err(format!("a list of places is no rig file: {DRIVES_THROUGH_LIST}"));
+    }
+    if is_port(Path::new(text)) {
+        return Err("a port is no rig file: give it with --port".to_owned());
     }
     let inside = Path::new(text).join("rig.toml");
     if inside.is_file() {

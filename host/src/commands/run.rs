@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use clap::Parser;
+use clap::{Arg, Command, Parser};
 use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
@@ -88,14 +88,21 @@ pub(crate) struct RunArgs {
 pub(crate) struct GotoArgs {
     /// Rig file (TOML, SI units) [env: PLUMB_RIG]
     rig: Option<String>,
-    /// Along the side from motor C to motors A and B, -100 to 100 m (needed)
+    /// Along the side from motor C to motors A and B, -100 to 100 m
     x: Option<String>,
-    /// Along the line from motor B to motor A, -100 to 100 m (needed)
+    /// Along the line from motor B to motor A, -100 to 100 m
     y: Option<String>,
-    /// Upwards, -100 to 100 m (needed)
+    /// Upwards, -100 to 100 m
     z: Option<String>,
     #[command(flatten)]
     options: Common,
+}
+
+/// Returns the command line for its help: the coordinates of `plumb goto`, which the parser cannot
+/// demand behind a rig file that may be left out, are needed.
+pub(crate) fn with_coordinates_needed(cli: Command) -> Command {
+    let needed = |arg: Arg| if arg.is_positional() { arg.required(true) } else { arg };
+    cli.mut_subcommand("goto", |goto| goto.mut_args(needed))
 }
 
 /// Usage of `plumb goto`.

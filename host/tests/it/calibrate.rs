@@ -129,7 +129,8 @@ fn motors_give_the_pose_from_pixels_that_are_read_in_the_kept_picture() {
     assert_eq!(swapped.status.code(), Some(1));
     assert!(stderr(&swapped).contains("which motor is A, B and C"), "{}", stderr(&swapped));
     let outside = measure(["412.5,-20", "229.5,175", "307.4,196.1"]);
-    assert!(stderr(&outside).contains("no depth at motor A"), "{}", stderr(&outside));
+    let says = "no depth at motor A (column 412, row -20): that is outside the picture";
+    assert!(stderr(&outside).contains(says), "{}", stderr(&outside));
 }
 
 #[test]
@@ -206,6 +207,10 @@ fn motors_without_a_measured_place_are_refused_before_the_pictures() {
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.starts_with("plumb: give --height"), "{text}");
+    let two = ["--motor", "0,0,1", "--motor", "1,0,1"];
+    let output = plumb(&[&["calibrate", &rig, "--motors"], &two[..]].concat(), folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_eq!(stderr(&output), "plumb: --motor: 3 are needed; given: 2\n");
 }
 
 #[test]

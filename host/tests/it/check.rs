@@ -51,6 +51,41 @@ fn a_run_without_targets_is_refused_before_the_board_is_configured() {
 }
 
 #[test]
+fn a_run_answers_a_wrong_type_as_the_check_does() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| {
+        text.replace("targets = [[0.400, 0.400, 0.150]]", "targets = [0.4, 0.4, 0.15]")
+    });
+    let says = "must be a list of places: write [[0.4, 0.4, 0.15]]";
+    for command in
+        [&["run", &rig][..], &["goto", &rig, "0.4", "0.3", "0.2"], &["check", &rig, "--file-only"]]
+    {
+        let output = plumb(command, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{command:?}");
+        assert!(stderr(&output).contains(says), "{command:?}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn an_empty_port_of_the_rig_file_is_named() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| {
+        let lines = text.lines().map(|line| match line.starts_with("port = ") {
+            true => "port = \"\"".to_owned(),
+            false => line.to_owned(),
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    });
+    for (command, says) in [
+        (&["check", &rig, "--file-only"][..], "is no path: name the port of the board, such as"),
+        (&["home", &rig], "plumb: `board.port` of the rig file is empty: name the port of the"),
+    ] {
+        let text = stderr(&plumb(command, folder.path()));
+        assert!(text.contains(says), "{text}");
+    }
+}
+
+#[test]
 fn targets_beside_the_motors_and_below_the_floor_are_refused() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);

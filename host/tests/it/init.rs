@@ -251,10 +251,12 @@ fn an_input_that_ends_early_leaves_no_file() {
 #[test]
 fn options_that_contradict_each_other_are_refused_with_a_reason() {
     let folder = folder();
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 11] = [
         (&["--driver", "a4988", "--microsteps", "12"], "at 12 microsteps: choose"),
         (&["--driver", "drv8825", "--microsteps", "32"], "must be 1 to 16 microsteps"),
         (&["--port", "COM3"], "that is a port of Windows"),
+        (&["--port", ""], "--port '': must be a path, such as /dev/ttyACM0"),
+        (&["--simulated", "--port", " "], "--port '': must be a path, such as /dev/ttyACM0"),
         (&["--port", "kinect"], "--port kinect: must be a path, such as /dev/ttyACM0"),
         (&["--driver", "tmc2209", "--microsteps", "4"], "choose one of 8, 16"),
         (&["--sides", "1,0.2,0.2"], "no triangle"),

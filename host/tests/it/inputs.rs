@@ -333,6 +333,15 @@ fn the_usage_after_a_mistake_is_that_of_the_help() {
 }
 
 #[test]
+fn the_help_has_what_is_needed_in_the_brackets_of_the_usage() {
+    let help = plumb(&["goto", "--help"], folder().path());
+    let text = String::from_utf8(help.stdout).unwrap();
+    for line in ["Usage: plumb goto [OPTIONS] [RIG] <X> <Y> <Z>", "  <X>", "  <Y>", "  <Z>"] {
+        assert!(text.lines().any(|it| it == line), "{line}: {text}");
+    }
+}
+
+#[test]
 fn a_port_that_is_no_port_is_named_as_what_it_is() {
     let folder = folder();
     fs::write(folder.path().join("port"), "").unwrap();

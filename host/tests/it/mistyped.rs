@@ -39,6 +39,7 @@ fn a_camera_file_and_a_rig_file_are_told_apart() {
     assert!(!checked.contains("remove it"), "{checked}");
     for (arguments, says) in [
         (&["replay", "recording", "--camera", "rig.toml"][..], "give the camera file"),
+        (&["board", "flash", &rig], "rig.toml: this is a rig file, and no UF2 file: give it with"),
         (&["run", &rig, "--path", "rig.toml"], "this is a rig file, and no path"),
         (&["run", &rig, "--waypoints", "rig.toml"], "a rig file, and no list of waypoints"),
     ] {
@@ -72,9 +73,23 @@ fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
             "without spaces: 0.4",
         ),
         (&["init", "--sides", "0.6,", "0.8,", "0.9"], "without spaces"),
+        (&["run", "rig.toml", "circle"], "for a shape: --path circle"),
+        (&["demo", "circle"], "for a shape: --path circle"),
+        (&["demo", "way.csv"], "found; for a list of places: --path way.csv"),
+        (&["demo", "0.4", "0.2", "0.1"], "'0.4' found"),
+        (&["check", "rig.toml", "circle"], "'circle' found"),
+        (&["check", "rig.toml", "way.csv"], "'way.csv' found"),
+        (&["board", "status", "rig.toml", "0.4"], "'0.4' found"),
+        (&["demo", "--path", "eight", "--speed", "50mm"], "; write 0.05, in m/s"),
+        (&["run", "rig.toml", "--baud", "115200baud"], "; write a number alone, in bit/s"),
+        (&["run", "rig.toml", "--port", ""], "--port <PORT>': name a port, such as /dev/ttyACM0"),
+        (&["board", "status", "--port="], "--port <PORT>': name a port, such as /dev/ttyACM0"),
+        (&["board", "status", "/dev/ttyACM0"], "a port is no rig file: give it with --port"),
+        (&["board", "flash", "/dev/ttyACM0"], "a port is no UF2 file: give it with --port"),
     ] {
         let text = last(arguments);
         assert!(text.contains(says), "{text}");
+        assert!(!says.ends_with("found") || text.ends_with(says), "{text}");
     }
     let numbers = last(&["goto", "0.62", "0.26", "0.36", "0.4"]);
     assert!(numbers.starts_with("plumb: too many numbers: <X> <Y> <Z> are needed"), "{numbers}");

@@ -35,6 +35,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
     fs::write(folder.path().join("bad.csv"), "x,y,z\n0.5,0.3,0.3\n0.5,o.3,0.3\n").unwrap();
+    fs::write(folder.path().join("aims.jsonl"), "{\"t\": 0, \"target\": [1, 1, 1]}\n").unwrap();
     fs::write(folder.path().join("one.csv"), "x,y,z\n0.5,0.3,0.3\n").unwrap();
     fs::write(folder.path().join("fast.csv"), "t,x,y,z\n0,0.5,0.3,0.3\n0.3,0.5,0.3,0.4\n").unwrap();
     fs::write(folder.path().join("arc.nc"), "G0 X500 Y300 Z300\nG2 X510 I5 J0\n").unwrap();
@@ -44,6 +45,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("arc.nc", &[][..], "arc.nc:2: G2 (an arc) is not read"),
         ("inch.nc", &[], "; is it in millimetres (G21)?"),
         ("up.nc", &[], "up.nc:2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
+        ("aims.jsonl", &[], "aims.jsonl: these are moving targets in JSON, and no path"),
         ("bad.csv", &[], "bad.csv:3: column y: 'o.3' is no finite number"),
         ("one.csv", &[], "one.csv: the path needs 2 places or more, but has 1"),
         ("fast.csv", &[], "fast.csv: from line 2 to line 3, the path is not possible at"),

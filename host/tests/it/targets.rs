@@ -141,7 +141,13 @@ fn a_file_is_played_and_a_wrong_one_is_refused_before_anything_moves() {
     let (line, _) = good(&output);
     assert_eq!(line["legs"][0]["target"].to_string(), "[0.441,0.25,0.42]");
     let rig = rig_file(folder.path(), patient);
+    fs::write(folder.path().join("way.csv"), "0.4,0.3,0.2\n").unwrap();
+    fs::write(folder.path().join("way.nc"), "G0 X400 Y300 Z200\n").unwrap();
     for (targets, named) in [
+        ("way.csv", "way.csv: this is a list of places: give it with --waypoints, or with --path"),
+        ("way.nc", "way.nc: this is G-code, a path: give it with --path"),
+        (&rig, "rig.toml: this is a rig file, and no list of moving targets"),
+        ("none.csv", "a list of places is given with --waypoints"),
         ("bad.jsonl", "bad.jsonl: line 61: no target: missing field `target`"),
         ("none.jsonl", "there is no file \"none.jsonl\""),
         ("tcp:0.0.0.0:5601", "can be reached from other computers"),

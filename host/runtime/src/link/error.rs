@@ -264,9 +264,12 @@ fn absent_hint(port: &str) -> String {
     other_port(port).unwrap_or_else(|| absent.to_owned())
 }
 
-/// Returns what to write in place of a name that no port has, such as ttyACM0 or COM3; `None` for
-/// other names.
+/// Returns what to write in place of a name that no port has: ttyACM0, COM3, or an empty one;
+/// `None` for other names.
 pub fn other_port(name: &str) -> Option<String> {
+    if name.trim().is_empty() {
+        return Some("name the port of the board, such as /dev/ttyACM0".to_owned());
+    }
     let rest = name.strip_prefix("tty").unwrap_or_default();
     let is_device = rest.starts_with(|c: char| c.is_ascii_uppercase());
     let device = is_device.then(|| format!("write /dev/{name}"));

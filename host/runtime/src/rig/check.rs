@@ -123,7 +123,11 @@ pub(crate) fn check_text(
     if let Some(folder) = path.parent() {
         rig.camera.relative_to(folder);
     }
-    more.extend(camera(&document, &rig.camera, rig.simulation.is_some()));
+    // Whether the source is named depends on each of these keys.
+    let source = ["camera.source", "camera.recording", "camera.stream"];
+    if !source.iter().any(|key| is_below(key, &wrong)) {
+        more.extend(camera(&document, &rig.camera, rig.simulation.is_some()));
+    }
     // A size with a placeholder in it tells nothing about the other tables.
     let knows_size = !["size", "simulation"].iter().any(|table| is_below(table, &wrong));
     if knows_size && more.iter().all(|finding| finding.severity == Severity::Warning) {
@@ -135,6 +139,14 @@ pub(crate) fn check_text(
     findings.sort_by_key(|finding| finding.line.unwrap_or(usize::MAX));
     let camera = (!is_below("camera.file", &wrong)).then_some(rig.camera.file);
     (findings, camera)
+}
+
+/// Returns what is wrong in the line `line` of the rig file at `path`, and what to write, where
+/// that is better than the message of the reader.
+pub(super) fn advice(path: &Path, text: &str, line: usize) -> Option<String> {
+    let document = Document::new(path, text, REFERENCE);
+    let mistakes = diagnose::<Rig>(text, PLACEHOLDERS).mistakes;
+    mistakes.iter().filter(|it| it.line == Some(line)).find_map(|it| document.advice(it))
 }
 
 /// Returns whether `key` is one of `wrong`, or in a table of them, or has one of them in it.
@@ -355,15 +367,10 @@ impl<'a> Document<'a> {
         // The message of a number names its range, after the number itself.
         let range = mistake.message.split_once(" must be ");
         let range = range.filter(|(number, _)| number.parse::<f64>().is_ok());
-        let choice = self.choice(mistake);
-        let choice =
-            choice.map(|example| format!("has keys of its own: write, for example, `{example}`"));
-        let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
-        let place = is_place.then(|| format!("must be a list of places: write [{value}]"));
         let range = range.map(|(_, range)| format!("must be {range}"));
         let has_letters = value.starts_with(|c: char| c.is_ascii_alphabetic());
         let number = (has_letters && self.is_number(key)).then(|| "must be a number".to_owned());
-        let problem = choice.or(place).or(range);
+        let problem = self.advice(mistake).or(range);
         // That of an unknown name lists the known ones.
         let has_names = mistake.message.starts_with("unknown variant");
         let allowed = self.allowed(key).filter(|_| !is_header && !has_names && problem.is_none());
@@ -375,6 +382,18 @@ impl<'a> Document<'a> {
             problem: problem.or(number).unwrap_or_else(|| mistake.message.clone()),
             allowed: allowed.unwrap_or_default(),
         }
+    }
+
+    /// Returns what is wrong with a value of another type, and what to write; `None` where the
+    /// message of the mistake is as good.
+    fn advice(&self, mistake: &Mistake) -> Option<String> {
+        if let Some(example) = self.choice(mistake) {
+            return Some(format!("has keys of its own: write, for example, `{example}`"));
+        }
+        let Mistake { key, value, message, .. } = mistake;
+        let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
+        (is_place && message.starts_with("invalid type"))
+            .then(|| format!("must be a list of places: write [{value}]"))
     }
 
     /// Returns what to write in place of a name alone that has required keys: of `motors.driver =

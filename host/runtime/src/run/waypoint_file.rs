@@ -55,7 +55,8 @@ fn parse_waypoints(
     let columns = match columns {
         Ok(columns) => columns,
         Err(names) => {
-            let (line, found, wrong) = (names.line, names.text.clone(), wrong_columns(&names));
+            let wrong = table.spaces_mistake(&names).unwrap_or_else(|| wrong_columns(&names));
+            let (line, found) = (names.line, names.text);
             return Err(WaypointError::Names { path, line, found, wrong });
         }
     };
@@ -81,10 +82,15 @@ fn parse_waypoints(
     }
 }
 
+/// What G-code is, and where it belongs.
+pub(crate) const GCODE: &str = "this is G-code, a path: give it with --path";
+
 /// Returns what a file is that lists no waypoints; `None` for any other file.
 fn other_kind(text: &str) -> Option<&'static str> {
     if is_gcode(text) {
-        Some("this is G-code, a path: give it with --path")
+        Some(GCODE)
+    } else if text.trim_start().starts_with('{') {
+        Some("these are moving targets in JSON: give them with --targets")
     } else if is_rig_file(text) {
         Some("this is a rig file, and no list of waypoints: `plumb run RIG` drives to its targets")
     } else {
@@ -141,12 +147,10 @@ fn parse_row(
     let Columns(places) = named;
     let most = places.len();
     if !(named.least()..=most).contains(&count) {
-        let mistake = match columns {
-            _ if table.has_decimal_commas(row, most) => {
-                WaypointMistake::DecimalCommas { line, more: 0 }
-            }
-            Some(_) => WaypointMistake::Columns { line, count, most, more: 0 },
-            None => WaypointMistake::Unnamed { line, count, more: 0 },
+        let mistake = match (table.separator_mistake(row, most), columns) {
+            (Some(why), _) => WaypointMistake::Separators { line, why, more: 0 },
+            (None, Some(_)) => WaypointMistake::Columns { line, count, most, more: 0 },
+            (None, None) => WaypointMistake::Unnamed { line, count, more: 0 },
         };
         mistake.add_to(mistakes);
         return None;
@@ -228,7 +232,12 @@ mod tests {
     fn a_mistake_is_named_with_its_line_and_column() {
         for (text, named) in [
             ("0.4,0.3,0.2\n0.4,0,3,0.2,1,1\n", "way.csv:2: 6 columns without names"),
-            ("0.2 0.3 0.24\n", "way.csv:1: one column: separate x, y and z by commas"),
+            ("0.2\n", "way.csv:1: one column: separate x, y and z by commas"),
+            ("0.2 0.3 0.24\n", "way.csv:1: spaces do not separate columns: write 0.2,0.3,0.24"),
+            ("x y z\n1 1 1\n", "tolerance in metres: spaces do not separate columns: write x,y,z"),
+            ("x,y,z,\n1,1,1,\n", "in metres: the line ends with a separator: remove it there"),
+            ("x,y,z\n1,1,1,\n", "way.csv:2: the line ends with a separator: remove it there"),
+            ("x,y,z\n1;1;1\n", "way.csv:2: the line separates its columns by semicolons, but"),
             ("0.2,0.3,0.24,0.3\n", "way.csv:1: 4 columns without names; 3 are x, y, z"),
             ("x,y,z\n0.4,0.3\n", "way.csv:2: 2 columns"),
             ("x,y,z\n1,1\n1,1\n1,1\n", "columns, but the first line names 3 (2 more lines too)"),
@@ -240,6 +249,7 @@ mod tests {
             ("x;y;w\n0,4;0,3;0,2\n", "way.csv:1: the columns are 'x;y;w', but"),
             ("x;y;w\n0,4;0,3;0,2\n", "tolerance in metres: 'w' is unknown, z is missing"),
             ("G0 X1 Y2\n", "way.csv: this is G-code, a path: give it with --path"),
+            ("{\"t\": 0, \"target\": [0.4, 0.3, 0.2]}\n", "in JSON: give them with --targets"),
             ("[board]\nport = \"x\"\n", "way.csv: this is a rig file, and no list of waypoints"),
             ("x,y,y\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,y'"),
             ("x,y,dwell\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,dwell'"),

@@ -152,7 +152,7 @@ pub enum TargetAddressError {
     /// There is no such file, and the text has none of the forms of an address.
     #[error(
         "there is no file {0:?}; from a program, targets come through unix:PATH, \
-         tcp:127.0.0.1:PORT, or - (standard input)"
+         tcp:127.0.0.1:PORT, or - (standard input); a list of places is given with --waypoints"
     )]
     NoFile(String),
     /// The address of a program is not possible.

@@ -9,9 +9,12 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
+use plumb_cameras::camera_file::is_rig_file;
 use plumb_cameras::stream::{Arrival, Connection, Endpoint, Interruption, StreamError};
 use plumb_config::bounded_read::{LineError, ReadError, read_line, read_text};
 use plumb_config::error_chain::ErrorChain;
+use plumb_path::file::is_gcode;
+use plumb_path::table::Table;
 use thiserror::Error;
 use tracing::{debug, info};
 
@@ -22,6 +25,7 @@ use super::intake::{
 };
 use super::line::{MAX_LINE_BYTES, TargetAddress, TargetLine};
 use crate::rig::MotionRules;
+use crate::run::GCODE;
 
 /// Largest file, bytes: an hour at 200 Hz.
 const MAX_FILE_BYTES: u64 = 1 << 27;
@@ -39,6 +43,14 @@ pub enum TargetStreamError {
     /// The file cannot be read.
     #[error(transparent)]
     File(#[from] ReadError),
+    /// The file is one of another kind.
+    #[error("{}: {is}", .path.display())]
+    OtherKind {
+        /// The file.
+        path: PathBuf,
+        /// What it is, and where it belongs.
+        is: &'static str,
+    },
     /// A line of the file is wrong.
     #[error("{}: {problem}", .path.display())]
     Line {
@@ -128,7 +140,12 @@ fn read_file(
     let mut first = None;
     for (number, line) in (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()) {
         let at = |problem: &dyn std::fmt::Display| wrong(format!("line {number}: {problem}"));
-        let line = TargetLine::parse(line).map_err(|mistake| at(&ErrorChain(&mistake)))?;
+        let line = TargetLine::parse(line).map_err(|mistake| match other_kind(&text) {
+            Some(is) if lines.is_empty() => {
+                TargetStreamError::OtherKind { path: path.to_owned(), is }
+            }
+            _ => at(&ErrorChain(&mistake)),
+        })?;
         let t = line.t.ok_or_else(|| at(&"`t` is missing: a file is read by its times"))?;
         let time = t - *first.get_or_insert(t);
         if lines.last().is_some_and(|(before, _)| time <= *before) {
@@ -144,6 +161,18 @@ fn read_file(
         return Err(TargetStreamError::Empty(path.to_owned()));
     }
     Ok(lines)
+}
+
+/// Returns what a file is that has no targets in JSON; `None` for any other file.
+fn other_kind(text: &str) -> Option<&'static str> {
+    let is_table = || !text.trim_start().starts_with(['{', '[']) && Table::of(text).columns() >= 3;
+    if is_gcode(text) {
+        Some(GCODE)
+    } else if is_rig_file(text) {
+        Some("this is a rig file, and no list of moving targets")
+    } else {
+        is_table().then_some("this is a list of places: give it with --waypoints, or with --path")
+    }
 }
 
 impl Reader {

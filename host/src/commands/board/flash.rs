@@ -13,6 +13,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
+use plumb_cameras::camera_file::is_rig_file;
 use plumb_config::bounded_read;
 use plumb_image::chip::{ALL, Chip, RP2040, RP2350};
 use plumb_image::uf2;
@@ -23,7 +24,7 @@ use plumb_runtime::rig::{BoardPort, Rig};
 use serde_json::json;
 
 use super::super::print::{result, tell};
-use super::super::rig_args::{PortArgs, RIG_VARIABLE, rig_path};
+use super::super::rig_args::{PortArgs, RIG_VARIABLE, is_port, rig_path};
 use super::super::{Failure, bad_input};
 use super::{compare_release, firmware_line};
 use computer::ThisComputer;
@@ -135,9 +136,16 @@ fn default_firmware(chip: &Chip, program: &Path) -> Result<PathBuf, Failure> {
 /// Reads a UF2 file, and checks that its chip accepts it.
 fn read(file: &Path) -> Result<(Vec<u8>, &'static Chip), Failure> {
     let name = file.display();
+    if is_port(file) {
+        return Err(bad_input(format!("{name}: a port is no UF2 file: give it with --port")));
+    }
     let firmware = bounded_read::read(file, MAX_BYTES)?;
-    let uf2::Firmware { chip, size } =
-        uf2::check(&firmware).map_err(|error| bad_input(format!("{name}: {error}")))?;
+    let uf2::Firmware { chip, size } = uf2::check(&firmware).map_err(|error| {
+        bad_input(match std::str::from_utf8(&firmware).is_ok_and(is_rig_file) {
+            true => format!("{name}: this is a rig file, and no UF2 file: give it with --rig"),
+            false => format!("{name}: {error}"),
+        })
+    })?;
     tell!("{name}: firmware of {size} bytes for {}", chip.name);
     Ok((firmware, chip))
 }

@@ -110,9 +110,10 @@ impl MotorOptions {
         pixels.map(Some).map_err(|_| bad_input(format!("--pixel: 3 are needed; given: {n}")))
     }
 
-    /// Checks that the places of the motors are measured, where their pixels are given.
+    /// Checks that the places of the motors are measured, where their pixels are given, and that
+    /// there are as many places as motors.
     pub(super) fn check(&self) -> Result<(), Failure> {
-        if self.pixels()?.is_some() {
+        if self.pixels()?.is_some() || !self.measured.is_empty() {
             self.measures()?;
         }
         Ok(())

@@ -72,22 +72,31 @@ fn unexpected_word(error: &clap::Error) -> Option<&str> {
 
 /// Returns what to write in place of `word`, which the command line `words` must not have.
 fn hint(word: &str, words: &[String]) -> Option<String> {
+    let command = words.iter().skip(1).find(|it| !it.starts_with('-'));
+    let command = command.map(String::as_str).unwrap_or_default();
     let is_number =
         |word: &str| word.trim_matches(',').split(',').all(|number| number.parse::<f64>().is_ok());
     let mut pairs = words.windows(2);
-    if word == "--rig" {
+    if word == "--rig" && command != "demo" {
         Some(format!("the rig file has no option: put it first, or set {RIG_VARIABLE}"))
-    } else if is_list(word) {
-        Some(format!("for a list of places: {DRIVES_THROUGH_LIST}"))
     } else if is_number(word) && pairs.any(|pair| is_number(&pair[0]) && pair[1].starts_with(word))
     {
         Some("several numbers of an option stand without spaces: 0.4,0.2,0.15".to_owned())
-    } else if is_number(word) {
-        Some("to go to one place: `plumb goto RIG 0.4 0.2 0.15`".to_owned())
-    } else if ShapeKind::from_str(word).is_ok() {
-        Some(format!("for a shape: --path {word}"))
     } else {
-        None
+        aim_hint(word, is_number(word), command)
+    }
+}
+
+/// Returns how the aim `word`, a place, a shape or a list of places, is given to `command`; `None`
+/// for another word, and for a command that drives to no such aim.
+fn aim_hint(word: &str, is_number: bool, command: &str) -> Option<String> {
+    let is_shape = ShapeKind::from_str(word).is_ok();
+    match command {
+        "run" | "demo" if is_shape => Some(format!("for a shape: --path {word}")),
+        "run" if is_list(word) => Some(format!("for a list of places: {DRIVES_THROUGH_LIST}")),
+        "demo" if is_list(word) => Some(format!("for a list of places: --path {word}")),
+        "run" if is_number => Some("to go to one place: `plumb goto RIG 0.4 0.2 0.15`".to_owned()),
+        _ => None,
     }
 }
 
@@ -138,6 +147,15 @@ mod tests {
         assert!(hint("0.3", "plumb run rig.toml --centre 0.5,-0.2, 0.3").contains(spaces));
         assert!(hint("0.6", "plumb run rig.toml 0.6 0.2 0.3").contains("plumb goto"));
         assert!(hint("circle", "plumb run rig.toml circle").contains("--path circle"));
-        assert_eq!(hint("--ye", "plumb check rig.toml --ye"), "");
+        assert!(hint("circle", "plumb -v demo circle").contains("--path circle"));
+        for (word, line) in [
+            ("--ye", "plumb check rig.toml --ye"),
+            ("--rig", "plumb demo --rig rig.toml"),
+            ("0.4", "plumb demo 0.4"),
+            ("circle", "plumb check rig.toml circle"),
+            ("a.csv", "plumb replay rec a.csv"),
+        ] {
+            assert_eq!(hint(word, line), "", "{line}");
+        }
     }
 }

@@ -49,12 +49,16 @@ pub(super) fn rig<I: BufRead, O: Write>(
     };
     let camera = camera(args, dialogue)?;
     // The link of an emulated board may be in this folder.
-    let port_of = |text: &str| match args.simulated || text.contains('/') {
+    let is_named = |text: &str| !text.trim().is_empty();
+    let port_of = |text: &str| match (args.simulated && is_named(text)) || text.contains('/') {
         true => port(text),
         false => port(text).and(Err("must be a path, such as /dev/ttyACM0".to_owned())),
     };
     let port = match &args.port {
-        Some(port) => port_of(port).map_err(|why| bad_input(format!("--port {port}: {why}")))?,
+        Some(port) => port_of(port).map_err(|why| {
+            let port = if is_named(port) { port } else { "''" };
+            bad_input(format!("--port {port}: {why}"))
+        })?,
         None => dialogue.ask("Serial port of the board", &usual.port, port_of)?,
     };
     Ok(NewRig {

@@ -7,6 +7,7 @@ use plumb_cameras::record::Overflow;
 use plumb_config::error_chain::ErrorChain;
 use plumb_foxglove::{FoxgloveOutput, FoxgloveSettings};
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
+use plumb_runtime::listening::address_to_open;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
@@ -50,7 +51,12 @@ impl ViewerOptions {
         }
         let output = FoxgloveOutput::start(&settings, rig, camera)?;
         if let (Some(address), Some(port)) = (self.foxglove, output.port()) {
-            note!("live server for viewers: ws://{}", SocketAddr::new(address.ip(), port));
+            let open = address_to_open(SocketAddr::new(address.ip(), port));
+            let others = match address.ip().is_loopback() {
+                true => " (this computer only; --foxglove=0.0.0.0 for others too)",
+                false => "",
+            };
+            note!("live server for viewers: ws://{open}{others}");
         }
         let queue = QueueSettings {
             name: "output for viewers",

@@ -264,6 +264,19 @@ fn a_place_in_the_place_of_targets_is_answered_with_the_brackets() {
     let text = found[0].to_string();
     let says = "must be a list of places: write [[0.4, 0.4, 0.15]]; allowed: ";
     assert!(text.contains(says) || text.ends_with("write [[0.4, 0.4, 0.15]]"), "{text}");
+    let commas = findings(&[("targets = [[0.400, 0.400, 0.150]]", "targets = [0,4, 0,4, 0,15]")]);
+    assert!(commas[0].to_string().contains("write points, [0.4, 0.4, 0.15]"), "{}", commas[0]);
+}
+
+#[test]
+fn a_wrong_source_of_pictures_is_one_mistake() {
+    for (lines, key) in [
+        ("source = \"stream\"\nstream = \"tcp:here\"", "camera.stream"),
+        ("source = \"recording\"\nrecording = 5", "camera.recording"),
+    ] {
+        let found = findings(&[("[camera]\n", &format!("[camera]\n{lines}\n"))]);
+        assert_eq!(keys(&found)[0], [key]);
+    }
 }
 
 /// The placeholder of a wrong size must not be compared with the travel.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use plumb_config::bounded_read::ReadError;
-use plumb_path::table::{DECIMAL_COMMAS, and_more, column_count};
+use plumb_path::table::{and_more, column_count};
 use thiserror::Error;
 
 use crate::rig::MotionError;
@@ -91,11 +91,13 @@ pub enum WaypointMistake {
         /// Number of further lines with as many columns.
         more: usize,
     },
-    /// The commas are the decimal sign too.
-    #[error("{line}: {DECIMAL_COMMAS}{}", and_more(*.more, "line"))]
-    DecimalCommas {
+    /// The separators are wrong.
+    #[error("{line}: {why}{}", and_more(*.more, "line"))]
+    Separators {
         /// Line, from 1.
         line: u64,
+        /// Reason, and what to do.
+        why: String,
         /// Number of further lines like this one.
         more: usize,
     },
@@ -139,7 +141,7 @@ impl WaypointMistake {
     /// Returns the number of further mistakes for which this one stands, if `other` is one.
     fn count_of(&mut self, other: &Self) -> Option<&mut usize> {
         match (self, other) {
-            (Self::DecimalCommas { more, .. }, Self::DecimalCommas { .. }) => Some(more),
+            (Self::Separators { more, .. }, Self::Separators { .. }) => Some(more),
             (Self::Columns { count, more, .. }, Self::Columns { count: other, .. })
             | (Self::Unnamed { count, more, .. }, Self::Unnamed { count: other, .. })
                 if count == other =>
