@@ -282,9 +282,9 @@ impl<L: Law> Servo<L> {
             at_capture: planner.positions_ago(age_us(now, captured)),
         };
         let state = DriveState::new(captured, filtered, target, motors);
-        let e = error(self.tracker.inlier(), place);
+        self.arrival.observe(error(self.tracker.inlier(), place), &params.reached);
         DriveProgress {
-            reached: self.arrival.update(e, &params.reached) && is_final,
+            reached: is_final && self.arrival.has_arrived(&params.reached),
             fault: self.guards.update(now, &state, params),
         }
     }

@@ -72,14 +72,15 @@ impl Chip {
         encode(&ToBoard { id: self.id, command }).expect("a frame").to_vec()
     }
 
-    /// Sends a command, runs the chip for 2 ms, and returns the refusal, if any.
+    /// Sends a command, runs the chip for 4 ms, and returns the refusal, if any. A Configure
+    /// whose code is not yet in the flash's cache takes 2 ms.
     ///
     /// # Panics
     /// If there is no answer.
     pub fn request(&mut self, command: Command) -> Option<Refusal> {
         let before = self.received.len();
         let frame = self.frame(command);
-        self.send(&frame, 2000);
+        self.send(&frame, 4000);
         let id = self.id;
         let answer = self.received[before..].iter().find_map(|message| match message {
             FromBoard::Answer(answer) if answer.id == id => Some(answer.refusal),

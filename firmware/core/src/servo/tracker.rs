@@ -97,8 +97,19 @@ impl BallTracker {
 const AHEAD: i64 = 5;
 /// Square of the standard deviations of the mean of a few positions that count: four of them.
 const SQUARE_SIGMAS: i64 = 16;
-/// The square of 0.9, in hundredths: within that share of the radius the ball is near its target.
-const SQUARE_SHARE: i64 = 81;
+/// The square of 0.88, in hundredths: within that share of the radius the ball is near its target.
+const SQUARE_SHARE: i64 = 77;
+/// Shares of the residuals' mean by which the position lags behind, 1 - α, and the velocity,
+/// α - β/2.
+const LAGS: [i32; 2] = [10, 5];
+/// Mean square of the residuals of white noise, as a share of that of their distance from their
+/// mean: 0.81, by simulation.
+const OF_SCATTER: i64 = 13;
+/// Unit of the three shares, as a shift: 1/16.
+const SHARE_SHIFT: u32 = 4;
+/// The residuals' mean shows a lag where its square is above s² by this share: above s²/4. White
+/// noise has s²/14 there, by simulation.
+const SIGNIFICANT: i64 = 4;
 /// Share of the radius, as a shift: before the noise is known, its standard deviation is 1/4 of it.
 const UNKNOWN_NOISE: u32 = 2;
 
@@ -107,13 +118,15 @@ const UNKNOWN_NOISE: u32 = 2;
 /// With n positions in a row near the target, the target counts as reached when
 ///
 /// ```text
-/// |p|² + (0.17 s · |v|)² + 16 s²/n  <=  (0.9 radius)²,    n >= the least number of positions
+/// |p|² + (0.17 s · |v|)² + 16 s²/n  <=  (0.88 radius)²,    n >= the least number of positions
 /// ```
 ///
-/// p and v are the ball's distance from the target and its velocity by an α-β filter (α = 3/8,
-/// β = 9/64), which does not lag behind a ball that moves evenly. s² is the mean square of its
-/// residuals. The velocity rules out a ball that passes, and one that swings about its target. The
-/// last term is the doubt that noise leaves: more noise takes more positions.
+/// p and v are the ball's distance from the target and its velocity: those of an α-β filter (α =
+/// 3/8, β = 9/64), which does not lag behind a ball that moves evenly, and their lag behind one
+/// whose velocity changes evenly. That lag follows from the mean m of the last residuals, where it
+/// is more than their noise: (1 - α) m, and (α - β/2) m a position. s² is the mean square of the
+/// residuals, their mean apart. The velocity rules out a ball that passes, and one that swings
+/// about its target. The last term is the doubt that noise leaves: more noise takes more positions.
 ///
 /// A rule that takes one raw position is wrong in 25 % of runs. How often this one is wrong is in
 /// docs/understand/method.md.
@@ -121,7 +134,9 @@ const UNKNOWN_NOISE: u32 = 2;
 pub struct ArrivalDetector {
     /// The filter; `None` before the first position.
     motion: Option<Motion>,
-    /// Mean square of the residuals, µm².
+    /// Mean of the last residuals, about four: µm with 4 fraction bits.
+    mean: PerAxis<i32>,
+    /// Mean square of the residuals, their mean apart, µm².
     noise: i64,
     /// Positions near the target in a row.
     count: u8,
@@ -160,30 +175,56 @@ fn square(length: PerAxis<i32>) -> i64 {
     length.iter().map(|c| i64::from(c >> 4) * i64::from(c >> 4)).sum()
 }
 
+/// Returns `value` with its lag, the `share` (in 1/16) of the residuals' mean.
+#[inline(never)]
+fn with_lag(value: PerAxis<i32>, mean: PerAxis<i32>, share: i32) -> PerAxis<i32> {
+    per_axis(|i| value[i] + share * (mean[i] >> SHARE_SHIFT))
+}
+
 impl ArrivalDetector {
-    /// Takes in e of a position (µm, within ±8 m). Returns whether the target counts as reached
-    /// now.
-    pub fn update(&mut self, e: PerAxis<i32>, rule: &Reached) -> bool {
-        let radius = i64::from(rule.radius.0);
-        let square_radius = radius * radius;
+    /// Takes in e of a position, µm, within ±8 m.
+    pub fn observe(&mut self, e: PerAxis<i32>, rule: &Reached) {
+        let square_radius = square_radius(rule);
         let Some(motion) = &mut self.motion else {
             self.motion = Some(Motion { position: e.map(|e| e << 4), velocity: [0; AXES] });
             self.noise = square_radius >> (2 * UNKNOWN_NOISE);
+            return;
+        };
+        let residual = motion.update(e);
+        let scatter = square(per_axis(|i| residual[i] - self.mean[i]));
+        self.mean = per_axis(|i| self.mean[i] + ((residual[i] - self.mean[i]) >> 2));
+        // It counts as the radius at most, so that the residuals of the way are soon forgotten.
+        let scatter = (OF_SCATTER * scatter.min(square_radius)) >> SHARE_SHIFT;
+        self.noise += (scatter - self.noise) >> 4;
+        let is_near = 100 * square(motion.position) <= SQUARE_SHARE * square_radius;
+        self.count = if is_near { self.count.saturating_add(1) } else { 0 };
+    }
+
+    /// Returns whether the target counts as reached with the last position.
+    pub fn has_arrived(&self, rule: &Reached) -> bool {
+        let Some(motion) = self.motion.filter(|_| self.count >= rule.frames.max(1)) else {
             return false;
         };
-        let residual = square(motion.update(e));
-        // A residual counts as the radius at most, so that those of the way are soon forgotten.
-        self.noise += (residual.min(square_radius) - self.noise) >> 4;
-        let (off, ahead) = (square(motion.position), square(motion.velocity) * AHEAD * AHEAD);
+        let square_radius = square_radius(rule);
         let limit = SQUARE_SHARE * square_radius;
-        self.count = if 100 * off <= limit { self.count.saturating_add(1) } else { 0 };
-        if self.count < rule.frames || 100 * ahead > limit {
+        let is_lagging = SIGNIFICANT * square(self.mean) > self.noise;
+        let [lag, velocity_lag] = if is_lagging { LAGS } else { [0, 0] };
+        // Beyond the radius it does not matter how far, and products stay within 64 bits.
+        let off = square(with_lag(motion.position, self.mean, lag)).min(square_radius);
+        let velocity = with_lag(motion.velocity, self.mean, velocity_lag);
+        let ahead = square(velocity).min(square_radius) * AHEAD * AHEAD;
+        if 100 * off.max(ahead) > limit {
             return false;
         }
         // By n times both sides: a division of 64 bits takes the chip long.
         let n = i64::from(self.count);
         100 * (n * (off + ahead) + SQUARE_SIGMAS * self.noise) <= n * limit
     }
+}
+
+/// Returns the square of the radius of a reached target, µm².
+fn square_radius(rule: &Reached) -> i64 {
+    i64::from(rule.radius.0) * i64::from(rule.radius.0)
 }
 
 /// Returns e = `position` - `target`, µm; both within ±4 m a coordinate.
@@ -218,6 +259,12 @@ mod tests {
         assert!(tracker.filtered().is_some_and(|p| (p[1] - away[1]).abs() < 100));
     }
 
+    /// Takes in e of a position. Returns whether the target counts as reached now.
+    fn update(arrival: &mut ArrivalDetector, e: PerAxis<i32>, rule: &Reached) -> bool {
+        arrival.observe(e, rule);
+        arrival.has_arrived(rule)
+    }
+
     /// Returns the number of positions after which a ball at `x` (µm, of the number; the target is
     /// at 0) has reached its target within 10 mm; at most 300. It comes from 100 mm away in ten
     /// positions before that.
@@ -225,7 +272,7 @@ mod tests {
         let rule = Reached { radius: Micrometres(10_000), frames: 4 };
         let mut arrival = ArrivalDetector::default();
         let way = |k: i32| x(k) - (10_000 * k).min(0);
-        (-10..300).find(|k| arrival.update([way(*k), 0, 0], &rule))
+        (-10..300).find(|k| update(&mut arrival, [way(*k), 0, 0], &rule))
     }
 
     /// Returns a swing of `amplitude` (µm) at `hz`, with 30 positions/s.
@@ -253,13 +300,29 @@ mod tests {
         }
     }
 
+    /// A ball that turns back has no velocity for a moment. Its picture is two positions old when the
+    /// board reports.
+    #[test]
+    fn a_ball_that_turns_back_is_still_near_when_it_counts_as_arrived() {
+        let rule = Reached { radius: Micrometres(10_000), frames: 4 };
+        for (nearest, bend) in [(0, 250), (3_000, 200), (5_500, 300), (6_500, 250), (7_500, 200)] {
+            let way = |k: i32| nearest + bend * k * k;
+            let mut arrival = ArrivalDetector::default();
+            let reached = (-20..20).find(|k| update(&mut arrival, [way(*k), 0, 0], &rule));
+            assert!(reached.is_none_or(|k| way(k + 2) <= 10_000), "{nearest} µm, {bend}");
+        }
+    }
+
     #[test]
     fn a_ball_that_passes_its_target_has_not_reached_it() {
         let rule = Reached { radius: Micrometres(10_000), frames: 4 };
         for speed in [2_000, 3_000, 10_000] {
             let mut arrival = ArrivalDetector::default();
             for k in -30..30 {
-                assert!(!arrival.update([0, 0, speed * k], &rule), "{speed} µm a position: {k}");
+                assert!(
+                    !update(&mut arrival, [0, 0, speed * k], &rule),
+                    "{speed} µm a position: {k}"
+                );
             }
         }
     }
@@ -279,7 +342,7 @@ mod tests {
         let mut arrival = ArrivalDetector::default();
         for k in 0..1000 {
             let e = if k % 7 < 3 { 8_000_000 } else { -8_000_000 };
-            assert!(!arrival.update([e, -e, e], &rule), "{k}");
+            assert!(!update(&mut arrival, [e, -e, e], &rule), "{k}");
         }
     }
 }

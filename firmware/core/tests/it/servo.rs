@@ -51,7 +51,10 @@ fn the_last_position_is_unfiltered() {
 fn reached_at(frames: u8, at: impl Fn(usize) -> i32) -> Option<usize> {
     let rule = Reached { radius: Micrometres(10_000), frames };
     let mut arrival = ArrivalDetector::default();
-    (0..200).find(|k| arrival.update([0, at(*k), 0], &rule))
+    (0..200).find(|k| {
+        arrival.observe([0, at(*k), 0], &rule);
+        arrival.has_arrived(&rule)
+    })
 }
 
 /// The first position only begins the filter.
