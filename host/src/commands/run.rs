@@ -113,7 +113,7 @@ pub(super) struct Common {
     #[arg(long, value_enum)]
     physics: Option<Physics>,
     #[command(flatten)]
-    run: RunOptions,
+    pub(super) run: RunOptions,
 }
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
