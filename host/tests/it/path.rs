@@ -44,6 +44,8 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     fs::write(folder.path().join("one.csv"), "x,y,z\n0.5,0.3,0.3\n").unwrap();
     fs::write(folder.path().join("fast.csv"), "t,x,y,z\n0,0.5,0.3,0.3\n0.3,0.5,0.3,0.4\n").unwrap();
     fs::write(folder.path().join("arc.nc"), "G0 X500 Y300 Z300\nG2 X510 I5 J0\n").unwrap();
+    let four = "t,x,y,z\n0,0.5,0.3,0.3\n2,0.5,0.3,0.4\n4,0.5,0.2,0.4\n6,0.5,0.2,0.3\n";
+    fs::write(folder.path().join("four.csv"), four).unwrap();
     fs::write(folder.path().join("comma.nc"), "G1 X500,5 Y300 Z300\nX510\n").unwrap();
     fs::write(folder.path().join("way.xlsx"), b"PK\x03\x04\xff").unwrap();
     fs::write(folder.path().join("inch.nc"), "G20\nG0 X500 Y300 Z300\nX510\n").unwrap();
@@ -65,6 +67,8 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("circle", &["--tolerance", "0.01"], "--tolerance has no effect on the shape circle:"),
         ("square", &["--path-seed", "2"], "--path-seed has no effect on the shape square:"),
         ("up.nc", &["--size", "0.1"], "--size has no effect on a file:"),
+        ("fast.csv", &["--loop"], "but has 2: add places of the way back to the first one, with"),
+        ("four.csv", &["--loop"], "away from it: add the first one again at the end, with its"),
         ("fast.csv", &["--speed", "0.1"], "--speed has no effect on a file with times:"),
         ("circle", &["--speed", "0"], "--speed"),
         ("square", &["--tolerance", "-1"], "--tolerance"),
