@@ -20,6 +20,9 @@ use thiserror::Error;
 use crate::board::EmulatedBoard;
 use crate::plant::RigError;
 
+/// Folder at which the file system of the pseudo-terminals is mounted.
+const TERMINALS: &str = "/dev/pts";
+
 /// Largest lag of the board's clock behind real time. Beyond it the board's clock pauses, so that a
 /// busy machine does not look like a silent host.
 const LAG_MAX: Duration = Duration::from_millis(20);
@@ -149,6 +152,10 @@ impl Terminal {
     /// # Errors
     /// Errors of the operating system: no pseudo-terminal is left, or none is mounted.
     pub fn open() -> io::Result<Self> {
+        Self::open_new().map_err(|error| unmounted(error, Path::new(TERMINALS)))
+    }
+
+    fn open_new() -> io::Result<Self> {
         let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC | OFlag::O_NONBLOCK;
         let board_end = posix_openpt(flags)?;
         grantpt(&board_end)?;
@@ -197,6 +204,21 @@ impl Terminal {
     }
 }
 
+/// Returns the error to open a pseudo-terminal. Where their file system is not mounted at
+/// `terminals`, its text says how to mount it.
+fn unmounted(error: io::Error, terminals: &Path) -> io::Error {
+    if terminals.join("ptmx").symlink_metadata().is_ok() {
+        return error;
+    }
+    let terminals = terminals.display();
+    let text = format!(
+        "no pseudo-terminal can be opened: nothing is mounted at {terminals}. As root: \
+         `mkdir -p {terminals} && mount -t devpts -o ptmxmode=666 devpts {terminals} && \
+         ln -sf pts/ptmx /dev/ptmx`"
+    );
+    io::Error::new(error.kind(), text)
+}
+
 /// Opens the host's end at `path`.
 fn open_terminal(path: &Path) -> io::Result<File> {
     use std::os::unix::fs::OpenOptionsExt;
@@ -230,6 +252,14 @@ mod tests {
             shell.uid(NOBODY);
         }
         shell.status().unwrap().success()
+    }
+
+    #[test]
+    fn a_missing_file_system_of_terminals_is_named_with_the_way_to_mount_it() {
+        let error = || io::Error::from(io::ErrorKind::NotFound);
+        let absent = unmounted(error(), Path::new("/no/pts")).to_string();
+        assert!(absent.contains("nothing is mounted at /no/pts. As root: `mkdir"), "{absent}");
+        assert_eq!(unmounted(error(), Path::new(TERMINALS)).to_string(), error().to_string());
     }
 
     #[test]

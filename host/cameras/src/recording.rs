@@ -14,7 +14,7 @@ use plumb_webcam::VIDEO_ENDINGS;
 use thiserror::Error;
 
 use crate::playback::Playback;
-use crate::tum::{TumError, TumFolder};
+use crate::tum::{TumError, TumFolder, check_lists};
 
 /// Driver that plays the recording at a path at the speed at which it was recorded.
 #[derive(Debug, Clone, Copy)]
@@ -94,17 +94,11 @@ pub fn open_recording(
         let intrinsics = *source.intrinsics();
         return Ok(OpenedSource::new(source, intrinsics));
     }
-    let kind = path.extension().unwrap_or_default();
-    if kind == "bag" || kind == "db3" {
-        return open_realsense(path);
-    }
-    let ending = kind.to_string_lossy().to_ascii_lowercase();
-    if VIDEO_ENDINGS.contains(&ending.as_str()) {
-        return open_video(path, intrinsics);
-    }
-    if kind != "oni" && !is_recording(path) {
-        let advice = advice(&ending);
-        return Err(OpenRecordingError::Unknown { path: path.to_owned(), advice });
+    match FileKind::of(path) {
+        FileKind::Realsense => return open_realsense(path),
+        FileKind::Video => return open_video(path, intrinsics),
+        FileKind::Openni => {}
+        FileKind::Other(advice) => return Err(unknown(path, advice)),
     }
     let openni = OpenNi::load().map_err(OpenniSourceError::from)?;
     let target = Target::Recording(path.to_owned());
@@ -112,6 +106,53 @@ pub fn open_recording(
     let source = OpenniSource::open(&openni, &target, Settings::default(), intrinsics)?;
     let intrinsics = *source.intrinsics();
     Ok(OpenedSource::new(source, intrinsics))
+}
+
+/// Checks that a folder has a list of pictures, and that a file is of a kind that is a recording.
+///
+/// # Errors
+/// Where it is not, with the way that works.
+pub fn check_kind(path: &Path) -> Result<(), OpenRecordingError> {
+    if path.is_dir() {
+        return Ok(check_lists(path)?);
+    }
+    match FileKind::of(path) {
+        FileKind::Other(advice) if !is_mcap(path) => Err(unknown(path, advice)),
+        _ => Ok(()),
+    }
+}
+
+/// Kind of a file, by the ending of its name and by its first bytes.
+enum FileKind {
+    /// That of librealsense2.
+    Realsense,
+    Video,
+    /// That of OpenNI2.
+    Openni,
+    /// None that [`open_recording`] reads, with the way that works, for a person.
+    Other(&'static str),
+}
+
+impl FileKind {
+    fn of(path: &Path) -> Self {
+        let kind = path.extension().unwrap_or_default();
+        if kind == "bag" || kind == "db3" {
+            return Self::Realsense;
+        }
+        let ending = kind.to_string_lossy().to_ascii_lowercase();
+        if VIDEO_ENDINGS.contains(&ending.as_str()) {
+            Self::Video
+        } else if kind == "oni" || is_recording(path) {
+            Self::Openni
+        } else {
+            Self::Other(advice(&ending))
+        }
+    }
+}
+
+/// Returns the error of a file that is no recording.
+fn unknown(path: &Path, advice: &'static str) -> OpenRecordingError {
+    OpenRecordingError::Unknown { path: path.to_owned(), advice }
 }
 
 /// Returns a recording that is played at the speed at which it was recorded.
@@ -133,7 +174,10 @@ fn advice(ending: &str) -> &'static str {
             "an MCAP recording is read by the program only: `plumb replay`, or `recording` in a \
              rig file"
         }
-        "txt" | "csv" => "a list of pictures: give the folder that it is in",
+        "txt" | "csv" => {
+            "is no recording, but a list. Of pictures: give the folder that it is in. Of places: \
+             `plumb run RIG --path FILE` drives through it"
+        }
         "h264" | "264" | "h265" | "hevc" | "265" => {
             "a stream of video without a container: make a file of it with \
              `ffmpeg -i FILE -c copy video.mkv`"

@@ -203,6 +203,11 @@ fn lists(folder: &Path, has_depth: bool) -> Result<Lists, TumError> {
     Ok(Lists::Apart { colour, depth })
 }
 
+/// Checks that there is a list of pictures in `folder`.
+pub(crate) fn check_lists(folder: &Path) -> Result<(), TumError> {
+    lists(folder, false).map(drop)
+}
+
 impl CameraSource for TumFolder {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         match self.pending.pop_front() {

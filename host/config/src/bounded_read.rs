@@ -55,6 +55,56 @@ pub enum ReadError {
         /// Line, from 1, of the first invalid byte.
         line: usize,
     },
+    /// The file is that of a spreadsheet, or text that a spreadsheet has saved as UTF-16.
+    #[error("{}: is {format}, and not UTF-8 text; {}", .path.display(), .format.advice())]
+    OtherFormat {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        format: OtherFormat,
+    },
+}
+
+/// Format of a file that a person takes for text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OtherFormat {
+    /// Text in UTF-16, with a byte order mark.
+    Utf16,
+    /// A ZIP archive: .xlsx, .ods.
+    Zip,
+    /// A compound file of older office programs: .xls.
+    Compound,
+}
+
+impl OtherFormat {
+    /// Returns the format of a file that begins with these bytes; `None` for any other one.
+    fn of(bytes: &[u8]) -> Option<Self> {
+        let beginnings: [(&[u8], Self); 4] = [
+            (b"\xff\xfe", Self::Utf16),
+            (b"\xfe\xff", Self::Utf16),
+            (b"PK\x03\x04", Self::Zip),
+            (b"\xd0\xcf\x11\xe0", Self::Compound),
+        ];
+        beginnings.into_iter().find_map(|(first, it)| bytes.starts_with(first).then_some(it))
+    }
+
+    /// Returns what to do with such a file, for a person.
+    fn advice(self) -> &'static str {
+        match self {
+            Self::Utf16 => "save it as UTF-8, from a spreadsheet as \"CSV UTF-8\"",
+            Self::Zip | Self::Compound => "save the sheet as \"CSV UTF-8\"",
+        }
+    }
+}
+
+impl fmt::Display for OtherFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Utf16 => "text in UTF-16 (\"Unicode text\" of Excel)",
+            Self::Zip => "a spreadsheet (.xlsx, .ods) or another ZIP archive",
+            Self::Compound => "a spreadsheet (.xls) or another file of an office program",
+        })
+    }
 }
 
 /// Formats the length of a file. The length of a file that grew while it was read is unknown.
@@ -133,6 +183,9 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
 /// As [`read`]; where the file is not UTF-8.
 pub fn read_text(path: &Path, limit: u64) -> Result<String, ReadError> {
     String::from_utf8(read(path, limit)?).map_err(|error| {
+        if let Some(format) = OtherFormat::of(error.as_bytes()) {
+            return ReadError::OtherFormat { path: path.to_owned(), format };
+        }
         let good = error.utf8_error().valid_up_to();
         let line = 1 + error.as_bytes().iter().take(good).filter(|&&byte| byte == b'\n').count();
         ReadError::NotText { path: path.to_owned(), line }
@@ -262,6 +315,22 @@ mod tests {
         assert!(error.ends_with("file:2: is not UTF-8 text"), "{error}");
         fs::write(&path, "a\nä").unwrap();
         assert_eq!(read_text(&path, 100).unwrap(), "a\nä");
+    }
+
+    #[test]
+    fn a_spreadsheet_in_the_place_of_text_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        let utf_16 = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        for (bytes, says) in [
+            (utf_16("\u{feff}x\ty\tz\n"), "file: is text in UTF-16 (\"Unicode text\" of Excel)"),
+            (b"PK\x03\x04\xff".to_vec(), "is a spreadsheet (.xlsx, .ods) or another ZIP archive"),
+            (b"\xd0\xcf\x11\xe0\xa1".to_vec(), "is a spreadsheet (.xls) or another file"),
+        ] {
+            fs::write(&path, bytes).unwrap();
+            let error = read_text(&path, 100).unwrap_err().to_string();
+            assert!(error.contains(says) && error.ends_with("\"CSV UTF-8\""), "{error}");
+        }
     }
 
     #[test]

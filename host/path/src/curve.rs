@@ -67,12 +67,7 @@ pub(crate) struct CurvePoint {
 impl Piece {
     fn new(section: Section, start: f64) -> Self {
         let Section { polynomial, stops, speed } = section;
-        let mut length = 0.0;
-        let lengths = std::array::from_fn(|part| {
-            let [from, to] = [part, part + 1].map(|edge| edge as f64 / PARTS as f64);
-            length += arc_length(&polynomial, from, to);
-            length
-        });
+        let lengths = lengths(&polynomial);
         Self { polynomial, start, lengths, stops, speed }
     }
 
@@ -100,6 +95,21 @@ impl Piece {
 fn arc_length(polynomial: &Quintic, from: f64, to: f64) -> f64 {
     let speed = |node: f64| polynomial.at(from + node * (to - from)).first.norm();
     NODES.iter().map(|(node, weight)| weight * speed(*node)).sum::<f64>() * (to - from)
+}
+
+/// Returns the arc lengths of a polynomial from its start to the ends of its parts, metres.
+fn lengths(polynomial: &Quintic) -> [f64; PARTS] {
+    let mut length = 0.0;
+    std::array::from_fn(|part| {
+        let [from, to] = [part, part + 1].map(|edge| edge as f64 / PARTS as f64);
+        length += arc_length(polynomial, from, to);
+        length
+    })
+}
+
+/// Returns the arc length of a whole polynomial, metres.
+pub(crate) fn whole_length(polynomial: &Quintic) -> f64 {
+    lengths(polynomial)[PARTS - 1]
 }
 
 impl Curve {

@@ -80,6 +80,9 @@ pub enum CodeProblem {
         /// The code, such as `G2`.
         code: String,
     },
+    /// A comma: the decimal sign, or between two words.
+    #[error("a comma: write the decimal sign as a point, and blanks between words: X12.5 Y3")]
+    Comma,
     /// A character begins no word.
     #[error("'{0}' begins no word: a letter and a number with a decimal point, such as X12.5")]
     Character(char),
@@ -117,7 +120,8 @@ fn name(code: &str) -> String {
         .unwrap_or_default()
 }
 
-/// Checks whether a text is G-code: its first line that is no comment begins with a word.
+/// Checks whether a text is G-code: its first line that is no comment begins with a word. Where the
+/// line has a comma, two words must stand before it: "X1,Y1,Z1" may be names of columns.
 pub fn is_gcode(text: &str) -> bool {
     let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
     let first = lines.find(|line| !(line.is_empty() || line.starts_with([';', '(', '%'])));
@@ -126,8 +130,13 @@ pub fn is_gcode(text: &str) -> bool {
         let (letter, next) = (characters.next(), characters.next());
         letter.is_some_and(|letter| "GMNOTFSXYZ".contains(letter.to_ascii_uppercase()))
             && next.is_some_and(|next| next.is_ascii_digit() || "+-.".contains(next))
-            && !line.contains(',')
+            && line.split_once(',').is_none_or(|(before, _)| has_words(before))
     })
+}
+
+/// Returns whether a text is two words of G-code, or more.
+fn has_words(text: &str) -> bool {
+    words(text).is_ok_and(|words| words.len() >= 2)
 }
 
 /// Parses G-code. The path begins at the first place of which X, Y and Z are known.
@@ -139,7 +148,10 @@ pub(crate) fn parse(text: &str) -> Result<Program, Vec<CodeMistake>> {
     let mut mistakes = Vec::new();
     for (line, text) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
         let read = words(text).and_then(|words| machine.read(&words));
-        mistakes.extend(read.err().map(|problem| CodeMistake { line, problem }));
+        // G0 or G1 may stand in a line with a mistake.
+        let is_doubtful = |it: &CodeProblem| *it == CodeProblem::NoMotion && !mistakes.is_empty();
+        let problem = read.err().filter(|problem| !is_doubtful(problem));
+        mistakes.extend(problem.map(|problem| CodeMistake { line, problem }));
         machine.program.lines.resize(machine.program.places.len(), line);
         if machine.has_ended {
             break;
@@ -170,6 +182,9 @@ fn words(line: &str) -> Result<Vec<Word>, CodeProblem> {
     while let Some(letter) = rest.chars().next() {
         if letter == '%' {
             break;
+        }
+        if letter == ',' {
+            return Err(CodeProblem::Comma);
         }
         if !letter.is_ascii_alphabetic() {
             return Err(CodeProblem::Character(letter));
@@ -363,7 +378,7 @@ mod tests {
             (4, "G2 (an arc)"),
             (5, "E0.2 (an extruder)"),
             (6, "X has no number"),
-            (7, "','"),
+            (7, "a comma: write"),
             (8, "M3 (a spindle)"),
             (9, "G28 (a return to home)"),
             (10, "no end"),
@@ -376,19 +391,30 @@ mod tests {
         }
         assert!(mistakes("G91 G1 X1\n")[0].contains("G90 first"));
         assert_eq!(mistakes("G1 X610 X630 Y1 Z1\n"), ["1: X is there more than once"]);
+        // The line with the comma has the G1 of the next one.
+        let comma =
+            "1: a comma: write the decimal sign as a point, and blanks between words: X12.5 Y3";
+        assert_eq!(mistakes("G1 X600,5 Y1 Z1\nX610 Y1 Z1\n"), [comma]);
         assert!(mistakes("G1 X6O0 Y1 Z1\n")[0].contains("is it the digit 0?"));
     }
 
     #[test]
     fn tables_are_no_gcode() {
         for text in
-            ["x,y,z\n1,2,3\n", "t;x;y;z\n", "", "X,Y,Z\n", "# x\n", "x y z\n", "0.1,0.2,0.3"]
+            ["x,y,z\n1,2,3\n", "t;x;y;z\n", "", "X1,Y1,Z1\n", "# x\n", "x y z\n", "0.1,0.2,0.3"]
         {
             assert!(!is_gcode(text), "{text}");
         }
-        for text in
-            ["G0 X1", "\u{feff}g1x1", "; by a slicer\n\nG21", "%\n(a)\nN1 G0", "M3\n", "X-1"]
-        {
+        for text in [
+            "G0 X1",
+            "\u{feff}g1x1",
+            "; by a slicer\n\nG21",
+            "%\n(a)\nN1 G0",
+            "M3\n",
+            "X-1",
+            "G1 X6,5",
+            "g1x6,5y2",
+        ] {
             assert!(is_gcode(text), "{text}");
         }
     }

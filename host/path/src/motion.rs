@@ -115,7 +115,7 @@ pub enum PathError {
     /// There are too few places for a loop with time stamps.
     #[error(
         "a loop with times needs {least} places or more, of which the last one is the first again, \
-         but has {count}"
+         but has {count}: add places of the way back to the first one, with their times"
     )]
     TooFewInLoop {
         /// Number of places.
@@ -130,7 +130,10 @@ pub enum PathError {
         number: usize,
     },
     /// A loop with time stamps does not end where it begins.
-    #[error("the last place of a loop must be the first one, but is {gap_mm:.3} mm away from it")]
+    #[error(
+        "the last place of a loop must be the first one, but is {gap_mm:.3} mm away from it: add \
+         the first one again at the end, with its time"
+    )]
     OpenLoop {
         /// Distance, millimetres.
         gap_mm: f64,

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use crate::curve::whole_length;
 use crate::motion::{LEAST_DISTANCE_M, Moment, PathError, Run, Sample};
 use crate::quintic::Quintic;
 use crate::spline::{Ends, interpolate};
@@ -63,6 +64,11 @@ impl Timed {
         }
         let times = samples.iter().map(|sample| sample.time - samples[0].time).collect();
         Ok(Self { pieces: interpolate(&places, &steps, ends), times, run })
+    }
+
+    /// Returns the length of the path, metres.
+    pub(crate) fn length(&self) -> f64 {
+        self.pieces.iter().map(whole_length).sum()
     }
 
     /// Returns the time from the first to the last sample, seconds.

@@ -124,6 +124,14 @@ impl Trajectory {
         self.period().is_some()
     }
 
+    /// Returns the length, metres; of a loop that of a lap.
+    pub fn length(&self) -> f64 {
+        match &self.kind {
+            Kind::Curve(curve, _) => curve.length(),
+            Kind::Timed(timed) => timed.length(),
+        }
+    }
+
     /// Returns the time of the end, seconds; infinite for a loop.
     pub fn duration(&self) -> f64 {
         match &self.kind {

@@ -185,6 +185,10 @@ proptest! {
         for (sample, place) in samples.iter().zip(&places) {
             prop_assert!((once.at(sample.time - 3.0).position - place).norm() < 1e-9);
         }
+        let moments_of_once = moments(&once, 1e-3);
+        let steps = moments_of_once.windows(2).map(|it| (it[1].position - it[0].position).norm());
+        let chords: f64 = steps.sum();
+        prop_assert!((once.length() / chords - 1.0).abs() < 1e-4, "{} {}", once.length(), chords);
         let mut closed = places.clone();
         closed.push(places[0]);
         let round = Trajectory::through_samples(&timed(&closed), Run::Loop).unwrap();

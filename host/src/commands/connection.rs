@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use plumb_cameras::settings::SourceName;
 use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::message::State;
 use plumb_runtime::board_fault::BoardFault;
@@ -48,6 +49,24 @@ pub(super) fn check_state(file: &Path, rig: &Rig, port: &PortArgs) -> Result<(),
             Err(explained(LinkError::Faulted { port: link.port(), fault }, file, port))
         }
         _ => Ok(()),
+    }
+}
+
+/// Returns the failure to open the camera of the rig file `file`. At an emulated board, it says how
+/// to get a simulated one.
+pub(super) fn without_camera(failure: Failure, file: &Path, rig: &Rig, port: &PortArgs) -> Failure {
+    let is_device = matches!(
+        rig.camera.source(rig.simulation.is_some()),
+        Ok(SourceName::Openni | SourceName::Realsense | SourceName::Webcam)
+    );
+    match port.pseudo_terminal(rig).filter(|_| is_device && rig.simulation.is_none()) {
+        Some(port) => failure.with_advice(format!(
+            "The board seems to be emulated, but {} has no [simulation]: its camera is a real one. \
+             A simulated rig for this board: `plumb init trial --simulated`, then \
+             `plumb run trial/rig.toml --port {port}`",
+            file.display()
+        )),
+        None => failure,
     }
 }
 

@@ -98,6 +98,12 @@ impl Failure {
         Self { has_result: true, ..self }
     }
 
+    /// Returns the failure with `advice` behind its message.
+    pub(crate) fn with_advice(self, advice: impl fmt::Display) -> Self {
+        let message = format!("{}. {advice}", ErrorChain(&*self.error));
+        Self { error: CommandError(message).into(), ..self }
+    }
+
     /// Prints the error, without its consequences.
     pub(crate) fn print(&self) {
         tell!("plumb: {}", self.message());

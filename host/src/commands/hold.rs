@@ -25,6 +25,7 @@ pub(crate) struct Args {
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let file = &args.rig.rig;
+    args.options.run.check_hold()?;
     let rig = Rig::read(file)?;
     check_targets(&rig)?;
     drive(file, rig, &Goal::PresentPlace, &args.options)

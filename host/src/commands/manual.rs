@@ -5,11 +5,11 @@ use std::process::ExitCode;
 
 use clap::{Command, Parser};
 use clap_complete::Shell;
-use plumb_config::error_chain::ErrorChain;
 
+use super::Failure;
+use super::exit::unwritten;
 use super::print::{self, note};
 use super::run::with_coordinates_needed;
-use super::{Failure, failed};
 
 /// Print the completions of commands and options for a shell
 #[derive(Parser)]
@@ -44,8 +44,8 @@ pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
     let pages = with_usages(cli, synopsis).mut_subcommands(with_version);
     let written = std::fs::create_dir_all(folder)
         .and_then(|()| clap_mangen::generate_to(pages, folder).map(drop));
-    written.map_err(|error| failed(format!("{}: {}", folder.display(), ErrorChain(&error))))?;
-    note!("manual pages: {}", args.folder.display());
+    written.map_err(|error| unwritten(folder, &error))?;
+    note!("The manual pages are in {}", folder.display());
     Ok(ExitCode::SUCCESS)
 }
 

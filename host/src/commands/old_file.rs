@@ -63,6 +63,16 @@ pub(super) fn write_beside_former(path: &Path, bytes: &[u8]) -> Result<Option<Pa
     Ok(former)
 }
 
+/// Checks that a figure gets no name of another format: each is written as SVG.
+pub(super) fn check_svg(path: &Path) -> Result<(), Failure> {
+    match path.extension() {
+        Some(ending) if !ending.eq_ignore_ascii_case("svg") => {
+            Err(bad_input(format!("{}: must end in .svg: the figure is an SVG", path.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Asks a question on the terminal. Returns whether the answer is yes.
 ///
 /// # Errors

@@ -9,7 +9,7 @@ use plumb_runtime::run_log::OutputDir;
 use super::page::PageOptions;
 use super::ros2::Ros2Options;
 use super::viewers::ViewerOptions;
-use super::{DetectorName, numbers};
+use super::{DetectorName, Failure, bad_input, numbers};
 
 /// Heading of the options of outputs.
 const OUTPUT: &str = "Output";
@@ -48,6 +48,19 @@ pub(super) struct RunOptions {
 }
 
 impl RunOptions {
+    /// Checks that a hold has no timeout where nobody can set a target.
+    pub(super) fn check_hold(&self) -> Result<(), Failure> {
+        let is_steered = self.page.page.is_some() || self.ros2.ros2.is_some();
+        if is_steered || self.timeout == DEFAULT_TIMEOUT {
+            return Ok(());
+        }
+        Err(bad_input(format!(
+            "--timeout has no effect on a hold without --page or --ros2: it goes on until Ctrl-C. \
+             Leave the option out; `timeout -s INT {} plumb hold RIG` ends it by itself",
+            self.timeout
+        )))
+    }
+
     /// Returns the folder of the run. Numbered folders begin with `prefix`.
     pub(super) fn output_dir(&self, prefix: &'static str) -> OutputDir {
         let numbered = || OutputDir::Numbered { parent: "runs".into(), prefix };

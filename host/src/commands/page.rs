@@ -25,7 +25,7 @@ pub(super) struct PageOptions {
         default_missing_value = DEFAULT_ADDRESS,
         value_parser = address
     )]
-    page: Option<SocketAddr>,
+    pub(super) page: Option<SocketAddr>,
 }
 
 impl PageOptions {

@@ -102,13 +102,14 @@ impl PathArgs {
             }
             Err(_) => self.read(Path::new(path), &limits, run)?,
         };
-        let plan = PathPlan::new(trajectory.clone(), !self.no_wait, rig);
-        plan.map(Some).map_err(|error| {
+        let plan = PathPlan::new(trajectory.clone(), !self.no_wait, rig).map_err(|error| {
             bad_input(match file.first_wrong(&rig.motion_rules()) {
                 Some((line, mistake)) => format!("{path}:{line}: {mistake}"),
                 None => format!("{path}: {}", file.explain(&error, &trajectory, rig)),
             })
-        })
+        })?;
+        note_size(&trajectory);
+        Ok(Some(plan))
     }
 
     /// Returns the limits of the path: those of the options, within those of the rig file.
@@ -244,6 +245,15 @@ impl fmt::Display for Source {
 /// Returns whether no file has this name. In a folder that may not be looked into nobody knows.
 fn is_absent(path: &str) -> bool {
     matches!(Path::new(path).try_exists(), Ok(false))
+}
+
+/// Says how long a path is, and how long the ball takes for it.
+fn note_size(trajectory: &Trajectory) {
+    let length = trajectory.length();
+    match trajectory.period() {
+        Some(lap) => note!("path: a lap of {length:.3} m takes {lap:.1} s"),
+        None => note!("path: {length:.3} m, {:.1} s", trajectory.duration()),
+    }
 }
 
 /// Says that the feeds of a file are above the speed of the path, m/s.

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb_runtime::run_log::{LoggedRun, compare};
 
+use super::old_file::check_svg;
 use super::print::note;
 use super::{Failure, bad_input};
 
@@ -36,6 +37,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         ));
     }
     let out = args.out.unwrap_or_else(|| "runs.svg".into());
+    check_svg(&out)?;
     if args.runs.len() > 1 && out.symlink_metadata().is_ok() {
         return Err(bad_input(format!(
             "{}: exists already, and is not overwritten: give another file with --out, or remove \

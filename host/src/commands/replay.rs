@@ -9,7 +9,9 @@ use std::time::Instant;
 use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
+use plumb_cameras::recording::check_kind;
 use plumb_cameras::ros2::Ros2CameraSettings;
+use plumb_config::bounded_read::ReadError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::driver::OpenedSource;
 use plumb_runtime::replay::{DebugFolder, Problem, ReplayOutcome, replay};
@@ -120,7 +122,13 @@ fn wrong_depth_scale(recording: &Path, file: &Path, camera: &Camera) -> Option<S
 fn check_recording(recording: &Path) -> Result<(), Failure> {
     let name = recording.display();
     let has = |file: &str| recording.join(file).exists();
-    if !recording.exists() {
+    let is_there = recording.try_exists().and_then(|is_there| {
+        // A folder that may not be looked into has no file.
+        let file = recording.is_dir().then(|| recording.join(CAMERA_FILE).try_exists());
+        file.transpose().map(|_| is_there)
+    });
+    let unreadable = |error| ReadError::Io { path: recording.to_owned(), error };
+    if !is_there.map_err(unreadable)? {
         return Err(bad_input(format!("{name}: there is no such recording")));
     }
     if has("run.csv") && !has("rgb.txt") {
@@ -134,13 +142,14 @@ fn check_recording(recording: &Path) -> Result<(), Failure> {
 /// Returns the path of the camera file in the folder of a recording.
 ///
 /// # Errors
-/// Where the camera file does not exist.
+/// Where the camera file does not exist, or `recording` is none.
 fn beside(recording: &Path) -> Result<PathBuf, Failure> {
     let folder = if recording.is_file() { recording.parent() } else { Some(recording) };
     let file = folder.unwrap_or(recording).join(CAMERA_FILE);
     if file.exists() {
         return Ok(file);
     }
+    check_kind(recording)?;
     Err(bad_input(format!(
         "{}: this recording has no camera file; name one with --camera CAMERA.toml",
         file.display()

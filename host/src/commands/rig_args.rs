@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use plumb_runtime::link::{LinkError, Serial, boards, other_port};
+use plumb_runtime::link::{LinkError, Serial, boards, is_pseudo_terminal, other_port};
 use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
@@ -19,6 +19,13 @@ pub(crate) const PORT_VARIABLE: &str = "PLUMB_PORT";
 
 /// Baud rate of a board without a rig file, bit/s.
 const DEFAULT_BAUD: u32 = 115_200;
+
+/// How a person goes on without a board, for messages.
+const EMULATION: &str =
+    "`plumb emulate --link board &` starts an emulated board, and `--port board` names it";
+
+/// How a person with the rig file of a real rig goes on without its board, for messages.
+const TRIAL: &str = "Without a board: `plumb init trial --simulated` writes a simulated rig";
 
 /// Endings of the names of lists of places.
 const LISTS: [&str; 5] = ["csv", "gcode", "nc", "ngc", "jsonl"];
@@ -65,7 +72,21 @@ impl PortArgs {
     /// does not exist is then that of an emulation.
     pub(crate) fn open(&self, rig: &Rig) -> Result<Serial, Failure> {
         let BoardPort { port, baud } = self.applied_to(&rig.board.address());
-        Serial::open(&port, baud).map_err(|error| not_open(error, Some(rig)))
+        Serial::open(&port, baud).map_err(|error| {
+            let is_absent =
+                matches!(error, LinkError::Absent { .. }) && other_port(&port).is_none();
+            let failure = not_open(error, Some(rig));
+            match is_absent && rig.simulation.is_none() {
+                true => failure.with_advice(TRIAL),
+                false => failure,
+            }
+        })
+    }
+
+    /// Returns the port where a program is at its other end, such as an emulated board.
+    pub(crate) fn pseudo_terminal(&self, rig: &Rig) -> Option<String> {
+        let BoardPort { port, .. } = self.applied_to(&rig.board.address());
+        is_pseudo_terminal(Path::new(&port)).then_some(port)
     }
 
     /// Returns the port of the options, with that of the rig file for what they leave out.
@@ -115,12 +136,9 @@ fn not_open(error: LinkError, rig: Option<&Rig>) -> Failure {
             let advice = other_port(&port).unwrap_or_default();
             bad_input(format!("`board.port` of the rig file is empty: {advice}"))
         }
-        LinkError::Absent { port } if rig.is_some_and(|rig| rig.simulation.is_some()) => {
-            bad_input(format!(
-                "{port}: there is no such serial port. This rig is simulated: `plumb emulate \
-                 --link board &` starts an emulated board, and `--port board` names it"
-            ))
-        }
+        LinkError::Absent { port } if rig.is_some_and(|rig| rig.simulation.is_some()) => bad_input(
+            format!("{port}: there is no such serial port. This rig is simulated: {EMULATION}"),
+        ),
         error => error.into(),
     }
 }
@@ -190,7 +208,8 @@ fn only_board() -> Result<String, Failure> {
     match &found[..] {
         [port] => Ok(port.clone()),
         [] => Err(bad_input(format!(
-            "no Plumb board is on USB; plug it in, or name its port with --port or {PORT_VARIABLE}"
+            "no Plumb board is on USB; plug it in, or name its port with --port or \
+             {PORT_VARIABLE}. Without a board: {EMULATION}"
         ))),
         several => Err(bad_input(format!(
             "several Plumb boards are on USB; choose one with --port: {}",
@@ -239,7 +258,8 @@ pub(crate) fn split_rig(
 /// Returns the failure of a command line without a rig file, and without `others`.
 pub(super) fn no_rig(others: &str, usage: &str) -> Failure {
     bad_input(format!(
-        "no rig file is named: put it first, or set {RIG_VARIABLE}{others}; usage: {usage}"
+        "no rig file is named: put it first, or set {RIG_VARIABLE} (`plumb init` writes one)\
+         {others}; usage: {usage}"
     ))
 }
 
@@ -293,7 +313,7 @@ pub(super) fn is_list(name: &str) -> bool {
 }
 
 /// Returns whether a word of the command line names a file, and is no value.
-fn is_file_name(word: &str) -> bool {
+pub(super) fn is_file_name(word: &str) -> bool {
     Path::new(word).extension().is_some_and(|extension| extension == "toml")
 }
 

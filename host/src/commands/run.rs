@@ -22,7 +22,7 @@ use plumb_runtime::run_log::{FigureSettings, RunLog};
 use plumb_runtime::targets::{TargetAddress, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
 
-use super::connection::explained;
+use super::connection::{explained, without_camera};
 use super::find_ball::find_ball;
 use super::interrupt::{interrupt_flag, interrupted_before};
 use super::operators::Operators;
@@ -120,7 +120,7 @@ pub(super) struct Common {
     #[arg(long, value_enum)]
     physics: Option<Physics>,
     #[command(flatten)]
-    run: RunOptions,
+    pub(super) run: RunOptions,
 }
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
@@ -231,7 +231,8 @@ pub(super) fn drive(
             let physics = options.physics.unwrap_or(Physics::QuasiStatic);
             RunCamera::simulated(&rig, camera, physics, run.motors()?)?
         }
-        _ => RunCamera::open(&rig, camera, oni)?,
+        _ => RunCamera::open(&rig, camera, oni)
+            .map_err(|failure| without_camera(failure, file, &rig, &options.port))?,
     };
     let intrinsics = &camera.camera.intrinsics;
     if interrupted.load(Ordering::Relaxed) {

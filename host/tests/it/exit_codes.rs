@@ -133,6 +133,7 @@ fn an_option_without_effect_is_bad_input() {
 #[test]
 fn a_recording_without_a_camera_file_names_the_option() {
     let folder = folder();
+    std::fs::write(folder.path().join("rgb.txt"), "").unwrap();
     let error = json_error(&["replay", ".", "--json"], folder.path(), 2);
     assert!(error.contains("--camera"), "{error}");
     let error = json_error(&["replay", "absent.oni", "--json"], folder.path(), 2);

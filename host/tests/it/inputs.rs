@@ -269,7 +269,8 @@ fn a_command_line_without_a_rig_file_or_with_another_file_is_told_what_to_do() {
         let output = plumb(command, folder.path());
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
-        let says = "no rig file is named: put it first, or set PLUMB_RIG; usage: plumb ";
+        let says = "no rig file is named: put it first, or set PLUMB_RIG (`plumb init` writes \
+                    one); usage: plumb ";
         assert!(text.contains(says) && text.contains("[RIG]"), "{command:?}: {text}");
     }
     for list in ["mine.csv", "PATH.GCODE"] {

@@ -62,11 +62,21 @@ fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
     assert!(law.starts_with("plumb: invalid value 'bal' for '--detector"), "{law}");
     assert!(law.ends_with("[possible values: ball, red]; a similar value exists: 'ball'"), "{law}");
     let missing = last(&["run", "--speed", "0.1"]);
-    let expected = "plumb: no rig file is named: put it first, or set PLUMB_RIG; --path \
-                    <FILE|SHAPE> is missing too; usage: plumb run [OPTIONS] [RIG]";
+    let expected = "plumb: no rig file is named: put it first, or set PLUMB_RIG (`plumb init` \
+                    writes one); --path <FILE|SHAPE> is missing too; usage: plumb run [OPTIONS] \
+                    [RIG]";
     assert_eq!(missing, expected);
     for (arguments, says) in [
-        (&["run", "--rig", "rig.toml"][..], "the rig file has no option: put it first"),
+        (&["run", "--rig", "x.toml"][..], "'--rig' found; the rig file has no option: put it"),
+        (&["status"], "'status'; write `plumb board status`"),
+        (&["flash"], "'flash'; write `plumb board flash`"),
+        (&["control", "--json"], "'control'; write `plumb bench control`"),
+        (&["rig.toml"], "a command comes first: `plumb run rig.toml`"),
+        (&["way.csv"], "`plumb run RIG --waypoints FILE` or `--path FILE`"),
+        (&["circle"], "for a shape: `plumb run RIG --path circle`"),
+        (&["simulate"], "'simulate'; a similar subcommand exists: 'emulate'"),
+        (&["board", "stauts"], "'stauts'; a similar subcommand exists: 'status'"),
+        (&["hold", "rig.toml", "--timeout", "9"], "`timeout -s INT 9 plumb hold RIG` ends it"),
         (&["run", "rig.toml", "way.csv"], "`plumb run RIG --waypoints FILE` or `--path FILE`"),
         (
             &["run", "rig.toml", "--path", "eight", "--centre", "0.5", "0.2", "0.3"],
@@ -142,6 +152,47 @@ fn a_word_that_is_no_text_does_not_hide_the_mistake() {
     assert!(stderr(&output).contains("gone.toml (named by PLUMB_RIG): "), "{}", stderr(&output));
 }
 
+/// A name that is too long fails as a folder without permission does.
+#[test]
+fn a_file_that_cannot_be_looked_at_is_not_told_as_missing() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let long = "x".repeat(300);
+    for arguments in [
+        &["run", &rig, "--port", "/dev/null", "--targets", &long][..],
+        &["replay", &long],
+        &["report", "--run", &long],
+    ] {
+        let text = refusal(arguments, folder.path());
+        assert!(text.contains("cannot be read: File name too long"), "{arguments:?}: {text}");
+    }
+}
+
+#[test]
+fn a_real_rig_at_an_emulated_board_is_told_of_a_simulated_one() {
+    let folder = folder();
+    let webcam = "file = \"camera.toml\"\nsource = \"webcam\"\nwebcam.device = \"/dev/nix\"";
+    let rig = rig_file(folder.path(), |text| {
+        let text = text[..text.find("\n[simulation]").unwrap()].to_owned();
+        text.replace("file = \"camera.toml\"", webcam)
+    });
+    let emulator = Emulator::start();
+    let says = format!(
+        "has no [simulation]: its camera is a real one. A simulated rig for this board: `plumb \
+         init trial --simulated`, then `plumb run trial/rig.toml --port {}`\n",
+        emulator.port
+    );
+    for command in [&["run", &rig][..], &["hold", &rig], &["check", &rig, "--yes"]] {
+        let arguments = [command, &["--port", &emulator.port]].concat();
+        let text = refusal(&arguments, folder.path());
+        assert!(text.ends_with(&says), "{command:?}: {text}");
+    }
+    let text = refusal(&["run", &rig, "--port", "/dev/ttyNOSUCH"], folder.path());
+    assert!(
+        text.ends_with("Without a board: `plumb init trial --simulated` writes a simulated rig\n")
+    );
+}
+
 #[test]
 fn folders_and_devices_in_the_place_of_files_are_named() {
     let folder = folder();
@@ -150,9 +201,18 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
     fs::create_dir_all(&recorded).unwrap();
     fs::write(recorded.join("run.csv"), "").unwrap();
     fs::create_dir(path.join("r2")).unwrap();
+    fs::write(path.join("way.csv"), "x,y,z\n").unwrap();
     fs::write(path.join("r2/rig.toml"), "").unwrap();
     for (arguments, says) in [
         (&["replay", "nix", "--camera", "c.toml"][..], "nix: there is no such recording"),
+        (
+            &["replay", "way.csv"],
+            "way.csv: is no recording, but a list. Of pictures: give the folder that it is in. Of",
+        ),
+        (&["replay", "r2"], "r2: has no rgb.txt or color.txt or colour.txt: a recording is"),
+        (&["man", "way.csv"], "way.csv: cannot be written: File exists"),
+        (&["plot", "r2", "runs/run-0001", "--out", "both.png"], "both.png: must end in .svg"),
+        (&["bench", "control", "--svg", "all.pdf"], "all.pdf: must end in .svg"),
         (
             &["replay", "runs/run-0001"],
             "this is a run's folder, and no recording: `plumb run --rec",

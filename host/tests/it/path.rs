@@ -26,7 +26,13 @@ fn a_run_along_a_file_tells_how_well_the_ball_followed() {
     assert!((1.6..4.0).contains(&time), "{line}");
     assert!(path["frames"].as_u64().unwrap() > 10, "{line}");
     assert!(path["error"]["rms_mm"].as_f64().unwrap() > 0.0, "{line}");
-    assert!(stderr(&output).contains("of its speed; distance from it"), "{}", stderr(&output));
+    let text = stderr(&output);
+    assert!(text.contains("of its speed; distance from it"), "{text}");
+    // Its corner is rounded within 5 mm.
+    assert!(text.starts_with("path: 0.079 m, 2.2 s\n"), "{text}");
+    assert!(text.find("path: ") < text.find("preparing"), "{text}");
+    let report = plumb(&["report", "--run", "run", "--json"], folder.path());
+    assert!(json(&report)["parts"].to_string().contains("\"run/deviation.svg\""));
     assert!(folder.path().join("run/deviation.svg").exists());
 }
 
@@ -39,10 +45,16 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     fs::write(folder.path().join("one.csv"), "x,y,z\n0.5,0.3,0.3\n").unwrap();
     fs::write(folder.path().join("fast.csv"), "t,x,y,z\n0,0.5,0.3,0.3\n0.3,0.5,0.3,0.4\n").unwrap();
     fs::write(folder.path().join("arc.nc"), "G0 X500 Y300 Z300\nG2 X510 I5 J0\n").unwrap();
+    let four = "t,x,y,z\n0,0.5,0.3,0.3\n2,0.5,0.3,0.4\n4,0.5,0.2,0.4\n6,0.5,0.2,0.3\n";
+    fs::write(folder.path().join("four.csv"), four).unwrap();
+    fs::write(folder.path().join("comma.nc"), "G1 X500,5 Y300 Z300\nX510\n").unwrap();
+    fs::write(folder.path().join("way.xlsx"), b"PK\x03\x04\xff").unwrap();
     fs::write(folder.path().join("inch.nc"), "G20\nG0 X500 Y300 Z300\nX510\n").unwrap();
     fs::write(folder.path().join("up.nc"), "G0 X500 Y300 Z300\nG1 Z3000 F60\n").unwrap();
     for (path, more, named) in [
-        ("arc.nc", &[][..], "arc.nc:2: G2 (an arc) is not read"),
+        ("comma.nc", &[][..], "comma.nc:1: a comma: write the decimal sign as a point, and blanks"),
+        ("way.xlsx", &[], "way.xlsx: is a spreadsheet (.xlsx, .ods) or another ZIP archive"),
+        ("arc.nc", &[], "arc.nc:2: G2 (an arc) is not read"),
         ("inch.nc", &[], "; is it in millimetres (G21)?"),
         ("up.nc", &[], "up.nc:2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
         ("aims.jsonl", &[], "aims.jsonl: these are moving targets in JSON, and no path"),
@@ -57,6 +69,8 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("circle", &["--tolerance", "0.01"], "--tolerance has no effect on the shape circle:"),
         ("square", &["--path-seed", "2"], "--path-seed has no effect on the shape square:"),
         ("up.nc", &["--size", "0.1"], "--size has no effect on a file:"),
+        ("fast.csv", &["--loop"], "but has 2: add places of the way back to the first one, with"),
+        ("four.csv", &["--loop"], "away from it: add the first one again at the end, with its"),
         ("fast.csv", &["--speed", "0.1"], "--speed has no effect on a file with times:"),
         ("circle", &["--speed", "0"], "--speed"),
         ("square", &["--tolerance", "-1"], "--tolerance"),

@@ -300,8 +300,8 @@ mod tests {
         }
     }
 
-    /// A ball that turns back has no velocity for a moment. Its picture is two positions old when the
-    /// board reports.
+    /// A ball that turns back has no velocity for a moment. Its picture is two positions old when
+    /// the board reports.
     #[test]
     fn a_ball_that_turns_back_is_still_near_when_it_counts_as_arrived() {
         let rule = Reached { radius: Micrometres(10_000), frames: 4 };

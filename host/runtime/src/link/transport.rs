@@ -77,7 +77,7 @@ impl Serial {
 }
 
 /// Returns whether the terminal at `path`, which may be a link, is a pseudo-terminal.
-fn is_pseudo_terminal(path: &Path) -> bool {
+pub fn is_pseudo_terminal(path: &Path) -> bool {
     path.canonicalize().is_ok_and(|path| path.starts_with("/dev/pts"))
 }
 

@@ -166,8 +166,11 @@ impl FromStr for TargetAddress {
     fn from_str(text: &str) -> Result<Self, TargetAddressError> {
         match text.parse() {
             Ok(address) => Ok(Self::Program(address)),
-            Err(AddressError::Form(_)) if Path::new(text).exists() => Ok(Self::File(text.into())),
-            Err(AddressError::Form(_)) => Err(TargetAddressError::NoFile(text.to_owned())),
+            Err(AddressError::Form(_)) => match Path::new(text).try_exists() {
+                Ok(false) => Err(TargetAddressError::NoFile(text.to_owned())),
+                // The reader says why a file cannot be looked at.
+                Ok(true) | Err(_) => Ok(Self::File(text.into())),
+            },
             Err(error) => Err(TargetAddressError::Program(error)),
         }
     }

@@ -18,6 +18,7 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::rig::LawSettings;
 use plumb_runtime::rig::quantity::Mean;
 
+use crate::commands::old_file::check_svg;
 use crate::commands::print::{self, Reader, tell};
 use crate::commands::progress::{ProgressLine, is_shown};
 use crate::commands::{Failure, bad_input, failed, failed_because, numbers};
@@ -170,7 +171,8 @@ pub(crate) fn main(args: &ControlArgs) -> Result<ExitCode, Failure> {
         check_path_options(args, &controllers)?;
     }
     // The file is created before the runs, so that an error shows at once.
-    let svg = args.svg.as_ref().map(|file| create(file)).transpose()?;
+    let create_svg = |file: &PathBuf| check_svg(file).and_then(|()| create(file));
+    let svg = args.svg.as_ref().map(create_svg).transpose()?;
     let mut reports = Vec::new();
     for suite in &args.suite {
         let reader = match suite {

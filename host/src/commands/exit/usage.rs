@@ -4,12 +4,13 @@ use std::env;
 use std::process::ExitCode;
 use std::str::FromStr;
 
+use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use plumb_path::shape::ShapeKind;
 
 use super::{BAD_INPUT, Failure, bad_input};
 use crate::commands::print::tell;
-use crate::commands::rig_args::{DRIVES_THROUGH_LIST, RIG_VARIABLE, is_list, no_rig};
+use crate::commands::rig_args::{DRIVES_THROUGH_LIST, RIG_VARIABLE, is_file_name, is_list, no_rig};
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
 pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
@@ -21,7 +22,7 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
         let _closed_pipe = error.print();
         return ExitCode::from(if error.use_stderr() { BAD_INPUT } else { 0 });
     }
-    let UsageError { usage, message } = UsageError::of(&error.render().to_string());
+    let UsageError { usage, message, tips } = UsageError::of(&error.render().to_string());
     if !usage.is_empty() {
         tell!("{usage}");
     }
@@ -29,8 +30,10 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
         let words: Vec<String> = env::args_os().map(|it| it.to_string_lossy().into()).collect();
         hint(word, &words)
     });
-    let hint = hint.map(|hint| format!("; {hint}")).unwrap_or_default();
-    bad_input(format!("{message}{hint}")).report()
+    let hint = hint.or_else(|| unknown_command(error).and_then(command_hint));
+    // A similar word is a guess.
+    let advice = hint.map_or(tips, |hint| format!("; {hint}"));
+    bad_input(format!("{message}{advice}")).report()
 }
 
 /// Error of the command line, in the program's own words.
@@ -39,13 +42,15 @@ struct UsageError {
     usage: String,
     /// Description in one line.
     message: String,
+    /// Words that are similar, each behind a semicolon.
+    tips: String,
 }
 
 impl UsageError {
     /// Takes the text of the parser apart. Its advice to pass an unknown option as a value is left
     /// out: no command has such values.
     fn of(text: &str) -> Self {
-        let (mut usage, mut message) = (String::new(), String::new());
+        let [mut usage, mut message, mut advice] = [const { String::new() }; 3];
         for part in text.split("\n\n").map(str::trim) {
             let words = part.split_whitespace().collect::<Vec<_>>().join(" ");
             if part.starts_with("Usage:") {
@@ -55,10 +60,10 @@ impl UsageError {
             } else {
                 let tips = part.lines().filter_map(|line| line.trim().strip_prefix("tip: "));
                 let tips = tips.filter(|tip| !tip.starts_with("to pass "));
-                tips.for_each(|tip| message.push_str(&format!("; {tip}")));
+                tips.for_each(|tip| advice.push_str(&format!("; {tip}")));
             }
         }
-        Self { usage, message }
+        Self { usage, message, tips: advice }
     }
 }
 
@@ -67,6 +72,32 @@ fn unexpected_word(error: &clap::Error) -> Option<&str> {
     match error.get(ContextKind::InvalidArg)? {
         ContextValue::String(word) if error.kind() == ErrorKind::UnknownArgument => Some(word),
         _ => None,
+    }
+}
+
+/// Returns the word that is no command; `None` for another mistake.
+fn unknown_command(error: &clap::Error) -> Option<&str> {
+    match error.get(ContextKind::InvalidSubcommand)? {
+        ContextValue::String(word) => Some(word),
+        _ => None,
+    }
+}
+
+/// Returns what to write in place of `word`, where a command below another one has this name, or a
+/// file or a shape.
+fn command_hint(word: &str) -> Option<String> {
+    let cli = crate::Cli::command();
+    let mut groups = cli.get_subcommands();
+    if let Some(group) = groups.find(|group| group.find_subcommand(word).is_some()) {
+        Some(format!("write `plumb {} {word}`", group.get_name()))
+    } else if is_list(word) {
+        Some(format!("for a list of places: {DRIVES_THROUGH_LIST}"))
+    } else if ShapeKind::from_str(word).is_ok() {
+        Some(format!("for a shape: `plumb run RIG --path {word}`"))
+    } else if is_file_name(word) {
+        Some(format!("a command comes first: `plumb run {word}`"))
+    } else {
+        None
     }
 }
 
@@ -121,10 +152,10 @@ mod tests {
         let text = "error: unexpected argument '--pag' found\n\n  tip: a similar argument exists: \
                     '--page'\n  tip: to pass '--pag' as a value, use '-- --pag'\n\nUsage: plumb \
                     run [OPTIONS] [RIG]\n\nFor more information, try '--help'.\n";
-        let UsageError { usage, message } = UsageError::of(text);
+        let UsageError { usage, message, tips } = UsageError::of(text);
         assert_eq!(usage, "Usage: plumb run [OPTIONS] [RIG]");
-        let expected = "unexpected argument '--pag' found; a similar argument exists: '--page'";
-        assert_eq!(message, expected);
+        assert_eq!(message, "unexpected argument '--pag' found");
+        assert_eq!(tips, "; a similar argument exists: '--page'");
         let text = "error: invalid value 'x' for '--law <LAW>'\n  [possible values: a, b]\n\nFor \
                     more information, try '--help'.\n";
         let message = UsageError::of(text).message;

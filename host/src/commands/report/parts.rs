@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::discovery::discover;
@@ -31,14 +32,18 @@ const RUNS: &str = "runs";
 const SELFTEST: &str = "plumb-selftest.json";
 
 /// Files of a run's folder, with their names in the report.
-const RUN_FILES: [(&str, &str, &str); 6] = [
+const RUN_FILES: [(&str, &str, &str); 7] = [
     ("summary.json", "run/summary.json", "how the run ended, its targets and events"),
     ("run.csv", "run/run.csv", "a row for each picture"),
     ("lost.csv", "run/lost.csv", "lost pictures"),
     ("figures.json", "run/figures.json", "what the figures show"),
     ("figure4.svg", "run/figure4.svg", "figure: position and error over time"),
     ("figure5.svg", "run/figure5.svg", "figure: the path in space"),
+    ("deviation.svg", "run/deviation.svg", "figure: the distance from the path over time"),
 ];
+
+/// Files that a run which has ended may lack: it lost no picture, or followed no path.
+const OPTIONAL_FILES: [&str; 2] = ["lost.csv", "deviation.svg"];
 
 /// Pictures in a run's folder, with their names in the report.
 const PICTURES: [(&str, &str, &str); 2] = [
@@ -158,13 +163,10 @@ impl Parts {
     /// Where a folder that an option names is not that of a run.
     pub(super) fn add_run(&mut self, named: Option<&Path>) -> Result<(), Failure> {
         let folder = match named {
-            Some(folder) if !folder.join("run.csv").exists() => {
-                let folder = folder.display();
-                return Err(bad_input(format!(
-                    "{folder}: is not the folder of a run: there is no run.csv in it"
-                )));
+            Some(folder) => {
+                check_run(folder)?;
+                folder.to_owned()
             }
-            Some(folder) => folder.to_owned(),
             None => match newest_run(Path::new(RUNS)) {
                 Some(folder) => {
                     note!("run: {}, the newest in {RUNS}; --run names another", folder.display());
@@ -184,8 +186,9 @@ impl Parts {
             self.missing
                 .push(format!("run: what it writes at its end; {} {why}", folder.display()));
         }
-        // A run that has not ended may lack any of its files; one that has, this one.
-        let has = |file: &str| folder.join(file).exists() || is_ended && file != "lost.csv";
+        // A run that has not ended may lack any of its files; one that has, these.
+        let is_needed = |file: &str| is_ended && !OPTIONAL_FILES.contains(&file);
+        let has = |file: &str| folder.join(file).exists() || is_needed(file);
         for (file, name, content) in RUN_FILES.into_iter().filter(|(file, ..)| has(file)) {
             self.add_file(name, content, &folder.join(file));
         }
@@ -221,6 +224,21 @@ impl Parts {
         let content = "versions, and what is missing";
         self.parts.insert(0, Part { name: "report.txt", content, body: Body::Text(text) });
         self.parts
+    }
+}
+
+/// Checks that a folder is that of a run.
+fn check_run(folder: &Path) -> Result<(), Failure> {
+    let rows = folder.join("run.csv");
+    match rows.try_exists() {
+        Ok(true) => Ok(()),
+        Err(error) if error.kind() != ErrorKind::NotADirectory => {
+            Err(ReadError::Io { path: rows, error }.into())
+        }
+        Ok(false) | Err(_) => Err(bad_input(format!(
+            "{}: is not the folder of a run: there is no run.csv in it",
+            folder.display()
+        ))),
     }
 }
 
