@@ -398,7 +398,7 @@ fn a_frame_of_another_format_is_lost_and_the_next_one_is_not() {
         (scale, "`depth_scale` is 5000, but was 1000"),
         (turned, "a picture of 6x8, but it must be 8x6"),
         (damaged, "the colour picture cannot be decoded: not a picture"),
-        (frame(0.4), "key `t`: the time stamp is 0.4 after 0.4"),
+        (frame(0.4), "key `t`: the time stamp 0.4 s is not after the one before, 0.4 s"),
     ] {
         sender.write_all(&bytes).unwrap();
         let reason = loss(&mut source);

@@ -150,7 +150,7 @@ const MAX_JUMP_S: f64 = 1.0;
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum SenderClockError {
     /// A time stamp is not after the one before.
-    #[error("the time stamp is {t} s after {before} s: it must grow")]
+    #[error("the time stamp {t} s is not after the one before, {before} s")]
     NotGrowing {
         /// Time stamp, seconds.
         t: f64,
