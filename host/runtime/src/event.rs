@@ -92,8 +92,8 @@ pub enum TargetsEvent {
     },
     /// The reference has waited for the ball for seconds while the target moved on.
     #[error(
-        "targets: the ball lags far behind, and the reference waits for it: the target is faster \
-         than the motors or `path.max_speed` of the rig file allow"
+        "targets: the ball lags far behind, and the reference waits for it (is the target faster \
+         than the motors or `path.max_speed` of the rig file allow?)"
     )]
     Lagging,
     /// No target has come for a second. The ball rests.
