@@ -137,6 +137,13 @@ class Board:
                         return
         raise SystemExit("the board does not answer")
 
+    def status(self):
+        """Asks for telemetry until it comes, and returns it."""
+        self.telemetry = None
+        while self.telemetry is None:
+            self.request(STATUS)
+        return self.telemetry
+
 
 def wiring():
     """Returns the wiring of a Pico: STEP at GP2, 4, 6, DIR at the pins after them, ENABLE at GP14,
@@ -167,6 +174,8 @@ def config():
 
 
 def main():
+    if len(sys.argv) != 2:
+        raise SystemExit("usage: client.py PORT")
     board = Board(sys.argv[1])
     os.write(board.port, b"\0")  # ends whatever the board has half received
     board.request(HELLO, MAGIC + unsigned(VERSION) + SCHEMA)
@@ -174,12 +183,12 @@ def main():
     board.request(CLEAR_FAULT)
     board.request(WIRE, wiring())
     board.request(CONFIGURE, config())
+    begin = board.status()["motors_steps"][0]
     board.request(JOG, bytes([0]) + signed(10 * 16, 100 * 256))
     while True:
-        board.request(STATUS)
-        told = board.telemetry  # None if it was lost
+        told = board.status()
         print(told, flush=True)
-        if told and told["state"] == "ready" and told["motors_steps"][0] == 10:
+        if told["state"] == "ready" and told["motors_steps"][0] == begin + 10:
             return
 
 

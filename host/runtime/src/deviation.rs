@@ -85,6 +85,9 @@ pub struct Spreads {
 pub struct PathSummary {
     /// Number of pictures with the ball while the board followed the path.
     pub frames: u64,
+    /// Time of the whole path, seconds; left out for a loop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
     /// Time of the path that was reached, seconds.
     pub path_time_s: f64,
     /// Time for it, seconds.
@@ -105,9 +108,11 @@ impl fmt::Display for PathSummary {
         let Spread { rms_mm, p99_mm, max_mm } = self.error;
         write!(
             f,
-            "path of {:.1} s: followed in {:.1} s, {:.0} % of its speed; distance from it \
-             {rms_mm:.1} mm rms, {p99_mm:.1} mm in 99 % of the pictures, {max_mm:.1} mm at most",
+            "path: {:.1}{} s followed in {:.1} s, {:.0} % of its speed; distance from it \
+             {rms_mm:.1} mm rms, at most {p99_mm:.1} mm in 99 % of the pictures, and at most \
+             {max_mm:.1} mm",
             self.path_time_s,
+            self.duration_s.map(|whole| format!(" of {whole:.1}")).unwrap_or_default(),
             self.time_s,
             // The start is known to a picture.
             (self.speed_kept * 100.0).min(100.0)
@@ -165,12 +170,14 @@ impl Deviations {
         self.along_track.add(path.along_track(position).abs());
     }
 
-    /// Returns the summary of a path that reached `path_time` in `time`, seconds.
-    pub(crate) fn summary(&self, path_time: f64, time: f64) -> PathSummary {
+    /// Returns the summary of a path that reached `path_time` in `time`, of the whole `duration`
+    /// (`None` for a loop); seconds.
+    pub(crate) fn summary(&self, path_time: f64, time: f64, duration: Option<f64>) -> PathSummary {
         let kept = if time > 0.0 { path_time / time } else { 0.0 };
         let Spreads { frames, error, cross_track, along_track } = self.spreads();
         PathSummary {
             frames,
+            duration_s: duration.map(|duration| round(duration, 1e3)),
             path_time_s: round(path_time, 1e3),
             time_s: round(time, 1e3),
             speed_kept: round(kept, 1e3),

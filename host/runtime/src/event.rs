@@ -81,7 +81,7 @@ pub enum TargetsEvent {
     /// The target is in a place that the rig does not allow. The ball stays at the last good one.
     /// At most one event a second.
     #[error(
-        "target [{:.4}, {:.4}, {:.4}] m: {error}; the ball stays at the last one before",
+        "target [{:.4}, {:.4}, {:.4}] m: {error}; it is left out",
         position.x, position.y, position.z
     )]
     Refused {
@@ -90,10 +90,10 @@ pub enum TargetsEvent {
         /// Broken rule.
         error: MotionError,
     },
-    /// The reference has waited for the ball for seconds while the target moved on.
+    /// The ball has been far from the target for seconds while the target moved on.
     #[error(
-        "targets: the ball lags far behind, and the reference waits for it (is the target faster \
-         than the motors or `path.max_speed` of the rig file allow?)"
+        "targets: the ball lags far behind (is the target faster than the motors or \
+         `path.max_speed` of the rig file allow?)"
     )]
     Lagging,
     /// No target has come for a second. The ball rests.
@@ -103,7 +103,7 @@ pub enum TargetsEvent {
     #[error("targets: they come again")]
     Resumed,
     /// No target follows.
-    #[error("targets: the last one has come")]
+    #[error("targets: no more come")]
     Ended,
 }
 

@@ -31,6 +31,8 @@ pub enum StopReason {
     NoTarget,
     /// The stream of targets ended because its lines could not be used.
     TargetsBroken,
+    /// The stream of targets had none in a possible place for the time of the timeout.
+    TargetsRefused,
     /// The stream of targets had none for the time of the timeout.
     TargetsSilent,
     /// The link, the camera or an observer failed; the messages of the error and its causes.
@@ -55,7 +57,11 @@ impl StopReason {
             ),
             Self::TargetsSilent => Some(
                 "Start the program that sends the targets, or look whether it still does so. It \
-                 may take --timeout seconds for each",
+                 may take --timeout seconds for each; so may a file",
+            ),
+            Self::TargetsRefused => Some(
+                "A message above names a refused place and its limit. Send places within the \
+                 workspace, in metres of the rig frame",
             ),
             Self::TargetsBroken => Some(
                 "The message about their sender says why, and in which line. Correct the program \
@@ -93,6 +99,7 @@ impl fmt::Display for StopReason {
             Self::EndOfFrames => f.write_str("no more pictures"),
             Self::NoTarget => f.write_str("the targets ended before there was one to drive to"),
             Self::TargetsBroken => f.write_str("the lines of the targets could not be used"),
+            Self::TargetsRefused => f.write_str("all targets were refused for their places"),
             Self::TargetsSilent => f.write_str("no target came in time"),
             Self::Failed(message) => f.write_str(message),
         }

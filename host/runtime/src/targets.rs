@@ -31,7 +31,7 @@ pub use intake::{
     Beginning, LineIntake, MAX_AGE_S, Omission, OmissionKind, SenderFault, TargetClock,
 };
 pub use line::{LineMistake, MAX_LINE_BYTES, TargetAddress, TargetAddressError, TargetLine};
-pub use stream::{TargetStream, TargetStreamError};
+pub use stream::{TargetFile, TargetStream, TargetStreamError};
 
 /// Place of a target at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,10 +23,12 @@ pub struct TargetsSummary {
     pub pauses: u64,
     /// Number of pictures with the ball while the board followed the targets.
     pub followed: u64,
-    /// Distances of the measured ball from the target at the time of the picture, from the first
-    /// picture on in which it was there.
-    #[serde(flatten)]
-    pub spreads: Spreads,
+    /// Number of those of them with the ball at the target, within the radius of a reached one.
+    pub near: u64,
+    /// Distances of the measured ball from the target at the time of the picture, since the ball
+    /// had caught up: it had been there for a quarter of a second. Left out where it had not.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub spreads: Option<Spreads>,
 }
 
 /// As a line for people.
@@ -45,18 +47,18 @@ impl fmt::Display for TargetsSummary {
         for (count, name) in counts.into_iter().filter(|(count, _)| *count > 0) {
             write!(f, ", {count} {name}")?;
         }
-        let Spread { rms_mm, p99_mm, max_mm } = self.spreads.error;
         if self.taken == 0 {
             return Ok(());
         }
-        let (caught_up, followed) = (self.spreads.frames, self.followed);
-        if caught_up == 0 {
-            return write!(f, "; the ball did not catch up with them");
-        }
+        write!(f, "; the ball was at its target in {} of {} pictures", self.near, self.followed)?;
+        let Some(Spreads { error, .. }) = self.spreads else {
+            return write!(f, ", and did not catch up");
+        };
+        let Spread { rms_mm, p99_mm, max_mm } = error;
         write!(
             f,
-            "; the ball had caught up in {caught_up} of {followed} pictures: distance from them \
-             {rms_mm:.1} mm rms, {p99_mm:.1} mm in 99 % of these, {max_mm:.1} mm at most"
+            "; since it has caught up, its distance was {rms_mm:.1} mm rms, at most {p99_mm:.1} mm \
+             in 99 % of the pictures, and at most {max_mm:.1} mm"
         )
     }
 }

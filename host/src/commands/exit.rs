@@ -67,7 +67,12 @@ impl<E: ExitClass + 'static> From<E> for Failure {
     fn from(error: E) -> Self {
         let is_without_room = ErrorChain(&error).errors().any(is_without_room);
         let code = if is_without_room { FAILED } else { error.exit_code() };
-        Self { code, error: error.into(), has_result: false }
+        let advice = error.advice();
+        let failure = Self { code, error: error.into(), has_result: false };
+        match advice {
+            Some(advice) => failure.with_advice(advice),
+            None => failure,
+        }
     }
 }
 

@@ -82,10 +82,16 @@ pub(super) fn ask(question: &str) -> Result<bool, Failure> {
         let nobody = "Nobody can be asked on this input: say yes with --yes";
         return Err(bad_input(format!("{question} {nobody}")));
     }
-    message(format_args!("{question} [y/N] "));
-    let mut line = String::new();
-    stdin().lock().read_line(&mut line)?;
-    Ok(matches!(line.trim(), "y" | "Y" | "yes"))
+    loop {
+        message(format_args!("{question} [y/N] "));
+        let mut line = String::new();
+        stdin().lock().read_line(&mut line)?;
+        match line.trim().to_lowercase().as_str() {
+            "y" | "yes" => return Ok(true),
+            "" | "n" | "no" => return Ok(false),
+            _ => message(format_args!("Answer y or n. ")),
+        }
+    }
 }
 
 /// Writes a file, whole or not at all.

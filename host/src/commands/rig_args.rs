@@ -5,10 +5,12 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::link::{LinkError, Serial, boards, is_pseudo_terminal, other_port};
 use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
+use super::print::note;
 use super::{Failure, bad_input, numbers};
 
 /// Environment variable with the rig file of a command line that names none.
@@ -104,7 +106,16 @@ impl PortArgs {
                 Ok(Some(self.board_at(port.to_owned())))
             }
             (Some(port), None) => Ok(Some(self.board_at(port.to_owned()))),
-            (_, Some(rig)) => Ok(Some(self.applied_to(&Rig::read(rig)?.board.address()))),
+            (named, Some(rig)) => match (Rig::read(rig), named) {
+                (Ok(rig), _) => Ok(Some(self.applied_to(&rig.board.address()))),
+                // A stop must not wait for a rig file that only tells the baud rate.
+                (Err(error), Some(port)) => {
+                    let board = self.board_at(port.to_owned());
+                    note!("{}; without it the baud rate is {}", ErrorChain(&error), board.baud);
+                    Ok(Some(board))
+                }
+                (Err(error), None) => Err(error.into()),
+            },
         }
     }
 

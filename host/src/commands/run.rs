@@ -19,7 +19,7 @@ use plumb_runtime::run::{
     PathPlan, Run, RunParts, TargetUse, Waypoint, check_targets, read_waypoints,
 };
 use plumb_runtime::run_log::{FigureSettings, RunLog};
-use plumb_runtime::targets::{TargetAddress, TargetSender, TargetStream};
+use plumb_runtime::targets::{TargetAddress, TargetFile, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
 
 use super::connection::{explained, without_camera};
@@ -104,6 +104,10 @@ pub(crate) fn with_coordinates_needed(cli: Command) -> Command {
     let needed = |arg: Arg| if arg.is_positional() { arg.required(true) } else { arg };
     cli.mut_subcommand("goto", |goto| goto.mut_args(needed))
 }
+
+/// Mean time between two targets of a file above which their times seem to be in another unit,
+/// seconds.
+const LONG_PAUSE_S: f64 = 5.0;
 
 /// Usage of `plumb goto`.
 const GOTO_USAGE: &str = "plumb goto [OPTIONS] [RIG] <X> <Y> <Z>";
@@ -299,12 +303,22 @@ impl Goal {
             return Err(bad_input(format!("--targets -: {why}; give one of them a socket")));
         }
         let stream = TargetStream::start(address, sender, &rig.motion_rules())?;
-        match *address == input {
-            true => note!("targets: from standard input"),
-            false => note!("targets: from {address}"),
+        match stream.file() {
+            Some(file) => note!("targets: {address}, {}", in_words(file)),
+            None if *address == input => note!("targets: from standard input"),
+            None => note!("targets: from {address}"),
         }
         Ok(Some(stream))
     }
+}
+
+/// Returns the size of a file of targets, for a person.
+fn in_words(TargetFile { targets, span_s }: TargetFile) -> String {
+    let doubt = match span_s > LONG_PAUSE_S * targets as f64 {
+        true => " (is its `t` in milliseconds? It must be in seconds)",
+        false => "",
+    };
+    format!("{targets} in {span_s:.1} s{doubt}")
 }
 
 impl PreparedRun {

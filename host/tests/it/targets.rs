@@ -80,8 +80,8 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     assert!(told.contains("targets: line 42: no target: this is no object of JSON"), "{told}");
     assert!(told.contains("target [0.5000, 0.2500, 9.0000] m: that is outside the"), "{told}");
     assert!(told.contains(" refused, 1 unreadable"), "{told}");
-    let (caught_up, followed) = (&targets["frames"], &targets["followed"]);
-    let expected = format!("; the ball had caught up in {caught_up} of {followed} pictures: ");
+    let (near, followed) = (&targets["near"], &targets["followed"]);
+    let expected = format!("; the ball was at its target in {near} of {followed} pictures; since");
     assert!(told.contains(&expected), "{told}");
     assert!(folder.path().join("run/deviation.svg").exists());
 }

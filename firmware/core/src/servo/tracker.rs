@@ -107,9 +107,9 @@ const LAGS: [i32; 2] = [10, 5];
 const OF_SCATTER: i64 = 13;
 /// Unit of the three shares, as a shift: 1/16.
 const SHARE_SHIFT: u32 = 4;
-/// The residuals' mean shows a lag where its square is above s² by this share: above s²/4. White
+/// The residuals' mean shows a lag where its square is above s² by this share: above s²/8. White
 /// noise has s²/14 there, by simulation.
-const SIGNIFICANT: i64 = 4;
+const SIGNIFICANT: i64 = 8;
 /// Share of the radius, as a shift: before the noise is known, its standard deviation is 1/4 of it.
 const UNKNOWN_NOISE: u32 = 2;
 

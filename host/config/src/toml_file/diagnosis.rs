@@ -59,6 +59,7 @@ pub fn diagnose<T: DeserializeOwned>(text: &str, placeholders: &str) -> Diagnosi
         placeholders: placeholders.into_inner(),
         repaired: Vec::new(),
         mistakes: Vec::new(),
+        meant: Vec::new(),
     };
     let mut contents = None;
     for _ in 0..MAX_REPAIRS {
@@ -70,6 +71,9 @@ pub fn diagnose<T: DeserializeOwned>(text: &str, placeholders: &str) -> Diagnosi
             Err(error) => repair.repair(&error),
         }
     }
+    // A misspelt key is one mistake, and not a missing key too.
+    let meant = std::mem::take(&mut repair.meant);
+    repair.mistakes.retain(|mistake| mistake.message != MISSING || !meant.contains(&mistake.key));
     for list in lists {
         repair.mistakes.retain(|mistake| mistake.key != list.key);
         repair.mistakes.push(list.into());
@@ -98,6 +102,9 @@ impl From<SyntaxMistake> for Mistake {
     }
 }
 
+/// Message about a key that is missing.
+const MISSING: &str = "is missing";
+
 /// Kind of a mistake.
 enum Kind {
     Unknown,
@@ -112,6 +119,8 @@ struct Repair<'i> {
     placeholders: DeTable<'i>,
     repaired: Vec<KeyPath>,
     mistakes: Vec<Mistake>,
+    /// Keys that unknown ones stand for.
+    meant: Vec<String>,
 }
 
 impl Repair<'_> {
@@ -123,6 +132,10 @@ impl Repair<'_> {
         if !follows {
             let mistake = self.mistake(error, &kind, &path);
             self.mistakes.push(mistake);
+            if let (Kind::Unknown, Some(name)) = (&kind, nearest(error.message())) {
+                let tables = &path[..path.len().saturating_sub(1)];
+                self.meant.push([tables, &[name.to_owned()]].concat().join("."));
+            }
         }
         let placeholder = find(&self.placeholders, &path).filter(|_| !follows).cloned();
         match (kind, placeholder) {
@@ -157,7 +170,7 @@ impl Repair<'_> {
         let value = self.text.get(value).unwrap_or_default();
         let (value, message) = match kind {
             Kind::Unknown => ("", unknown(error.message())),
-            Kind::Missing => ("", "is missing".to_owned()),
+            Kind::Missing => ("", MISSING.to_owned()),
             Kind::Wrong => (value, wrong(error.message())),
         };
         Mistake {

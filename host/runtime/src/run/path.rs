@@ -285,7 +285,8 @@ impl PathDrive {
     /// Returns the summary; `None` where the board never followed the path.
     pub(crate) fn summary(&self) -> Option<PathSummary> {
         let (until, path_time) = self.progress;
-        Some(self.deviations.summary(path_time, until - self.begin?))
+        let duration = (!self.is_loop()).then(|| self.trajectory().duration());
+        Some(self.deviations.summary(path_time, until - self.begin?, duration))
     }
 }
 

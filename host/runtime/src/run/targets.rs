@@ -30,9 +30,16 @@ const FRESH_S: f64 = 0.25;
 /// would run away from a ball that cannot follow a jump.
 const FAR_M: f64 = 0.06;
 
-/// Time for which the reference waits for the ball, less that for which it goes with a target in
-/// motion, after which the run says so, seconds.
+/// Time for which the ball is far from a target in motion, less that for which it is not, after
+/// which the run says so, seconds.
 const LAG_S: f64 = 5.0;
+
+/// Distance at which the ball lags behind a target in motion, in radii of a reached target.
+const LAG_RADII: f64 = 2.0;
+
+/// Time for which the ball must be at the target without a break to have caught up, seconds: a
+/// target that passes the ball is gone before.
+const CATCH_S: f64 = 0.25;
 
 /// Distance within which the reference goes with the target again, metres.
 const NEAR_M: f64 = 0.04;
@@ -86,36 +93,58 @@ pub(crate) struct TargetDrive {
     ball: Option<Point3<f64>>,
     /// Whether the ball is far from its target.
     is_far: bool,
-    has_caught_up: bool,
-    /// How long the ball has been far from a target in motion.
-    lag: Lag,
-    /// Number of pictures with the ball while the board followed.
-    followed: u64,
+    chase: Chase,
     deviations: Deviations,
     counts: Counts,
 }
 
-/// Time for which the reference waits for the ball.
+/// How the ball keeps up with the target, from picture to picture.
 #[derive(Debug, Clone, Copy, Default)]
-struct Lag {
-    /// That time, less the time for which the reference goes on; seconds.
-    time_s: f64,
-    is_told: bool,
-    is_due: bool,
+struct Chase {
+    /// Number of pictures with the ball while the board followed, and those of them with the ball
+    /// at the target.
+    followed: u64,
+    near: u64,
+    /// Time of the last of them, seconds of the path.
+    last: Option<f64>,
+    /// Time for which the ball has been at the target without a break, seconds.
+    near_s: f64,
+    has_caught_up: bool,
+    /// Time for which the ball was far from a target in motion, less that for which it was not;
+    /// seconds.
+    lag_s: f64,
+    is_lag_told: bool,
+    is_lag_due: bool,
 }
 
-impl Lag {
-    /// Adds a time, seconds, in which the ball was far from a target in motion or was not.
-    fn add(&mut self, time_s: f64, is_far: bool) {
-        self.time_s = (self.time_s + if is_far { time_s } else { -time_s }).max(0.0);
-        self.is_told &= self.time_s > 0.0;
-        self.is_due |= self.time_s > LAG_S && !std::mem::replace(&mut self.is_told, true);
+impl Chase {
+    /// Begins anew: the board is to follow from now on. What was counted stays.
+    fn begin(&mut self) {
+        (self.last, self.near_s, self.has_caught_up) = (None, 0.0, false);
+    }
+
+    /// Notes the distance of the ball from the target, in radii of a reached target.
+    fn note(&mut self, point: &PathPoint, radii: f64) {
+        let passed = point.time - self.last.replace(point.time).unwrap_or(point.time);
+        let passed = passed.clamp(0.0, PAUSE_S);
+        let is_near = radii <= 1.0;
+        self.followed += 1;
+        self.near += u64::from(is_near);
+        self.near_s = if is_near { self.near_s + passed } else { 0.0 };
+        self.has_caught_up |= self.near_s >= CATCH_S;
+        if point.velocity.norm() > REST_SPEED {
+            let change = if radii > LAG_RADII { passed } else { -passed };
+            self.lag_s = (self.lag_s + change).max(0.0);
+            self.is_lag_told &= self.lag_s > 0.0;
+            self.is_lag_due |=
+                self.lag_s > LAG_S && !std::mem::replace(&mut self.is_lag_told, true);
+        }
     }
 
     /// Returns whether it is to be told that the ball lags: once, until the ball has made up for
     /// it.
-    fn take_due(&mut self) -> bool {
-        std::mem::take(&mut self.is_due)
+    fn take_lag(&mut self) -> bool {
+        std::mem::take(&mut self.is_lag_due)
     }
 }
 
@@ -149,9 +178,7 @@ impl TargetDrive {
             is_paused: false,
             ball: None,
             is_far: true,
-            has_caught_up: false,
-            lag: Lag::default(),
-            followed: 0,
+            chase: Chase::default(),
             deviations: Deviations::default(),
             counts: Counts::default(),
         }
@@ -178,7 +205,7 @@ impl TargetDrive {
             self.counts.pauses += 1;
             events.push(TargetsEvent::Ceased);
         }
-        if self.lag.take_due() {
+        if self.chase.take_lag() {
             events.push(TargetsEvent::Lagging);
         }
         events
@@ -242,7 +269,8 @@ impl TargetDrive {
 
     /// Notes that the board is to follow from now on.
     pub(crate) fn note_begun(&mut self, now: f64) {
-        (self.is_far, self.has_caught_up, self.last_sent) = (true, false, None);
+        (self.is_far, self.last_sent) = (true, None);
+        self.chase.begin();
         self.zero.get_or_insert(now);
     }
 
@@ -259,6 +287,11 @@ impl TargetDrive {
     /// Returns whether the targets are the goal of the run and their source could not be read on.
     pub(crate) fn is_broken(&self) -> bool {
         self.is_complete() && self.end == Some(SourceEnd::Broken)
+    }
+
+    /// Returns whether the newest targets were refused for their places.
+    pub(crate) fn are_refused(&self) -> bool {
+        self.last_refusal > self.last_taken
     }
 
     /// Returns whether a target was ever taken.
@@ -294,7 +327,6 @@ impl TargetDrive {
         if state == Some(State::Holding) && self.is_resting(&course, now) {
             return None;
         }
-        let passed = self.last_sent.map_or(0.0, |last| (now - last).min(PAUSE_S));
         (self.course, self.last_sent) = (Some(course), Some(now));
         let zero = *self.zero.get_or_insert(now);
         let motion = |time: f64| {
@@ -303,9 +335,6 @@ impl TargetDrive {
         };
         let limit = if self.is_far { NEAR_M } else { FAR_M };
         self.is_far = self.distance(&course, now).is_none_or(|distance| distance > limit);
-        if course.at(now).is_some_and(|moment| moment.velocity.norm() > REST_SPEED) {
-            self.lag.add(passed, self.is_far);
-        }
         let mut message = reference(0, self.is_far, now - zero, now - zero, motion);
         keep_inside(&mut message, &self.rules.workspace);
         Some(message)
@@ -347,16 +376,15 @@ impl TargetDrive {
         })
     }
 
-    /// Returns whether the ball has been at the target since the board began to follow it.
+    /// Returns whether the ball has caught up since the board began to follow the target.
     pub(crate) fn has_caught_up(&self) -> bool {
-        self.has_caught_up
+        self.chase.has_caught_up
     }
 
     /// Adds the deviation of a measured position, metres, once the ball has caught up.
     pub(crate) fn note_position(&mut self, point: &PathPoint, position: Point3<f64>) {
-        self.followed += 1;
-        self.has_caught_up |= (position - point.position).norm() <= self.rules.radius;
-        if self.has_caught_up {
+        self.chase.note(point, (position - point.position).norm() / self.rules.radius);
+        if self.chase.has_caught_up {
             self.deviations.add(point, position);
         }
     }
@@ -373,8 +401,8 @@ impl TargetDrive {
             late: source.late + here.late,
             skipped: source.skipped,
         };
-        let spreads = self.deviations.spreads();
-        let followed = self.followed;
-        Some(TargetsSummary { taken, refused, ended, left_out, pauses, followed, spreads })
+        let Chase { followed, near, .. } = self.chase;
+        let spreads = Some(self.deviations.spreads()).filter(|spreads| spreads.frames > 0);
+        Some(TargetsSummary { taken, refused, ended, left_out, pauses, followed, near, spreads })
     }
 }

@@ -71,9 +71,19 @@ pub enum TargetStreamError {
 /// which takes a tenth of a second at most.
 #[derive(Debug)]
 pub struct TargetStream {
+    file: Option<TargetFile>,
     is_closed: Arc<AtomicBool>,
     /// `None` once it is joined.
     thread: Option<JoinHandle<()>>,
+}
+
+/// File of targets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetFile {
+    /// Number of its targets, at least 1.
+    pub targets: usize,
+    /// Time from the first one to the last one, seconds.
+    pub span_s: f64,
 }
 
 /// What the thread needs.
@@ -106,6 +116,7 @@ impl TargetStream {
         let (motion, zero) = (sender.begin(), Instant::now());
         let reader = Reader { sender, motion, is_closed: Arc::clone(&is_closed), zero };
         let thread = thread::Builder::new().name("targets".to_owned());
+        let mut file = None;
         let thread = match address {
             TargetAddress::Program(address) => {
                 let endpoint = Endpoint::listen(address)?;
@@ -113,10 +124,18 @@ impl TargetStream {
             }
             TargetAddress::File(path) => {
                 let lines = read_file(path, rules)?;
+                let span_s = lines.last().map_or(0.0, |(time, _)| *time);
+                file = Some(TargetFile { targets: lines.len(), span_s });
                 thread.spawn(move || reader.play(&lines))
             }
         };
-        Ok(Self { is_closed, thread: Some(thread.map_err(TargetStreamError::Thread)?) })
+        let thread = Some(thread.map_err(TargetStreamError::Thread)?);
+        Ok(Self { file, is_closed, thread })
+    }
+
+    /// Returns the file that is played; `None` where a program sends.
+    pub fn file(&self) -> Option<TargetFile> {
+        self.file
     }
 }
 

@@ -57,6 +57,11 @@ pub(crate) const BAD_INPUT: u8 = 2;
 pub(crate) trait ExitClass: Error {
     /// Returns the exit code of the command: [`FAILED`] or [`BAD_INPUT`].
     fn exit_code(&self) -> u8;
+
+    /// Returns what to do next, where the message of the error does not say it.
+    fn advice(&self) -> Option<&'static str> {
+        None
+    }
 }
 
 /// Gives all errors of some types one exit code.
@@ -76,7 +81,7 @@ exit_code_of! { BAD_INPUT:
     DebugError, DetectError, FrameError, NewRigError, NoIntrinsics, NoPose, NumberError, OpenError,
     OpenRecordingError, OutOfRange, PathError, PngError, ProcessingError, ReadError, RigError,
     SetGlobalDefaultError, SettingsError, SimulationError, SizeError, SourceError,
-    StartCaptureError, SyntheticError, TomlFileError, TumError, WaypointError, CosimError,
+    StartCaptureError, SyntheticError, TumError, WaypointError, CosimError,
 }
 #[cfg(feature = "verify")]
 exit_code_of! { BAD_INPUT: RigFamilyError }
@@ -85,6 +90,25 @@ exit_code_of! { BAD_INPUT: McapError }
 
 exit_code_of! { FAILED:
     SheetError, CalibrationError, LensError, ServeError, io::Error, serde_json::Error,
+}
+
+/// What to do about a mistake in a rig file or a camera file.
+const CHECK: &str = "`plumb check RIG.toml --file-only` lists every mistake with its line";
+
+impl ExitClass for TomlFileError {
+    fn exit_code(&self) -> u8 {
+        BAD_INPUT
+    }
+
+    fn advice(&self) -> Option<&'static str> {
+        match self {
+            Self::Content { .. } => Some(CHECK),
+            Self::Read(ReadError::Io { error, .. }) if error.kind() == ErrorKind::NotFound => {
+                Some("`plumb init` writes a rig file and its camera file")
+            }
+            _ => None,
+        }
+    }
 }
 
 impl ExitClass for LinkError {
@@ -102,6 +126,10 @@ impl ExitClass for LinkError {
             _ => FAILED,
         }
     }
+
+    fn advice(&self) -> Option<&'static str> {
+        matches!(self, Self::Refused { refusal: Refusal::Config(_), .. }).then_some(CHECK)
+    }
 }
 
 impl ExitClass for RunError {
@@ -111,6 +139,10 @@ impl ExitClass for RunError {
             Self::Broken { .. } => FAILED,
             _ => BAD_INPUT,
         }
+    }
+
+    fn advice(&self) -> Option<&'static str> {
+        if let Self::Connect(error) = self { error.advice() } else { None }
     }
 }
 

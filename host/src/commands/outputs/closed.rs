@@ -124,11 +124,14 @@ impl Closed {
     }
 }
 
+/// Command that clears a fault, behind the advice about it.
+const CLEAR: &str = " `plumb clear RIG.toml` clears it";
+
 /// Returns what to do after a run that did not do its work, behind the line that says how it ended,
 /// where the board is left in the fault `standing`.
 fn next_step(summary: &Summary, standing: Option<BoardFault>) -> String {
     if let Some(fault) = standing.filter(|_| summary.ending.fault().is_none()) {
-        return format!(". The board stands in a fault: {fault}. {}", fault.advice());
+        return format!(". The board stands in a fault: {fault}. {}{CLEAR}", fault.advice());
     }
     if summary.located == 0 && summary.frames > 0 {
         return format!(
@@ -136,7 +139,8 @@ fn next_step(summary: &Summary, standing: Option<BoardFault>) -> String {
              each stage"
         );
     }
-    summary.ending.advice().map(|advice| format!(". {advice}")).unwrap_or_default()
+    let clear = if summary.ending.fault().is_some() { CLEAR } else { "" };
+    summary.ending.advice().map(|advice| format!(". {advice}{clear}")).unwrap_or_default()
 }
 
 fn report_recording(recording: &Recording) {

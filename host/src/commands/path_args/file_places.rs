@@ -56,6 +56,14 @@ impl FilePlaces {
                 error.rule
             );
         }
+        if is_place(error) {
+            return format!(
+                "{}{error}: {}; the path swings out between the places of the file: add places \
+                 there, or move them inwards",
+                self.lines_of(error, trajectory),
+                error.rule
+            );
+        }
         let slower = self.slowdown(trajectory, rig);
         if self.times.is_empty() || slower <= 1.0 {
             return format!("{error}: {}", error.rule);
@@ -64,12 +72,17 @@ impl FilePlaces {
             Rule::Other(rule) => format!("{error}: {}", rule.without_advice()),
             rule => format!("{error}: {rule}"),
         };
-        let lines = self.lines_at(error.time_s).filter(|_| !trajectory.is_loop());
-        let lines = lines.map(|[from, to]| format!("from line {from} to line {to}, "));
         format!(
             "{}{text}; with all its times {slower:.2} times as long it is slow enough",
-            lines.unwrap_or_default()
+            self.lines_of(error, trajectory)
         )
+    }
+
+    /// Returns the lines of the file between which `trajectory` is not possible, as the begin of a
+    /// sentence; nothing where the file has no times, or of a loop.
+    fn lines_of(&self, error: &PathPlanError, trajectory: &Trajectory) -> String {
+        let lines = self.lines_at(error.time_s).filter(|_| !trajectory.is_loop());
+        lines.map(|[from, to]| format!("from line {from} to line {to}, ")).unwrap_or_default()
     }
 
     /// Returns the factor by which the times of the file must grow, with [`MARGIN`]; at most 1

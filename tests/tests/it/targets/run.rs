@@ -20,11 +20,13 @@ pub(crate) struct TargetRun {
     pub(crate) law: LawName,
     /// Longest wait for a target, seconds.
     pub(crate) timeout: f64,
+    /// `motors.max_rate`, full steps/s; `None` for that of the paper's rig.
+    pub(crate) max_rate: Option<f64>,
 }
 
 impl Default for TargetRun {
     fn default() -> Self {
-        Self { link: link("ideal"), law: LawName::Adaptive, timeout: 20.0 }
+        Self { link: link("ideal"), law: LawName::Adaptive, timeout: 20.0, max_rate: None }
     }
 }
 
@@ -37,7 +39,11 @@ pub(crate) struct Outcome {
 
 impl TargetRun {
     fn rig(&self) -> Rig {
-        Rig { law: LawSettings::from(self.law), ..Rig::paper().unwrap() }
+        let mut rig = Rig { law: LawSettings::from(self.law), ..Rig::paper().unwrap() };
+        if let Some(rate) = self.max_rate {
+            rig.motors.max_rate = rate.try_into().unwrap();
+        }
+        rig
     }
 
     /// Follows the targets of `sender` to their end.

@@ -160,7 +160,11 @@ impl RunCore {
             return Some(StopReason::TargetsBroken);
         }
         let is_last = self.goal.is_moving() && targets.is_complete();
-        let silent = if is_last { StopReason::Timeout } else { StopReason::TargetsSilent };
+        let silent = match (is_last, targets.are_refused()) {
+            (true, _) => StopReason::Timeout,
+            (false, true) => StopReason::TargetsRefused,
+            (false, false) => StopReason::TargetsSilent,
+        };
         (targets.silence(now) > timeout).then_some(silent)
     }
 
