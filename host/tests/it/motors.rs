@@ -84,7 +84,7 @@ fn a_jog_beyond_its_limits_moves_nothing() {
         (&["jog", "A", "nan"], 2, "distance nan"),
         (&["jog", "A", "20cm"], 2, "as in 20mm"),
         (&["jog", "D", "20"], 2, "must be A, B or C"),
-        (&["jog", "A"], 2, "a motor and a distance in one word"),
+        (&["jog", "A"], 2, "the distance is missing: `plumb jog A 200`"),
         (&["jog", real, "A", "20mm"], 2, "cable_per_step"),
         (&["jog"], 2, "need a terminal"),
         (&["jog", "B", "20", "mm"], 2, "in one word: `plumb jog B 20mm`"),
