@@ -248,3 +248,19 @@ fn a_held_key_turns_a_motor_until_it_is_released() {
     let end = dialogue.end();
     assert!(end[0] > 2.0 && end[0] < 190.0 && end[1..] == [0.0, 0.0], "{end:?}");
 }
+
+/// As in another folder than that of the tutorial, whose variable names a file there.
+#[test]
+fn a_stop_needs_no_rig_file_where_the_port_is_named() {
+    let rig = Rig::new();
+    let stop = |command: &str| {
+        let mut command = rig.command(&[command, "--port", &rig.emulator.port]);
+        command.env("PLUMB_RIG", "none/rig.toml").output().unwrap()
+    };
+    for command in ["stop", "clear"] {
+        let output = stop(command);
+        assert_eq!(output.status.code(), Some(0), "{command}: {}", stderr(&output));
+        assert!(stderr(&output).contains("none/rig.toml: cannot be read"), "{}", stderr(&output));
+        assert!(stderr(&output).contains("the baud rate is 115200"), "{}", stderr(&output));
+    }
+}

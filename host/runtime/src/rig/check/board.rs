@@ -132,10 +132,6 @@ pub(super) fn finding(
     rig: &Rig,
     board: BoardCheck<'_>,
 ) -> Finding {
-    if field == ConfigField::MaxAge {
-        let problem = "does not fit: `deadlines.max_age` must be below `deadlines.position`";
-        return document.finding(Severity::Error, names, problem.to_owned());
-    }
     if field != ConfigField::MaxRate {
         return document.out_of_range(names, "is out of range");
     }
