@@ -20,8 +20,8 @@ pub(super) struct RunOptions {
     #[arg(long, value_enum, default_value = "ball")]
     pub(super) detector: DetectorName,
     /// Longest time for each target, above 0, to 1e9 s; if it passes, the run ends without the
-    /// other targets (with --page or --ros2, the ball is stopped and the run goes on). A hold has
-    /// such targets only from them
+    /// other targets (with --page or --ros2, the ball is stopped and the run goes on). `plumb hold`
+    /// has targets only with one of these two
     #[arg(
         long,
         default_value_t = DEFAULT_TIMEOUT,

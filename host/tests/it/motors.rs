@@ -84,7 +84,7 @@ fn a_jog_beyond_its_limits_moves_nothing() {
         (&["jog", "A", "nan"], 2, "distance nan"),
         (&["jog", "A", "20cm"], 2, "as in 20mm"),
         (&["jog", "D", "20"], 2, "must be A, B or C"),
-        (&["jog", "A"], 2, "a motor and a distance in one word"),
+        (&["jog", "A"], 2, "the distance is missing: `plumb jog A 200`"),
         (&["jog", real, "A", "20mm"], 2, "cable_per_step"),
         (&["jog"], 2, "need a terminal"),
         (&["jog", "B", "20", "mm"], 2, "in one word: `plumb jog B 20mm`"),
@@ -247,4 +247,20 @@ fn a_held_key_turns_a_motor_until_it_is_released() {
     dialogue.until("ready");
     let end = dialogue.end();
     assert!(end[0] > 2.0 && end[0] < 190.0 && end[1..] == [0.0, 0.0], "{end:?}");
+}
+
+/// As in another folder than that of the tutorial, whose variable names a file there.
+#[test]
+fn a_stop_needs_no_rig_file_where_the_port_is_named() {
+    let rig = Rig::new();
+    let stop = |command: &str| {
+        let mut command = rig.command(&[command, "--port", &rig.emulator.port]);
+        command.env("PLUMB_RIG", "none/rig.toml").output().unwrap()
+    };
+    for command in ["stop", "clear"] {
+        let output = stop(command);
+        assert_eq!(output.status.code(), Some(0), "{command}: {}", stderr(&output));
+        assert!(stderr(&output).contains("none/rig.toml: cannot be read"), "{}", stderr(&output));
+        assert!(stderr(&output).contains("the baud rate is 115200"), "{}", stderr(&output));
+    }
 }

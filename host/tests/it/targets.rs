@@ -138,6 +138,7 @@ fn a_file_is_played_and_a_wrong_one_is_refused_before_anything_moves() {
     fs::write(folder.path().join("good.jsonl"), &lines).unwrap();
     fs::write(folder.path().join("bad.jsonl"), lines + "{}\n").unwrap();
     let output = start(folder.path(), &emulator, "good.jsonl").wait_with_output().unwrap();
+    assert!(stderr(&output).contains("targets: good.jsonl, 60 in 3.0 s\n"), "{}", stderr(&output));
     let (line, _) = good(&output);
     assert_eq!(line["legs"][0]["target"].to_string(), "[0.441,0.25,0.42]");
     let rig = rig_file(folder.path(), patient);

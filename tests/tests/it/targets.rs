@@ -242,6 +242,9 @@ fn a_stream_without_a_target_ends_the_run_with_the_reason() {
     let outcome = TargetRun { timeout: 2.0, ..TargetRun::default() }.drive(late);
     assert_eq!(outcome.summary.ending, StopReason::TargetsSilent);
     assert!(!outcome.summary.reached && outcome.records.last().unwrap().time < 3.0);
+    let above = Sender::new(|_| Point3::new(0.45, 0.30, 9.0), 30.0, [0.5, 31.0], |_| 0.0);
+    let outcome = TargetRun { timeout: 2.0, ..TargetRun::default() }.drive(above);
+    assert_eq!(outcome.summary.ending, StopReason::TargetsRefused);
 }
 
 #[test]

@@ -97,7 +97,7 @@ pub enum LinkError {
     /// The board does not answer a request.
     #[error(
         "{port}: no answer to {what} within {waited:?}{}",
-        .damage.or("; is this port a Plumb board, and does its cable lose nothing?")
+        .damage.or("; is this port that of a Plumb board, and are plug and cable firm?")
     )]
     Silent {
         /// Its path.

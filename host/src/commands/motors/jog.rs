@@ -138,8 +138,8 @@ fn split(words: [Option<String>; 3]) -> Result<(PathBuf, Option<[String; 2]>), F
         // Where a variable names the rig file, a wrong number of words is the mistake.
         return Err(bad_input(if std::env::var_os(RIG_VARIABLE).is_some() {
             format!(
-                "a motor and a distance in one word, such as `plumb jog {name} 200` or \
-                 `plumb jog {name} 20mm`: {RIG_VARIABLE} names the rig file"
+                "the distance is missing: `plumb jog {name} 200` turns by 200 steps, and \
+                 `plumb jog {name} 20mm` moves 20 mm of cable; {RIG_VARIABLE} names the rig file"
             )
         } else {
             format!(

@@ -14,7 +14,8 @@ use crate::commands::{Failure, both, failed};
 
 /// What to do after the link to the board broke in mid-run.
 const BOARD_LOST: &str = ". The board stops by itself: check plug and cable, then `plumb board \
-                          status` says in which state it is";
+                          status` says in which state it is. If it was an emulated one, start \
+                          `plumb emulate` again";
 
 /// Outputs whose files are closed.
 pub(super) struct Closed {

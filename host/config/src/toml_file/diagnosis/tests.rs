@@ -120,3 +120,12 @@ fn decimal_commas_and_keys_that_are_there_twice_are_named() {
     assert_eq!(key, "rig.at");
     assert!(message.ends_with("write points, [0.5, 0.7, 0.2]"), "{message}");
 }
+
+/// A key that is needed, with a letter too many: it is not missing besides.
+#[test]
+fn a_misspelt_key_is_one_mistake() {
+    let text = "[rig]\ngain = 2\nstepss = 3\nat = [1, 2]\n";
+    assert_eq!(mistakes(text), expected(&[(3, "rig.stepss", "")]));
+    let text = "[rig]\ngain = 2\nzzzzz = 3\nat = [1, 2]\n";
+    assert_eq!(mistakes(text), expected(&[(1, "rig.steps", ""), (3, "rig.zzzzz", "")]));
+}
