@@ -95,6 +95,8 @@ fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
         (&["run", "rig.toml", "--port", ""], "--port <PORT>': name a port, such as /dev/ttyACM0"),
         (&["board", "status", "--port="], "--port <PORT>': name a port, such as /dev/ttyACM0"),
         (&["board", "status", "/dev/ttyACM0"], "a port is no rig file: give it with --port"),
+        (&["emulate", "--lost", "5"], "5 must be 0 to 1; write 0.05 for 5 %"),
+        (&["demo", "--seed", "1e3"], "must be a whole number, 0 to 1e15; write 1000"),
         (&["board", "flash", "/dev/ttyACM0"], "a port is no UF2 file: give it with --port"),
     ] {
         let text = last(arguments);
@@ -210,7 +212,8 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
             "way.csv: is no recording, but a list. Of pictures: give the folder that it is in. Of",
         ),
         (&["replay", "r2"], "r2: has no rgb.txt or color.txt or colour.txt: a recording is"),
-        (&["man", "way.csv"], "way.csv: cannot be written: File exists"),
+        (&["man", "way.csv"], "way.csv: is a file, but must be a folder: name"),
+        (&["replay", "r2/rig.toml"], "a .bag or .db3 file of librealsense2, or an .mcap file of"),
         (&["plot", "r2", "runs/run-0001", "--out", "both.png"], "both.png: must end in .svg"),
         (&["bench", "control", "--svg", "all.pdf"], "all.pdf: must end in .svg"),
         (
