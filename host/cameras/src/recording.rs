@@ -191,7 +191,8 @@ fn advice(ending: &str) -> &'static str {
         }
         _ => {
             "no recording that Plumb reads: a folder with the lists rgb.txt and depth.txt, a \
-             video, an .oni file of OpenNI2, or a .bag or .db3 file of librealsense2"
+             video, an .oni file of OpenNI2, a .bag or .db3 file of librealsense2, or an .mcap \
+             file of ROS 2"
         }
     }
 }

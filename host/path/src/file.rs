@@ -10,7 +10,7 @@ use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::gcode;
-use crate::table::{self, Table, and_more, column_count, wrong_names};
+use crate::table::{self, Table, and_more, column_count, is_time, wrong_names};
 use crate::trajectory::{MAX_COORDINATE_M, Sample};
 
 pub use crate::gcode::{CodeMistake, CodeProblem, is_gcode};
@@ -305,7 +305,7 @@ fn unnamed(first: &table::Row, table: &Table) -> String {
 
 /// Returns the end of a message about names of columns that are none of [`Columns`].
 fn wrong_columns(names: &[String]) -> String {
-    let has_times = names.iter().any(|name| ["t", "time"].contains(&name.as_str()));
+    let has_times = names.iter().any(|name| is_time(name));
     let columns = if has_times { Columns::Timed } else { Columns::Places };
     let known = columns.names();
     match wrong_names(names, known, known.len()) {
@@ -323,7 +323,7 @@ fn row(
 ) -> Option<Row> {
     let (line, fields) = (row.line, &row.fields);
     let names = columns.names();
-    if fields.len() != names.len() {
+    if fields.len() != names.len() || row.bracket_mistake().is_some() {
         let (count, expected) = (fields.len(), names.len());
         let mistake = match table.separator_mistake(row, expected) {
             Some(why) => LineMistake::Separators { line, why, more: 0 },
@@ -411,6 +411,11 @@ mod tests {
             ("x;y;z\n0.4,1,1\n", "line by semicolons: separate all by commas"),
             ("x,y,z\n0.4 1 1\n", "2: spaces do not separate columns: write 0.4,1,1"),
             ("time,x,y,z\n0,1,1,1\n", "seconds): 'time' is unknown: write t"),
+            ("t_ms,x,y,z\n0,1,1,1\n", "): 't_ms' must be in seconds: convert it, and write t"),
+            ("timestamp,x,y,z\n0,1,1,1\n", "seconds): 'timestamp' is unknown: write t"),
+            ("[0.6, 0.25, 0.3]\n", "1: brackets do not belong to a table: write 0.6, 0.25, 0.3"),
+            ("[[1,1,1],\n[1,1,1]]\n", "): brackets do not belong to a table: write 1,1,1"),
+            ("x,y,z\n[0.6 1 1]\n", "2: brackets do not belong to a table: write 0.6,1,1"),
             ("x_mm,y,z\n1,1,1\n", "seconds): 'x_mm' must be in metres: convert it, and write x"),
             ("x,y,z\n# a\n0.4,0.3\n", "3: 2 columns, but the first line names 3"),
             ("x,y,z\n0.4,0.3\n1,1\n", "2: 2 columns, but the first line names 3 (1 more line too)"),

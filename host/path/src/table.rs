@@ -17,10 +17,13 @@ const TRAILING: &str = "the line ends with a separator: remove it there";
 const UNITS: [&str; 2] = ["m", "s"];
 
 /// Units that are known without brackets too: "x_mm".
-const WRITTEN_UNITS: [&str; 7] = ["m", "cm", "mm", "in", "s", "ms", "min"];
+const WRITTEN_UNITS: [&str; 9] = ["m", "cm", "mm", "in", "s", "ms", "us", "ns", "min"];
 
 /// Names of the columns of all tables, for a line whose columns stand between spaces.
 const NAMES: [&str; 6] = ["t", "x", "y", "z", "dwell", "tolerance"];
+
+/// Names that people give the column t.
+const TIME_NAMES: [&str; 3] = ["t", "time", "timestamp"];
 
 /// Separators, in the order in which they are looked for.
 const SEPARATORS: [char; 3] = [';', '\t', ','];
@@ -41,6 +44,21 @@ pub struct Row {
     pub fields: Vec<String>,
     /// Text of the line, without spaces around it.
     pub text: String,
+}
+
+impl Row {
+    /// Returns what to write in place of a line in brackets, as programs print lists of numbers:
+    /// "[0.6, 0.25, 0.3],". `None` for any other line.
+    pub fn bracket_mistake(&self) -> Option<String> {
+        let is_bracket = |c: char| "[](){}".contains(c);
+        let line = self.text.trim_matches(|c| is_bracket(c) || c == ',').trim();
+        if !self.text.starts_with(is_bracket) || line.contains(is_bracket) {
+            return None;
+        }
+        let words = || line.split_whitespace().collect::<Vec<_>>().join(",");
+        let line = if line.contains(SEPARATORS) { line.to_owned() } else { words() };
+        Some(format!("brackets do not belong to a table: write {line}"))
+    }
 }
 
 impl Table {
@@ -79,9 +97,12 @@ impl Table {
         Some(Row { line, fields, text })
     }
 
-    /// Returns what is wrong with the separators of a line, and what to do, where it has not so
-    /// many columns as are needed; `None` where it is not the separators.
+    /// Returns what is wrong with the brackets or the separators of a line, and what to do, where
+    /// it has not so many columns as are needed; `None` where it is neither.
     pub fn separator_mistake(&self, row: &Row, columns: usize) -> Option<String> {
+        if let Some(mistake) = row.bracket_mistake() {
+            return Some(mistake);
+        }
         if self.has_decimal_commas(row, columns) {
             return Some(DECIMAL_COMMAS.to_owned());
         }
@@ -110,7 +131,7 @@ impl Table {
         let words: Vec<&str> = row.text.split_whitespace().collect();
         let is_name = |word: &&str| {
             let name = bare(word).to_lowercase();
-            NAMES.contains(&with_unit(&name).map_or(name.as_str(), |(base, _)| base))
+            NAMES.contains(&base(&name))
         };
         let is_number = |word: &&str| number_in(' ', bare(word)).is_some();
         if words.len() < 2 || !(words.iter().all(is_name) || words.iter().all(is_number)) {
@@ -184,27 +205,40 @@ pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
     let unknown = found.iter().filter(|name| !known.contains(&name.as_str()));
     let unknown = unknown.map(|name| match with_unit(name) {
         _ if name.is_empty() && found.last() == Some(name) => TRAILING.to_owned(),
-        _ if name == "time" && known.contains(&"t") => "'time' is unknown: write t".to_owned(),
-        Some((base, _)) if known.contains(&base) => {
+        None if is_time(name) && known.contains(&"t") => format!("'{name}' is unknown: write t"),
+        Some((base, _)) if known.contains(&meant(base)) => {
+            let base = meant(base);
             let unit = if base == "t" || base == "dwell" { "seconds" } else { "metres" };
             format!("'{name}' must be in {unit}: convert it, and write {base}")
         }
-        unit => match unit.map_or(name.as_str(), |(base, _)| base) {
+        _ => match base(name) {
             "dwell" | "tolerance" => {
                 format!("'{name}' is for waypoints (`--waypoints`), not for a path")
             }
             _ => format!("'{name}' is unknown"),
         },
     });
-    let other_unit =
-        |name: &str| found.iter().any(|it| with_unit(it).is_some_and(|(base, _)| base == name));
-    let is_there =
-        |name: &str| times(name) > 0 || other_unit(name) || (name == "t" && times("time") > 0);
+    let is_there = |name: &str| found.iter().any(|it| meant(base(it)) == name);
     let missing = known.iter().take(needed).filter(|name| !is_there(name));
     let missing = missing.map(|name| format!("{name} is missing"));
     let twice = known.iter().filter(|name| times(name) > 1);
     let twice = twice.map(|name| format!("{name} is there {} times", times(name)));
     unknown.chain(missing).chain(twice).collect::<Vec<_>>().join(", ")
+}
+
+/// Returns whether the name of a column, perhaps with a unit, is one that people give the time.
+pub fn is_time(name: &str) -> bool {
+    TIME_NAMES.contains(&base(name))
+}
+
+/// Returns the name of a column without its unit.
+fn base(name: &str) -> &str {
+    with_unit(name).map_or(name, |(base, _)| base)
+}
+
+/// Returns the column that a person means by a name without unit: t by "timestamp".
+fn meant(base: &str) -> &str {
+    if TIME_NAMES.contains(&base) { "t" } else { base }
 }
 
 /// Returns the name of a column in lower case, without its unit where that is one of [`UNITS`].
@@ -338,6 +372,12 @@ mod tests {
         assert_eq!(wrong("z y x"), "");
         let time = wrong_names(&["time", "x"].map(str::to_owned), &["t", "x"], 2);
         assert_eq!(time, "'time' is unknown: write t");
+        let timed = |name: &str| wrong_names(&[name, "x"].map(str::to_owned), &["t", "x"], 2);
+        assert_eq!(timed("timestamp"), "'timestamp' is unknown: write t");
+        for name in ["t_ms", "time [ms]", "timestamp_ns"] {
+            let says = format!("'{name}' must be in seconds: convert it, and write t");
+            assert_eq!(timed(name), says);
+        }
         let path = wrong_names(&["x", "y", "z", "dwell"].map(str::to_owned), &["x", "y", "z"], 3);
         assert_eq!(path, "'dwell' is for waypoints (`--waypoints`), not for a path");
     }

@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use clap::{Command, Parser};
 use clap_complete::Shell;
 
-use super::Failure;
 use super::exit::unwritten;
 use super::print::{self, note};
 use super::run::with_coordinates_needed;
+use super::{Failure, bad_input};
 
 /// Print the completions of commands and options for a shell
 #[derive(Parser)]
@@ -39,6 +39,12 @@ pub(crate) fn completions(args: &CompletionsArgs, mut cli: Command) -> Result<Ex
 
 pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
     let folder = &args.folder;
+    if folder.exists() && !folder.is_dir() {
+        let name = folder.display();
+        return Err(bad_input(format!(
+            "{name}: is a file, but must be a folder: name another one"
+        )));
+    }
     let mut cli = with_coordinates_needed(cli.disable_help_subcommand(true));
     cli.build();
     let pages = with_usages(cli, synopsis).mut_subcommands(with_version);

@@ -58,7 +58,17 @@ const fn of([low, high]: [f64; 2]) -> Range {
 pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
     let wrong = |_| format!("must be a number, {range}{}", hint(text, range));
     let number: f64 = text.parse().map_err(wrong)?;
-    range.check(number).map_err(|error| error.to_string())
+    range.check(number).map_err(|error| match in_percent(number, range) {
+        Some(share) => format!("{error}; write {share} for {number} %"),
+        None => error.to_string(),
+    })
+}
+
+/// Returns the share that a number out of the range of shares is in percent; `None` for any other
+/// number.
+fn in_percent(number: f64, range: &Range) -> Option<f64> {
+    let is_percent = *range == SHARE && !range.contains(number) && range.contains(number / 100.0);
+    is_percent.then_some(number / 100.0)
 }
 
 /// Returns the hint at the end of an error about `text`: how the number is written where it has a
@@ -148,11 +158,18 @@ where
 /// Parses a whole number of a range.
 pub(super) fn parse_whole<T: TryFrom<i128>>(text: &str, range: &Range) -> Result<T, String> {
     let wrong = |_| {
-        let hint = unit_hint(text, range).unwrap_or_default();
-        format!("must be a whole number, {range}{hint}")
+        let hint = unit_hint(text, range).or_else(|| whole_hint(text, range));
+        format!("must be a whole number, {range}{}", hint.unwrap_or_default())
     };
     let number: i128 = text.parse().map_err(wrong)?;
     range.check_whole(number).map_err(|error| error.to_string())
+}
+
+/// Returns the hint about a whole number of `range` with a decimal point or an exponent: how it is
+/// written without. `None` for another text.
+fn whole_hint(text: &str, range: &Range) -> Option<String> {
+    let number: f64 = text.parse().ok()?;
+    (number.fract() == 0.0 && range.contains(number)).then(|| format!("; write {number}"))
 }
 
 /// Returns the parser of a seed.
@@ -203,7 +220,14 @@ mod tests {
         let whole = |text, range| parse_whole::<u64>(text, &range).unwrap_err();
         assert!(whole("15 px", PICTURE_SIDE).ends_with("; write 15 alone, in pixels"));
         assert!(whole("1x", SEED).ends_with("; write 1 alone"));
-        assert!(whole("1,5", SEED).ends_with("0 to 1e15"));
+        assert!(whole("1e3", SEED).ends_with("; write 1000"));
+        assert!(whole("5.0", SEED).ends_with("; write 5"));
+        for text in ["1,5", "1.5", "1e16", "nan", "-1.0"] {
+            assert!(whole(text, SEED).ends_with("0 to 1e15"), "{text}");
+        }
+        let share = |text| parse(text, &SHARE).unwrap_err();
+        assert!(share("5").ends_with("; write 0.05 for 5 %"), "{}", share("5"));
+        assert!(!share("150").contains("write") && !share("-5").contains("write"));
         for text in ["1,2,3", "1,", ",", "1,x"] {
             let error = parse(text, &COORDINATE).unwrap_err();
             let has_tail = matches!(text, "1," | "1,x");

@@ -12,7 +12,8 @@ use super::{Failure, bad_input};
 
 /// Draw the figures of runs again; of several runs also their errors over time in one figure
 ///
-/// Each folder is one that demo, run or goto wrote. figure4.svg and figure5.svg in it are replaced.
+/// Each folder is one that demo, run or goto wrote. figure4.svg and figure5.svg in it are replaced,
+/// and deviation.svg where the run followed a path.
 #[derive(Parser)]
 #[command(
     after_help = examples![

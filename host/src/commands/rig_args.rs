@@ -3,13 +3,16 @@
 use std::ffi::{OsStr, OsString};
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use plumb_config::error_chain::ErrorChain;
+use plumb_path::shape::ShapeKind;
 use plumb_runtime::link::{LinkError, Serial, boards, is_pseudo_terminal, other_port};
 use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
+use super::number_list::place_in;
 use super::print::note;
 use super::{Failure, bad_input, numbers};
 
@@ -246,19 +249,21 @@ pub(crate) fn split_rig(
             let names = names.join(" ");
             return Err(bad_input(format!("too many numbers: {names} are needed; usage: {usage}")));
         }
-        let rig = rig_path(&words.remove(0)).map_err(bad_input)?;
+        let rig = words.remove(0);
+        let rig = rig_path(&rig)
+            .map_err(|why| bad_input(format!("invalid value '{rig}' for '[RIG]': {why}")))?;
         return Ok((rig, words));
     }
     let has_rig = words.first().is_some_and(|word| is_file_name(word));
     let missing = names.get(words.len() - usize::from(has_rig)..).unwrap_or_default();
     if !missing.is_empty() {
         let missing = missing.join(", ");
-        let together = words.last().map(|word| word.replace(',', " ")).unwrap_or_default();
-        let are_numbers = together.split(' ').all(|number| number.parse::<f64>().is_ok());
-        if are_numbers && together.split(' ').count() == names.len() {
-            return Err(bad_input(format!("write spaces: {together}; usage: {usage}")));
+        let last = words.last().map(String::as_str).unwrap_or_default();
+        if let Some(place) = place_in(last).filter(|_| names.len() == 3) {
+            return Err(bad_input(format!("write spaces: {place}; usage: {usage}")));
         }
-        return Err(bad_input(format!("the command line lacks {missing}; usage: {usage}")));
+        let hint = aim_hint(last).map(|hint| format!("; {hint}")).unwrap_or_default();
+        return Err(bad_input(format!("the command line lacks {missing}{hint}; usage: {usage}")));
     }
     match std::env::var_os(RIG_VARIABLE).filter(|path: &OsString| !path.is_empty()) {
         Some(rig) => Ok((rig.into(), words)),
@@ -286,23 +291,24 @@ fn port(text: &str) -> Result<String, String> {
     Ok(text.to_owned())
 }
 
-/// Returns whether a file is a serial port by its name.
+/// Returns whether a file is a serial port by its name, or the port of an emulated board.
 pub(super) fn is_port(file: &Path) -> bool {
     let is_terminal = |name: &OsStr| name.to_string_lossy().starts_with("tty");
     file.starts_with("/dev/serial")
+        || is_pseudo_terminal(file)
         || (file.starts_with("/dev") && file.file_name().is_some_and(is_terminal))
 }
 
 /// Returns the path of a rig file from the command line.
 ///
 /// # Errors
-/// Where it is empty, its name is that of a list of places or of a port, or it is a folder.
+/// Where it is empty, it is a list of places, another aim or a port by its name, or a folder.
 pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
     if text.is_empty() {
         return Err(format!("no rig file has an empty name (is {RIG_VARIABLE} set to nothing?)"));
     }
-    if is_list(text) {
-        return Err(format!("a list of places is no rig file: {DRIVES_THROUGH_LIST}"));
+    if let Some(hint) = aim_hint(text).filter(|_| is_list(text) || !Path::new(text).exists()) {
+        return Err(format!("this is no rig file; {hint}"));
     }
     if is_port(Path::new(text)) {
         return Err("a port is no rig file: give it with --port".to_owned());
@@ -321,6 +327,18 @@ pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
 pub(super) fn is_list(name: &str) -> bool {
     let ending = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
     LISTS.iter().any(|list| ending == *list)
+}
+
+/// Returns the command for the aim `word`, a list of places, a shape or a place, that stands where
+/// a command does not have it; `None` for another word.
+pub(crate) fn aim_hint(word: &str) -> Option<String> {
+    if is_list(word) {
+        Some(format!("for a list of places: {DRIVES_THROUGH_LIST}"))
+    } else if ShapeKind::from_str(word).is_ok() {
+        Some(format!("for a shape: `plumb run RIG --path {word}`"))
+    } else {
+        place_in(word).map(|place| format!("to go to one place: `plumb goto RIG {place}`"))
+    }
 }
 
 /// Returns whether a word of the command line names a file, and is no value.

@@ -10,6 +10,7 @@ use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
+use plumb_path::shape::ShapeKind;
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::operator;
@@ -147,6 +148,7 @@ impl RunArgs {
         }
         if let Some(file) = &self.waypoints {
             self.path.check_unused("--waypoints")?;
+            check_no_shape(file)?;
             let waypoints = read_waypoints(file, &rig.motion_rules())?;
             return Ok(Goal::Waypoints(waypoints, self.is_repeated));
         }
@@ -155,6 +157,16 @@ impl RunArgs {
             None if self.is_repeated => Err(bad_input("--loop needs --path or --waypoints")),
             None => Ok(Goal::Targets),
         }
+    }
+}
+
+/// Checks that the file of `--waypoints` is no shape: `--path` has these.
+fn check_no_shape(file: &Path) -> Result<(), Failure> {
+    match file.to_str().filter(|name| name.parse::<ShapeKind>().is_ok()) {
+        Some(shape) if !file.exists() => Err(bad_input(format!(
+            "--waypoints {shape}: there is no such file; for a shape: --path {shape}"
+        ))),
+        _ => Ok(()),
     }
 }
 

@@ -95,6 +95,33 @@ fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
         (&["run", "rig.toml", "--port", ""], "--port <PORT>': name a port, such as /dev/ttyACM0"),
         (&["board", "status", "--port="], "--port <PORT>': name a port, such as /dev/ttyACM0"),
         (&["board", "status", "/dev/ttyACM0"], "a port is no rig file: give it with --port"),
+        (
+            &["run", "circle"],
+            "'circle' for '<RIG>': this is no rig file; for a shape: `plumb run RIG --path circle`",
+        ),
+        (&["run", "0.6,0.25,0.3"], "one place: `plumb goto RIG 0.6 0.25 0.3`"),
+        (&["run", "rig.toml", "0.6;0.25;0.3"], "one place: `plumb goto RIG 0.6 0.25 0.3`"),
+        (&["0.6,0.25,0.3"], "one place: `plumb goto RIG 0.6 0.25 0.3`"),
+        (&["goto", "rig.toml", "0.6,0.25,0.3"], "write spaces: 0.6 0.25 0.3; usage: plumb goto"),
+        (&["goto", "rig.toml", "[0.6; 0.25; 0.3]"], "write spaces: 0.6 0.25 0.3; usage: plumb"),
+        (&["goto", "rig.toml", "circle"], "for a shape: `plumb run RIG --path circle`; usage:"),
+        (&["goto", "way.csv"], "for a list of places: `plumb run RIG --waypoints FILE`"),
+        (&["run", "rig.toml", "/dev/ttyACM0"], "for the board's port: --port /dev/ttyACM0"),
+        (&["goto", "rig.toml", "1", "1", "1", "/dev/ttyACM0"], "port: --port /dev/ttyACM0"),
+        (&["run", "0.6", "0.25", "0.3"], "one place: `plumb goto RIG 0.4 0.2 0.15`"),
+        (&["run", "rig.toml", "-0.6,0.25,0.3"], "one place: `plumb goto RIG -0.6 0.25 0.3`"),
+        (&["goto", "rig.toml", "-0.6,0.25,0.3"], "'-0' found; write spaces: -0.6 0.25 0.3"),
+        (
+            &["goto", "rig.toml", "40", "30", "20", "cm"],
+            "write numbers alone, the coordinates in m",
+        ),
+        (&["demo", "rig.toml"], "the demo has its own rig: `plumb run RIG` takes a rig file"),
+        (&["run", "rig.toml", "--timeout", "30", "s"], "above 0, to 1e9 s; write 30 alone, in s"),
+        (&["run", "--timeout=30", "s", "rig.toml"], "above 0, to 1e9 s; write 30 alone, in s"),
+        (&["demo", "--path", "eight", "--size", "20", "cm"], "0.001 to 8 m; write 0.2, in m"),
+        (&["demo", "--path", "eight", "--timeout", "9", "circle"], "for a shape: --path circle"),
+        (&["emulate", "--lost", "5"], "5 must be 0 to 1; write 0.05 for 5 %"),
+        (&["demo", "--seed", "1e3"], "must be a whole number, 0 to 1e15; write 1000"),
         (&["board", "flash", "/dev/ttyACM0"], "a port is no UF2 file: give it with --port"),
     ] {
         let text = last(arguments);
@@ -210,7 +237,8 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
             "way.csv: is no recording, but a list. Of pictures: give the folder that it is in. Of",
         ),
         (&["replay", "r2"], "r2: has no rgb.txt or color.txt or colour.txt: a recording is"),
-        (&["man", "way.csv"], "way.csv: cannot be written: File exists"),
+        (&["man", "way.csv"], "way.csv: is a file, but must be a folder: name"),
+        (&["replay", "r2/rig.toml"], "a .bag or .db3 file of librealsense2, or an .mcap file of"),
         (&["plot", "r2", "runs/run-0001", "--out", "both.png"], "both.png: must end in .svg"),
         (&["bench", "control", "--svg", "all.pdf"], "all.pdf: must end in .svg"),
         (
@@ -259,6 +287,39 @@ fn a_second_board_at_one_link_is_told_that_the_first_one_can_be_used() {
     let text = refusal(&["emulate", "--link", link], folder.path());
     let says = format!("an emulated board runs there, and `--port {link}` uses it");
     assert!(text.contains(&says), "{text}");
+}
+
+#[test]
+fn the_port_of_an_emulated_board_in_the_place_of_a_file_is_told_with_its_option() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let link = folder.path().join("board");
+    let emulator = Emulator::start_with(&["--link", link.to_str().unwrap()]);
+    for port in ["board", &emulator.port] {
+        for command in ["run", "check", "hold", "jog", "stop", "clear"] {
+            let text = refusal(&[command, port], folder.path());
+            assert!(text.ends_with(": a port is no rig file: give it with --port\n"), "{text}");
+            assert!(text.contains(&format!("invalid value '{port}' for ")), "{text}");
+        }
+        let text = refusal(&["run", &rig, port], folder.path());
+        assert!(text.ends_with(&format!("; for the board's port: --port {port}\n")), "{text}");
+    }
+}
+
+#[test]
+fn a_rig_file_and_a_list_may_be_called_like_a_shape() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let waypoints = ["run", &rig, "--waypoints", "circle"];
+    let text = refusal(&waypoints, folder.path());
+    let says = "--waypoints circle: there is no such file; for a shape: --path circle\n";
+    assert!(text.ends_with(says), "{text}");
+    fs::write(folder.path().join("circle"), "").unwrap();
+    let text = refusal(&waypoints, folder.path());
+    assert!(!text.contains("--path"), "{text}");
+    fs::rename(&rig, folder.path().join("circle")).unwrap();
+    let output = plumb(&["check", "circle", "--file-only"], folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
 
 /// Without a terminal nobody can be asked; a person may say no.

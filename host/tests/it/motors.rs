@@ -78,12 +78,14 @@ fn a_jog_beyond_its_limits_moves_nothing() {
     let text = text.split("\n[simulation]").next().unwrap().replace("[camera]", camera);
     std::fs::write(&real, text).unwrap();
     let real = real.to_str().unwrap();
-    let cases: [(&[&str], i32, &str); 9] = [
+    let cases: [(&[&str], i32, &str); 11] = [
         (&["jog", "A", "201"], 2, "jog.max_distance"),
         (&["jog", "A", "20", "--rate", "51"], 2, "jog.max_rate"),
         (&["jog", "A", "nan"], 2, "distance nan"),
         (&["jog", "A", "20cm"], 2, "as in 20mm"),
         (&["jog", "D", "20"], 2, "must be A, B or C"),
+        (&["jog", "20", "a"], 2, "the motor comes first, then its distance: write A 20\n"),
+        (&["jog", "20mm", "B"], 2, "the motor comes first, then its distance: write B 20mm\n"),
         (&["jog", "A"], 2, "the distance is missing: `plumb jog A 200`"),
         (&["jog", real, "A", "20mm"], 2, "cable_per_step"),
         (&["jog"], 2, "need a terminal"),

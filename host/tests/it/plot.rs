@@ -33,6 +33,14 @@ fn figures_are_drawn_again_and_runs_are_compared() {
 }
 
 #[test]
+fn the_help_names_each_figure_that_is_replaced() {
+    let help = String::from_utf8(plumb(&["plot", "--help"], folder().path()).stdout).unwrap();
+    for figure in ["figure4.svg", "figure5.svg", "deviation.svg"] {
+        assert!(help.contains(figure), "{help}");
+    }
+}
+
+#[test]
 fn a_folder_that_is_not_of_a_run_is_bad_input_and_nothing_is_drawn() {
     let folder = folder();
     fs::create_dir(folder.path().join("empty")).unwrap();

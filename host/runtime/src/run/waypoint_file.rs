@@ -9,7 +9,7 @@ use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::{Coordinate, Range};
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_path::file::is_gcode;
-use plumb_path::table::{Row, Table, wrong_names};
+use plumb_path::table::{Row, Table, is_time, wrong_names};
 
 use super::Waypoint;
 use crate::rig::MotionRules;
@@ -101,7 +101,7 @@ fn other_kind(text: &str) -> Option<&'static str> {
 /// Returns the end of a message about the names of columns: those that are wrong.
 fn wrong_columns(names: &Row) -> String {
     let wrong = wrong_names(&names.fields, &COLUMNS, COORDINATES);
-    match names.fields.iter().any(|name| ["t", "time"].contains(&name.as_str())) {
+    match names.fields.iter().any(|name| is_time(name)) {
         true => format!("{wrong}; a file with times is a path: --path"),
         false => wrong,
     }
@@ -146,7 +146,7 @@ fn parse_row(
     let named = columns.unwrap_or(&unnamed);
     let Columns(places) = named;
     let most = places.len();
-    if !(named.least()..=most).contains(&count) {
+    if !(named.least()..=most).contains(&count) || row.bracket_mistake().is_some() {
         let mistake = match (table.separator_mistake(row, most), columns) {
             (Some(why), _) => WaypointMistake::Separators { line, why, more: 0 },
             (None, Some(_)) => WaypointMistake::Columns { line, count, most, more: 0 },
@@ -246,6 +246,12 @@ mod tests {
             ("dwell,z,y,x\n1,0.4,0.3\n", "way.csv:2: 3 columns, but the first line names 4"),
             ("t,x,y,z\n0,0.4,0.3,0.2\n", "way.csv:1: the columns are 't,x,y,z'"),
             ("t,x,y,z\n0,0.4,0.3,0.2\n", "'t' is unknown; a file with times is a path: --path"),
+            (
+                "t_ms,x,y,z\n0,0.4,0.3,0.2\n",
+                "'t_ms' is unknown; a file with times is a path: --path",
+            ),
+            ("x,y,z\n[1, 1, 1]\n", "way.csv:2: brackets do not belong to a table: write 1, 1, 1"),
+            ("[1,1,1],\n[1,1,1]\n", "write 1,1,1 (1 more line too)"),
             ("x;y;w\n0,4;0,3;0,2\n", "way.csv:1: the columns are 'x;y;w', but"),
             ("x;y;w\n0,4;0,3;0,2\n", "tolerance in metres: 'w' is unknown, z is missing"),
             ("G0 X1 Y2\n", "way.csv: this is G-code, a path: give it with --path"),

@@ -1,6 +1,7 @@
 //! The end of a command by a mistake in its command line.
 
 use std::env;
+use std::path::Path;
 use std::process::ExitCode;
 use std::str::FromStr;
 
@@ -9,8 +10,12 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use plumb_path::shape::ShapeKind;
 
 use super::{BAD_INPUT, Failure, bad_input};
+use crate::commands::joined;
+use crate::commands::number_list::place_in;
 use crate::commands::print::tell;
-use crate::commands::rig_args::{DRIVES_THROUGH_LIST, RIG_VARIABLE, is_file_name, is_list, no_rig};
+use crate::commands::rig_args::{
+    DRIVES_THROUGH_LIST, RIG_VARIABLE, aim_hint, is_file_name, is_list, is_port, no_rig,
+};
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
 pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
@@ -22,14 +27,18 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
         let _closed_pipe = error.print();
         return ExitCode::from(if error.use_stderr() { BAD_INPUT } else { 0 });
     }
+    let words: Vec<String> =
+        joined(env::args_os()).iter().map(|word| word.to_string_lossy().into()).collect();
+    let unexpected = unexpected_word(error);
+    let hint = unexpected.and_then(|word| hint(word, &words));
+    let is_untold = unexpected.is_some() && hint.is_none();
+    if let Some(error) = is_untold.then(|| unit_error(&words)).flatten() {
+        return report_usage(&error);
+    }
     let UsageError { usage, message, tips } = UsageError::of(&error.render().to_string());
     if !usage.is_empty() {
         tell!("{usage}");
     }
-    let hint = unexpected_word(error).and_then(|word| {
-        let words: Vec<String> = env::args_os().map(|it| it.to_string_lossy().into()).collect();
-        hint(word, &words)
-    });
     let hint = hint.or_else(|| unknown_command(error).and_then(command_hint));
     // A similar word is a guess.
     let advice = hint.map_or(tips, |hint| format!("; {hint}"));
@@ -83,21 +92,17 @@ fn unknown_command(error: &clap::Error) -> Option<&str> {
     }
 }
 
-/// Returns what to write in place of `word`, where a command below another one has this name, or a
-/// file or a shape.
+/// Returns what to write in place of `word`, where a command below another one has this name, or it
+/// is a file, a shape or a place.
 fn command_hint(word: &str) -> Option<String> {
     let cli = crate::Cli::command();
     let mut groups = cli.get_subcommands();
     if let Some(group) = groups.find(|group| group.find_subcommand(word).is_some()) {
         Some(format!("write `plumb {} {word}`", group.get_name()))
-    } else if is_list(word) {
-        Some(format!("for a list of places: {DRIVES_THROUGH_LIST}"))
-    } else if ShapeKind::from_str(word).is_ok() {
-        Some(format!("for a shape: `plumb run RIG --path {word}`"))
     } else if is_file_name(word) {
         Some(format!("a command comes first: `plumb run {word}`"))
     } else {
-        None
+        aim_hint(word)
     }
 }
 
@@ -105,30 +110,83 @@ fn command_hint(word: &str) -> Option<String> {
 fn hint(word: &str, words: &[String]) -> Option<String> {
     let command = words.iter().skip(1).find(|it| !it.starts_with('-'));
     let command = command.map(String::as_str).unwrap_or_default();
-    let is_number =
-        |word: &str| word.trim_matches(',').split(',').all(|number| number.parse::<f64>().is_ok());
-    let mut pairs = words.windows(2);
+    let word = whole_word(word, words);
     if word == "--rig" && command != "demo" {
         Some(format!("the rig file has no option: put it first, or set {RIG_VARIABLE}"))
-    } else if is_number(word) && pairs.any(|pair| is_number(&pair[0]) && pair[1].starts_with(word))
-    {
+    } else if is_number(word) && is_behind_number(word, words) {
         Some("several numbers of an option stand without spaces: 0.4,0.2,0.15".to_owned())
     } else {
-        aim_hint(word, is_number(word), command)
+        option_hint(word, command)
     }
 }
 
-/// Returns how the aim `word`, a place, a shape or a list of places, is given to `command`; `None`
-/// for another word, and for a command that drives to no such aim.
-fn aim_hint(word: &str, is_number: bool, command: &str) -> Option<String> {
+/// Returns the word of which the parser names the beginning as an option: a negative number.
+fn whole_word<'a>(word: &'a str, words: &'a [String]) -> &'a str {
+    let is_negative = word.starts_with('-') && is_number(word);
+    let whole = words.iter().find(|it| is_negative && it.starts_with(word));
+    whole.map_or(word, String::as_str)
+}
+
+/// Returns whether `word` stands behind another number, and the first of them behind an option.
+fn is_behind_number(word: &str, words: &[String]) -> bool {
+    let place = words.iter().position(|it| it == word).unwrap_or_default();
+    let mut before = words[..place].iter().rev().skip_while(|it| is_number(it));
+    let has_number = words[..place].last().is_some_and(|it| is_number(it));
+    has_number && before.next().is_some_and(|it| it.starts_with("--"))
+}
+
+/// Returns whether `word` is a number, or several with commas between them.
+fn is_number(word: &str) -> bool {
+    word.trim_matches(',').split(',').all(|number| number.parse::<f64>().is_ok())
+}
+
+/// Returns how `word`, a place, a shape, a list of places, a port or a rig file, is given to
+/// `command`; `None` for another word, and for a command that has no such thing.
+fn option_hint(word: &str, command: &str) -> Option<String> {
     let is_shape = ShapeKind::from_str(word).is_ok();
     match command {
+        _ if is_port(Path::new(word)) && has_port(command) => {
+            Some(format!("for the board's port: --port {word}"))
+        }
+        "demo" if word == "--rig" || is_file_name(word) => {
+            Some("the demo has its own rig: `plumb run RIG` takes a rig file".to_owned())
+        }
+        "run" if place_in(word).is_some() => aim_hint(word),
+        "goto" if ["m", "cm", "mm"].contains(&word) => {
+            Some("write numbers alone, the coordinates in m".to_owned())
+        }
+        "goto" => place_in(word).map(|place| format!("write spaces: {place}")),
         "run" | "demo" if is_shape => Some(format!("for a shape: --path {word}")),
         "run" if is_list(word) => Some(format!("for a list of places: {DRIVES_THROUGH_LIST}")),
         "demo" if is_list(word) => Some(format!("for a list of places: --path {word}")),
-        "run" if is_number => Some("to go to one place: `plumb goto RIG 0.4 0.2 0.15`".to_owned()),
+        "run" if is_number(word) => {
+            Some("to go to one place: `plumb goto RIG 0.4 0.2 0.15`".to_owned())
+        }
         _ => None,
     }
+}
+
+/// Returns the error about the number of an option whose unit is a word of its own, as that about a
+/// unit right behind it: "--timeout 30 s". `None` for a command line without such a unit.
+fn unit_error(words: &[String]) -> Option<clap::Error> {
+    let is_unit = |word: &str| {
+        let is_of_letters = word.chars().all(|c| c.is_alphabetic() || "/%°".contains(c));
+        is_of_letters && ShapeKind::from_str(word).is_err()
+    };
+    let is_value = |word: &str| word.rsplit('=').next().is_some_and(is_number);
+    let place = words.windows(2).position(|pair| is_value(&pair[0]) && is_unit(&pair[1]))?;
+    let number_with_unit = format!("{} {}", words[place], words[place + 1]);
+    let [before, after] = [&words[..place], &words[place + 2..]];
+    let joined = before.iter().chain([&number_with_unit]).chain(after);
+    let error = crate::Cli::command().try_get_matches_from(joined).err()?;
+    (error.kind() == ErrorKind::ValueValidation).then_some(error)
+}
+
+/// Returns whether a command has the option `--port`.
+fn has_port(command: &str) -> bool {
+    let cli = crate::Cli::command();
+    let command = cli.find_subcommand(command);
+    command.is_some_and(|it| it.get_arguments().any(|option| option.get_long() == Some("port")))
 }
 
 /// Returns the failure of a command line without the rig file that its command needs.
@@ -179,9 +237,13 @@ mod tests {
         assert!(hint("0.6", "plumb run rig.toml 0.6 0.2 0.3").contains("plumb goto"));
         assert!(hint("circle", "plumb run rig.toml circle").contains("--path circle"));
         assert!(hint("circle", "plumb -v demo circle").contains("--path circle"));
+        assert!(hint("--rig", "plumb demo --rig rig.toml").contains("the demo has its own rig"));
+        assert!(hint("rig.toml", "plumb demo rig.toml").contains("the demo has its own rig"));
+        let port = hint("/dev/ttyACM0", "plumb run rig.toml /dev/ttyACM0");
+        assert!(port.contains("--port /dev/ttyACM0"), "{port}");
         for (word, line) in [
+            ("/dev/ttyACM0", "plumb replay rec /dev/ttyACM0"),
             ("--ye", "plumb check rig.toml --ye"),
-            ("--rig", "plumb demo --rig rig.toml"),
             ("0.4", "plumb demo 0.4"),
             ("circle", "plumb check rig.toml circle"),
             ("a.csv", "plumb replay rec a.csv"),

@@ -108,7 +108,8 @@ fn check_unit(words: &[Option<String>; 3], unit: Option<&str>) -> Result<(), Fai
     let mut words: Vec<&str> = words.iter().flatten().map(String::as_str).chain(unit).collect();
     let Some(last) = words.pop() else { return Ok(()) };
     let number = words.last().copied().unwrap_or_default();
-    if is_number(&number) && last.chars().all(char::is_alphabetic) {
+    let is_unit = last.chars().all(char::is_alphabetic) && motor(last).is_none();
+    if is_number(&number) && is_unit {
         let line = words.join(" ");
         return Err(bad_input(match last {
             "mm" => {
@@ -158,8 +159,15 @@ fn motor(name: &str) -> Option<usize> {
 
 /// Parses motor and distance.
 fn parse(motor: &str, distance: &str, rig: &Rig) -> Result<Move, Failure> {
-    let index =
-        self::motor(motor).ok_or_else(|| bad_input(format!("motor {motor}: must be A, B or C")))?;
+    let index = self::motor(motor).ok_or_else(|| {
+        bad_input(match self::motor(distance) {
+            Some(index) => {
+                let name = NAMES[index];
+                format!("the motor comes first, then its distance: write {name} {motor}")
+            }
+            None => format!("motor {motor}: must be A, B or C"),
+        })
+    })?;
     let (number, is_mm) = match distance.strip_suffix("mm") {
         Some(number) => (number.trim_end(), true),
         None => (distance, false),
