@@ -1,6 +1,7 @@
 //! A run: connects to the board, configures it, and drives the ball through a list of targets. Its
 //! errors are here too.
 
+mod chase;
 mod control_loop;
 mod core;
 mod first_and_last;

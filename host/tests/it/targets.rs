@@ -8,7 +8,7 @@ use std::net::{Shutdown, TcpListener};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, ChildStdin, Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -35,6 +35,15 @@ fn start(folder: &Path, emulator: &Emulator, targets: &str) -> Child {
         .unwrap()
 }
 
+/// Starts a run with the targets of its standard input. Returns it, once it has begun, and the
+/// input: the run leaves out a target that waits for more than 0.5 s.
+fn begun(folder: &Path, emulator: &Emulator) -> (Child, ChildStdin) {
+    let mut run = start(folder, emulator, "-");
+    let input = run.stdin.take().unwrap();
+    until_rows(&mut run, &folder.join("run"), 2);
+    (run, input)
+}
+
 /// Returns the result of a run that ended well, and its key `targets`.
 fn good(output: &Output) -> (Value, Value) {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(output));
@@ -48,10 +57,7 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder();
     let emulator = Emulator::start();
-    let mut run = start(folder.path(), &emulator, "-");
-    let mut input = run.stdin.take().unwrap();
-    // The run leaves out a target that waits for more than 0.5 s: they begin after its first row.
-    until_rows(&mut run, &folder.path().join("run"), 2);
+    let (run, mut input) = begun(folder.path(), &emulator);
     // The target stays at its last place: a busy machine may take one or another too late.
     let place = |k: u32| [0.5 - 0.0005 * f64::from(k.min(99)), 0.25, 0.42];
     let begin = Instant::now();
@@ -92,9 +98,7 @@ fn times_in_milliseconds_end_the_run_with_the_reason() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder();
     let emulator = Emulator::start();
-    let mut run = start(folder.path(), &emulator, "-");
-    let mut input = run.stdin.take().unwrap();
-    until_rows(&mut run, &folder.path().join("run"), 2);
+    let (run, mut input) = begun(folder.path(), &emulator);
     for k in 0..20 {
         let line = format!("{{\"t\": {}, \"target\": [0.5, 0.25, 0.42]}}\n", 5000 * k);
         // The run ends before the last line.

@@ -7,6 +7,7 @@ use plumb_path::trajectory::Moment;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Reference, State, Telemetry};
 
+use super::chase::Chase;
 use super::core::record::SentPosition;
 use super::path::LEAST_PERIOD_S;
 use crate::deviation::{Deviations, PathPoint};
@@ -17,7 +18,7 @@ use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, SourceEnd, TimedTar
 use crate::targets_summary::TargetsSummary;
 
 /// Time without a target after which the run says so, seconds.
-const PAUSE_S: f64 = 1.0;
+pub(super) const PAUSE_S: f64 = 1.0;
 
 /// Least time between two events about places that are not allowed, seconds.
 const LEAST_REFUSAL_S: f64 = 1.0;
@@ -30,22 +31,11 @@ const FRESH_S: f64 = 0.25;
 /// would run away from a ball that cannot follow a jump.
 const FAR_M: f64 = 0.06;
 
-/// Time for which the ball is far from a target in motion, less that for which it is not, after
-/// which the run says so, seconds.
-const LAG_S: f64 = 5.0;
-
-/// Distance at which the ball lags behind a target in motion, in radii of a reached target.
-const LAG_RADII: f64 = 2.0;
-
-/// Time for which the ball must be at the target without a break to have caught up, seconds: a
-/// target that passes the ball is gone before.
-const CATCH_S: f64 = 0.25;
-
 /// Distance within which the reference goes with the target again, metres.
 const NEAR_M: f64 = 0.04;
 
 /// Speed below which a target rests, m/s.
-const REST_SPEED: f64 = 1e-4;
+pub(super) const REST_SPEED: f64 = 1e-4;
 /// Distance within which a place is the same, metres.
 pub(in crate::run) const REST_M: f64 = 1e-4;
 
@@ -96,56 +86,6 @@ pub(crate) struct TargetDrive {
     chase: Chase,
     deviations: Deviations,
     counts: Counts,
-}
-
-/// How the ball keeps up with the target, from picture to picture.
-#[derive(Debug, Clone, Copy, Default)]
-struct Chase {
-    /// Number of pictures with the ball while the board followed, and those of them with the ball
-    /// at the target.
-    followed: u64,
-    near: u64,
-    /// Time of the last of them, seconds of the path.
-    last: Option<f64>,
-    /// Time for which the ball has been at the target without a break, seconds.
-    near_s: f64,
-    has_caught_up: bool,
-    /// Time for which the ball was far from a target in motion, less that for which it was not;
-    /// seconds.
-    lag_s: f64,
-    is_lag_told: bool,
-    is_lag_due: bool,
-}
-
-impl Chase {
-    /// Begins anew: the board is to follow from now on. What was counted stays.
-    fn begin(&mut self) {
-        (self.last, self.near_s, self.has_caught_up) = (None, 0.0, false);
-    }
-
-    /// Notes the distance of the ball from the target, in radii of a reached target.
-    fn note(&mut self, point: &PathPoint, radii: f64) {
-        let passed = point.time - self.last.replace(point.time).unwrap_or(point.time);
-        let passed = passed.clamp(0.0, PAUSE_S);
-        let is_near = radii <= 1.0;
-        self.followed += 1;
-        self.near += u64::from(is_near);
-        self.near_s = if is_near { self.near_s + passed } else { 0.0 };
-        self.has_caught_up |= self.near_s >= CATCH_S;
-        if point.velocity.norm() > REST_SPEED {
-            let change = if radii > LAG_RADII { passed } else { -passed };
-            self.lag_s = (self.lag_s + change).max(0.0);
-            self.is_lag_told &= self.lag_s > 0.0;
-            self.is_lag_due |=
-                self.lag_s > LAG_S && !std::mem::replace(&mut self.is_lag_told, true);
-        }
-    }
-
-    /// Returns whether it is to be told that the ball lags: once, until the ball has made up for
-    /// it.
-    fn take_lag(&mut self) -> bool {
-        std::mem::take(&mut self.is_lag_due)
-    }
 }
 
 /// Counts of a drive.
@@ -378,13 +318,13 @@ impl TargetDrive {
 
     /// Returns whether the ball has caught up since the board began to follow the target.
     pub(crate) fn has_caught_up(&self) -> bool {
-        self.chase.has_caught_up
+        self.chase.has_caught_up()
     }
 
     /// Adds the deviation of a measured position, metres, once the ball has caught up.
     pub(crate) fn note_position(&mut self, point: &PathPoint, position: Point3<f64>) {
         self.chase.note(point, (position - point.position).norm() / self.rules.radius);
-        if self.chase.has_caught_up {
+        if self.chase.has_caught_up() {
             self.deviations.add(point, position);
         }
     }
