@@ -137,7 +137,7 @@ function showStop(stop) {
   if (!stop) return;
   const time = new Date(stop.since).toLocaleTimeString();
   const refused = stop.refused > 0 ? ` Refused since then: ${stop.refused}.` : "";
-  byId("stopped-text").textContent = `By ${stop.by} at ${time} (stop ${stop.number}).${refused}`;
+  byId("stopped-text").textContent = `By ${stop.by} at ${time} (command ${stop.number}).${refused}`;
 }
 
 function showValues() {

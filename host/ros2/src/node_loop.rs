@@ -225,13 +225,16 @@ impl NodeLoop {
         match &self.published {
             Some((Some(known), at)) if known.number == number && *at <= arrival => {
                 match state.ledger.resume(number) {
-                    Ok(()) => (true, format!("stop {number} has ended: nothing moves by itself")),
+                    Ok(()) => (
+                        true,
+                        format!("the Stop of command {number} has ended: nothing moves by itself"),
+                    ),
                     Err(error) => (false, error.to_string()),
                 }
             }
             _ => {
                 let text = "was not published before this request: look, and call again";
-                (false, format!("stop {number} by {by} {text}"))
+                (false, format!("the Stop of command {number} by {by} {text}"))
             }
         }
     }

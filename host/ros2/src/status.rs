@@ -235,7 +235,7 @@ pub(crate) fn stop_report(stop: Option<&Stop>) -> Report {
         KeyValue::new("since s", format!("{:.3}", since.as_secs_f64())),
         KeyValue::new("refused", refused),
     ];
-    Report { level: Level::Warn, message: format!("stopped by {by} (stop {number})"), values }
+    Report { level: Level::Warn, message: format!("stopped by {by} (command {number})"), values }
 }
 
 #[cfg(test)]

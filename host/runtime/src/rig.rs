@@ -250,11 +250,14 @@ impl Rig {
     }
 }
 
-/// Returns the error of a rig file with this text, with the advice of its check.
+/// Returns the error of a rig file with this text, in the words of its check.
 fn advised(error: TomlFileError, text: &str) -> TomlFileError {
     match error {
         TomlFileError::Content { path, line, key, message } => {
-            let message = check::advice(&path, text, line).unwrap_or(message);
+            let (key, message) = match check::explanation(&path, text, line) {
+                Some(explanation) => (String::new(), explanation),
+                None => (key, message),
+            };
             TomlFileError::Content { path, line, key, message }
         }
         other => other,

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use plumb_cameras::settings::SourceName;
 use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::message::State;
 use plumb_runtime::board_fault::BoardFault;
@@ -52,22 +51,16 @@ pub(super) fn check_state(file: &Path, rig: &Rig, port: &PortArgs) -> Result<(),
     }
 }
 
-/// Returns the failure to open the camera of the rig file `file`. At an emulated board, it says how
-/// to get a simulated one.
-pub(super) fn without_camera(failure: Failure, file: &Path, rig: &Rig, port: &PortArgs) -> Failure {
-    let is_device = matches!(
-        rig.camera.source(rig.simulation.is_some()),
-        Ok(SourceName::Openni | SourceName::Realsense | SourceName::Webcam)
-    );
-    match port.pseudo_terminal(rig).filter(|_| is_device && rig.simulation.is_none()) {
-        Some(port) => failure.with_advice(format!(
-            "The board seems to be emulated, but {} has no [simulation]: its camera is a real one. \
-             A simulated rig for this board: `plumb init trial --simulated`, then \
-             `plumb run trial/rig.toml --port {port}`",
-            file.display()
-        )),
-        None => failure,
-    }
+/// Returns how to get a simulated rig for the emulated board at the port; `None` at a port that is
+/// no pseudo-terminal, or where `rig` of `file` has one.
+pub(super) fn without_simulation(file: &Path, rig: &Rig, port: &PortArgs) -> Option<String> {
+    let port = port.pseudo_terminal(rig).filter(|_| rig.simulation.is_none())?;
+    Some(format!(
+        "The board seems to be emulated, but {} has no [simulation]: its pictures come from a real \
+         camera or from another program. A simulated rig for this board: `plumb init trial \
+         --simulated`, then `plumb run trial/rig.toml --port {port}`",
+        file.display()
+    ))
 }
 
 /// Returns the failure of a command for the rig file `file` and these options. Of a fault that was

@@ -105,7 +105,9 @@ impl Failure {
 
     /// Returns the failure with `advice` behind its message.
     pub(crate) fn with_advice(self, advice: impl fmt::Display) -> Self {
-        let message = format!("{}. {advice}", ErrorChain(&*self.error));
+        let error = ErrorChain(&*self.error).to_string();
+        let end = if error.ends_with('?') { "" } else { "." };
+        let message = format!("{error}{end} {advice}");
         Self { error: CommandError(message).into(), ..self }
     }
 

@@ -46,7 +46,8 @@ pub(crate) struct Args {
     /// Kind of the board
     #[arg(long, value_enum, ignore_case = true)]
     board: Option<BoardOption>,
-    /// Motor drivers
+    /// Motor drivers; for another one with STEP and DIR choose a4988, and write its times as
+    /// `driver = { step-dir = ... }` into the rig file
     #[arg(long, value_enum, ignore_case = true)]
     driver: Option<DriverName>,
     /// Microsteps in a full step, 1 to 16 microsteps: 1, 2, 4, 8 or 16, as the driver has them
@@ -263,7 +264,7 @@ fn notes(rig: &NewRig) -> Vec<String> {
     let mut notes = Vec::new();
     match rig.driver {
         DriverKind::Tmc2209Uart => {
-            let page = page("skr-pico");
+            let page = page("uart-drivers");
             notes.push(format!(
                 "0.8 A is a guess: set `run_current` to the motors' data sheet ({page})"
             ));

@@ -23,7 +23,7 @@ use plumb_runtime::run_log::{FigureSettings, RunLog};
 use plumb_runtime::targets::{TargetAddress, TargetFile, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
 
-use super::connection::{explained, without_camera};
+use super::connection::{explained, without_simulation};
 use super::find_ball::find_ball;
 use super::interrupt::{interrupt_flag, interrupted_before};
 use super::operators::Operators;
@@ -247,8 +247,10 @@ pub(super) fn drive(
             let physics = options.physics.unwrap_or(Physics::QuasiStatic);
             RunCamera::simulated(&rig, camera, physics, run.motors()?)?
         }
-        _ => RunCamera::open(&rig, camera, oni)
-            .map_err(|failure| without_camera(failure, file, &rig, &options.port))?,
+        _ => {
+            let advice = without_simulation(file, &rig, &options.port);
+            RunCamera::open(&rig, camera, oni, advice.as_deref())?
+        }
     };
     let intrinsics = &camera.camera.intrinsics;
     if interrupted.load(Ordering::Relaxed) {

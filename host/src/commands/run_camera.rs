@@ -3,6 +3,7 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use nalgebra::{Point3, Vector3};
 use plumb_cameras::camera_file;
 use plumb_cameras::capture::{Capture, CaptureLimits};
 use plumb_cameras::open::OpenedCamera;
@@ -12,14 +13,16 @@ use plumb_cameras::stream::FIRST_FRAME;
 use plumb_config::bounded_read::{ReadError, read_text};
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_frame::source::CameraSource;
-use plumb_runtime::rig::Rig;
-use plumb_sim::simulated::{HilObserver, HilPlant, SimulatedCamera, Timing, synthetic_camera};
+use plumb_runtime::rig::{MotionError, Rig};
+use plumb_sim::simulated::{
+    HilObserver, HilPlant, SimClock, SimulatedCamera, Timing, synthetic_camera,
+};
 use plumb_vision::camera::Camera;
 
 use super::interrupt::DefaultSignals;
 use super::print::{note, tell};
 use super::ros2::open_camera;
-use super::{Failure, Physics, bad_input};
+use super::{Failure, Physics, bad_input, failed};
 
 /// Reads the camera file of `rig` of `file`. Returns its text too.
 ///
@@ -55,16 +58,30 @@ pub(crate) struct RunCamera {
 
 impl RunCamera {
     /// Opens the camera of `rig`, whose camera file describes `camera`. A device also records to
-    /// the file `oni`.
-    pub(super) fn open(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Self, Failure> {
+    /// the file `oni`. The advice `without_simulation` is told before another program is waited
+    /// for, and where the camera cannot be opened.
+    pub(super) fn open(
+        rig: &Rig,
+        camera: Camera,
+        oni: Option<PathBuf>,
+        without_simulation: Option<&str>,
+    ) -> Result<Self, Failure> {
         note!("preparing the camera");
         let signals = sender(&rig.camera).map(|sender| {
             note!("camera: waiting for {sender}, {} s at most", FIRST_FRAME.as_secs());
+            if let Some(advice) = without_simulation {
+                note!("{advice}");
+            }
             // Nothing moves yet, and the sender may never come.
             DefaultSignals::begin()
         });
         let OpenedCamera { source, camera, description, notes } =
-            open_camera(&rig.camera, camera, oni.as_deref())?;
+            open_camera(&rig.camera, camera, oni.as_deref()).map_err(|failure| {
+                match without_simulation {
+                    Some(advice) => failure.with_advice(advice),
+                    None => failure,
+                }
+            })?;
         drop(signals);
         if let Some(description) = description {
             note!("camera: {description}");
@@ -90,11 +107,31 @@ impl RunCamera {
         let plant = HilPlant::new(physics.plant(rig, simulation)?);
         let mut follower = plant.observer();
         follower.board_stands(motors)?;
+        check_simulated_ball(rig, plant.ball(), motors)?;
         let synthetic = synthetic_camera(simulation, &camera)?;
         let source = SimulatedCamera::new(plant, synthetic, simulation.motors(), Timing::default());
         let source = Box::new(Capture::start(source, CaptureLimits::default())?);
         Ok(Self { source, camera, oni: None, follower: Some(follower) })
     }
+}
+
+/// Checks that the ball of the simulated `rig` hangs at a `place` (metres) inside the workspace,
+/// where the board's motors are at `motors` (full steps from the zero of travel).
+fn check_simulated_ball(rig: &Rig, place: Point3<f64>, motors: [f64; 3]) -> Result<(), Failure> {
+    let Err(MotionError::Workspace(outside)) = rig.motion_rules().check(place, Vector3::zeros())
+    else {
+        return Ok(());
+    };
+    let [a, b, c] = motors;
+    Err(failed(format!(
+        "the board's motors stand at {a:.0}, {b:.0} and {c:.0} full steps: there the ball of this \
+         simulated rig is outside its workspace, {outside}"
+    ))
+    .with_advice(
+        "A board keeps its motors' positions from one run to the next. If it last moved another \
+         rig, restart it: end `plumb emulate` and start it again. If not, jog the ball back with \
+         `plumb jog`",
+    ))
 }
 
 /// Returns what another program must send, for a person; `None` for other cameras.

@@ -51,19 +51,54 @@ fn a_run_without_targets_is_refused_before_the_board_is_configured() {
 }
 
 #[test]
-fn a_run_answers_a_wrong_type_as_the_check_does() {
+fn a_run_answers_a_mistake_in_the_words_of_the_check() {
     let folder = folder();
-    let rig = rig_file(folder.path(), |text| {
-        text.replace("targets = [[0.400, 0.400, 0.150]]", "targets = [0.4, 0.4, 0.15]")
-    });
-    let says = "must be a list of places: write [[0.4, 0.4, 0.15]]";
-    for command in
-        [&["run", &rig][..], &["goto", &rig, "0.4", "0.3", "0.2"], &["check", &rig, "--file-only"]]
-    {
-        let output = plumb(command, folder.path());
-        assert_eq!(output.status.code(), Some(2), "{command:?}");
-        assert!(stderr(&output).contains(says), "{command:?}: {}", stderr(&output));
+    for (right, wrong, says) in [
+        (
+            "targets = [[0.400, 0.400, 0.150]]",
+            "targets = [0.4, 0.4, 0.15]",
+            "`targets = [0.4, 0.4, 0.15]` must be a list of places: write [[0.4, 0.4, 0.15]]",
+        ),
+        (
+            "microsteps = 16",
+            "microsteps = \"16\"",
+            "`motors.microsteps = \"16\"` must be a number without quotes: write 16",
+        ),
+        (
+            "microsteps = 16",
+            "microsteps = [16]",
+            "; allowed: 1, 2, 4, 8, 16, for example `motors.microsteps = 16`",
+        ),
+        (
+            "max_rate = 400.0",
+            "max_rat = 400.0",
+            "`motors.max_rat` is no key of this file; did you mean `max_rate`?",
+        ),
+    ] {
+        let rig = rig_file(folder.path(), |text| text.replacen(right, wrong, 1));
+        for command in [
+            &["run", &rig][..],
+            &["goto", &rig, "0.4", "0.3", "0.2"],
+            &["check", &rig, "--file-only"],
+        ] {
+            let output = plumb(command, folder.path());
+            let text = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
+            assert!(text.contains(says) && !text.contains("?."), "{command:?}: {text}");
+        }
     }
+}
+
+#[test]
+fn a_deadline_below_the_age_of_a_position_is_one_mistake() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text.replace("position = 0.5", "position = 0.05"));
+    let text = stderr(&plumb(&["check", &rig, "--file-only"], folder.path()));
+    assert!(
+        text.contains("`deadlines.max_age = 0.25` is not below `deadlines.position`"),
+        "{text}"
+    );
+    assert!(text.contains(": 1 error, "), "{text}");
 }
 
 #[test]

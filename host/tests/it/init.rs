@@ -327,3 +327,27 @@ fn a_simulated_rig_reaches_its_target_and_a_miswired_one_does_not() {
     assert!(last.starts_with(fault) && last.contains(" mm. "), "{text}");
     assert_eq!(text.matches(fault).count(), 1, "{text}");
 }
+
+#[test]
+fn a_simulated_rig_at_a_board_that_another_rig_moved_is_told_before_it_moves() {
+    let folder = folder();
+    for (name, size) in [("big", "2"), ("small", "0.5")] {
+        let sides = [size; 3].join(",");
+        init_and_check(folder.path(), name, &["--simulated", "--sides", &sides, "--height", size]);
+        let path = folder.path().join(name).join("rig.toml");
+        let text = patient(fs::read_to_string(&path).unwrap());
+        fs::write(&path, text).unwrap();
+    }
+    let emulator = Emulator::start();
+    let run = |rig| plumb(&["run", rig, "--port", &emulator.port], folder.path());
+    let output = run("big/rig.toml");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let output = run("small/rig.toml");
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(
+        text.contains("there the ball of this simulated rig is outside its workspace"),
+        "{text}"
+    );
+    assert!(text.contains("If it last moved another rig, restart it"), "{text}");
+}

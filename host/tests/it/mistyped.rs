@@ -205,8 +205,9 @@ fn a_real_rig_at_an_emulated_board_is_told_of_a_simulated_one() {
     });
     let emulator = Emulator::start();
     let says = format!(
-        "has no [simulation]: its camera is a real one. A simulated rig for this board: `plumb \
-         init trial --simulated`, then `plumb run trial/rig.toml --port {}`\n",
+        "has no [simulation]: its pictures come from a real camera or from another program. A \
+         simulated rig for this board: `plumb init trial --simulated`, then `plumb run \
+         trial/rig.toml --port {}`\n",
         emulator.port
     );
     for command in [&["run", &rig][..], &["hold", &rig], &["check", &rig, "--yes"]] {

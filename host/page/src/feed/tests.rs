@@ -184,7 +184,7 @@ fn a_stop_holds_for_every_page_until_a_resume_names_it() {
     let held = stop(&feed).unwrap();
     assert_eq!((held.number, held.by.as_str(), held.refused), (1, "page 2 at 192.168.1.7", 8));
     let refused = feed.take(r#"{"type":"resume","stop":7}"#, 1).unwrap_err();
-    assert!(refused.contains("stop 1"), "{refused}");
+    assert!(refused.contains("command 1"), "{refused}");
     for text in [r#"{"type":"clear"}"#, r#"{"type":"end"}"#, r#"{"type":"resume","stop":1}"#] {
         assert_eq!(feed.take(text, 1), Ok(Received::Command));
     }

@@ -219,7 +219,7 @@ mod tests {
         page.send(OperatorCommand::Stop).unwrap();
         let stopped = admission.admit(&message("plumb/rig", 0.4), now, &source);
         let stopped = stopped.unwrap_err().to_string();
-        assert!(stopped.contains("stop 1") && stopped.contains("/plumb/resume"), "{stopped}");
+        assert!(stopped.contains("command 1") && stopped.contains("/plumb/resume"), "{stopped}");
     }
 
     #[test]

@@ -87,7 +87,7 @@ impl fmt::Display for OperatorCommand {
             }
             Self::Hold => f.write_str("hold"),
             Self::Stop => f.write_str("stop"),
-            Self::Resume { stop } => write!(f, "resume after stop {stop}"),
+            Self::Resume { stop } => write!(f, "resume after the Stop of command {stop}"),
             Self::RampDown => f.write_str("ramp down"),
             Self::ClearFault => f.write_str("clear the fault"),
             Self::Jog { motor, distance, .. } => {

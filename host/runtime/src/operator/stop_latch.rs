@@ -29,11 +29,11 @@ pub struct Stop {
 #[non_exhaustive]
 pub enum StopEvent {
     /// A Stop holds from now on. The board has been asked to ramp the motors down.
-    #[error("stopped by {} (stop {}): nothing moves the ball before a Resume", .0.by, .0.number)]
+    #[error("stopped by {} (command {}): nothing moves the ball before a Resume", .0.by, .0.number)]
     Stopped(Stop),
     /// Something that moves the ball was refused. There is one such event for each Stop.
     #[error(
-        "{by}: {what} is refused, for the rig is stopped (stop {number}): Resume first; further \
+        "{by}: {what} is refused, for the rig is stopped (command {number}): Resume first; further \
          refusals are counted only"
     )]
     Refused {
@@ -45,7 +45,7 @@ pub enum StopEvent {
         what: String,
     },
     /// A Resume has ended the Stop. The ball stays where it is.
-    #[error("resumed by {by} (stop {}; refused meanwhile: {})", .stop.number, .stop.refused)]
+    #[error("resumed by {by} (command {}; refused meanwhile: {})", .stop.number, .stop.refused)]
     Resumed {
         /// Number of the Resume.
         number: u64,
@@ -68,14 +68,14 @@ impl StopEvent {
 
 /// Refusal for a Stop that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("the rig is stopped (stop {0}): Resume first")]
+#[error("the rig is stopped (command {0}): Resume first")]
 pub struct Stopped(pub u64);
 
 /// Reason why a Resume ends nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ResumeError {
     /// It names another Stop than the one that holds.
-    #[error("another stop holds: stop {holds}")]
+    #[error("another Stop holds: that of command {holds}")]
     OtherStop {
         /// Number of the Stop that holds.
         holds: u64,
@@ -267,7 +267,7 @@ mod tests {
         }
         let events: Vec<_> = latch.take_events().iter().map(ToString::to_string).collect();
         assert_eq!(events.len(), 2, "{events:?}");
-        assert!(events[0].starts_with("stopped by page 1 (stop 7)"), "{events:?}");
+        assert!(events[0].starts_with("stopped by page 1 (command 7)"), "{events:?}");
         assert!(events[1].starts_with("a script: hold is refused, for the rig is"), "{events:?}");
         // A second Stop does not begin to count anew.
         latch.latch(8, &page);

@@ -141,12 +141,12 @@ pub(crate) fn check_text(
     (findings, camera)
 }
 
-/// Returns what is wrong in the line `line` of the rig file at `path`, and what to write, where
-/// that is better than the message of the reader.
-pub(super) fn advice(path: &Path, text: &str, line: usize) -> Option<String> {
-    let document = Document::new(path, text, REFERENCE);
+/// Returns what is wrong in the line `line` of the rig file at `path`, with its key, and what is
+/// allowed there; `None` where that line has no mistake.
+pub(super) fn explanation(path: &Path, text: &str, line: usize) -> Option<String> {
     let mistakes = diagnose::<Rig>(text, PLACEHOLDERS).mistakes;
-    mistakes.iter().filter(|it| it.line == Some(line)).find_map(|it| document.advice(it))
+    let mistake = mistakes.iter().find(|it| it.line == Some(line))?;
+    Some(Document::new(path, text, REFERENCE).mistake(mistake).explanation())
 }
 
 /// Returns whether `key` is one of `wrong`, or in a table of them, or has one of them in it.
@@ -309,14 +309,24 @@ impl fmt::Display for Finding {
             Severity::Error => ": error: ",
             Severity::Warning => ": warning: ",
         })?;
+        f.write_str(&self.explanation())
+    }
+}
+
+impl Finding {
+    /// Returns the keys with their values, what is wrong with them, and what is allowed.
+    fn explanation(&self) -> String {
         let values = self.values.iter().map(|(key, value)| match value.as_str() {
             "" => format!("`{key}`"),
             _ => format!("`{key} = {value}`"),
         });
         let values = values.collect::<Vec<_>>().join(", ");
         let space = if values.is_empty() { "" } else { " " };
-        write!(f, "{values}{space}{}", self.problem)?;
-        if self.allowed.is_empty() { Ok(()) } else { write!(f, "; allowed: {}", self.allowed) }
+        let allowed = match self.allowed.as_str() {
+            "" => String::new(),
+            allowed => format!("; allowed: {allowed}"),
+        };
+        format!("{values}{space}{}{allowed}", self.problem)
     }
 }
 
@@ -391,6 +401,10 @@ impl<'a> Document<'a> {
             return Some(format!("has keys of its own: write, for example, `{example}`"));
         }
         let Mistake { key, value, message, .. } = mistake;
+        let bare = value.trim_matches(['"', '\'']);
+        if bare != value && self.is_number(key) && bare.parse::<f64>().is_ok() {
+            return Some(format!("must be a number without quotes: write {bare}"));
+        }
         let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
         (is_place && message.starts_with("invalid type"))
             .then(|| format!("must be a list of places: write [{value}]"))

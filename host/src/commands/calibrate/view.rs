@@ -110,7 +110,7 @@ impl View {
                 file.display()
             )));
         }
-        let RunCamera { source, camera, .. } = RunCamera::open(rig, camera, None)?;
+        let RunCamera { source, camera, .. } = RunCamera::open(rig, camera, None, None)?;
         Ok(Self { source: Source::Camera(source), camera, frames })
     }
 

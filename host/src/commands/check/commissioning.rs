@@ -16,7 +16,7 @@ use plumb_runtime::wakeups::{RealClock, WakeupCheck};
 use plumb_vision::camera::Camera;
 use serde::Serialize;
 
-use super::super::connection::{check_state, configured, without_camera};
+use super::super::connection::{check_state, configured, without_simulation};
 use super::super::interrupt::{interrupt_flag, interrupted_before};
 use super::super::old_file::{OldFile, ask};
 use super::super::print::tell;
@@ -106,8 +106,10 @@ fn jog_and_look(
             let motors = BoardReport::from(&link.status()?).motors;
             RunCamera::simulated(rig, camera, Physics::QuasiStatic, motors)?
         }
-        _ => RunCamera::open(rig, camera, None)
-            .map_err(|failure| without_camera(failure, &args.rig.rig, rig, &args.port))?,
+        _ => {
+            let advice = without_simulation(&args.rig.rig, rig, &args.port);
+            RunCamera::open(rig, camera, None, advice.as_deref())?
+        }
     };
     if interrupted.load(Ordering::Relaxed) {
         return Err(interrupted_before("check"));
