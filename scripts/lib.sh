@@ -60,6 +60,20 @@ new_environment() {
     bounded 900 "$1/bin/python" -m pip install -qq --no-input --only-binary :all: "${@:2}"
 }
 
+# cargo_tool NAME VERSION [OPTION...]: puts NAME of crates.io on the PATH. Where that version is not
+# there, cargo builds it into target/tools, with these options.
+cargo_tool() {
+  local name=$1 version=$2 tools
+  tools=$(dirname "${BASH_SOURCE[0]}")/../target/tools
+  shift 2
+  mkdir -p "$tools"
+  PATH=$(cd "$tools" && pwd)/bin:$PATH
+  if [[ "$("$name" --version 2>/dev/null)" != *[\ v]"$version" ]]; then
+    say "Building $name $version from crates.io into target/tools (some minutes)"
+    cargo install --quiet --locked --root "$tools" "$@" "$name@$version"
+  fi
+}
+
 # phase NAME: begins a phase of a script, whose time print_phases prints.
 phase() { phases+=("$(date +%s) $1"); }
 
