@@ -96,8 +96,8 @@ pub enum TargetsEvent {
          `path.max_speed` of the rig file allow?)"
     )]
     Lagging,
-    /// No target has come for a second. The ball rests.
-    #[error("targets: none for a second; the ball rests")]
+    /// No target that can be used has come for a second. The ball goes on to the last one.
+    #[error("targets: none that can be used for a second; the ball goes to the last one and waits")]
     Ceased,
     /// Targets come again.
     #[error("targets: they come again")]

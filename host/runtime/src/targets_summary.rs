@@ -41,7 +41,7 @@ impl fmt::Display for TargetsSummary {
             (unreadable, "unreadable"),
             (out_of_order, "out of order"),
             (late, "too late"),
-            (skipped, "skipped"),
+            (skipped, "skipped (too early, or too many at once: a file goes with --targets FILE)"),
             (self.ended, "after the end of their motion"),
         ];
         for (count, name) in counts.into_iter().filter(|(count, _)| *count > 0) {

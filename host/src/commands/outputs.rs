@@ -127,7 +127,12 @@ impl Outputs {
         if warnings == self.warnings {
             return;
         }
-        self.tell(&format!("warnings of the motor drivers: {warnings}"));
+        let advice = match drivers.is_some_and(|drivers| drivers.iter().any(|it| it.is_hot)) {
+            true => " (cool the driver, or give its motor less current, before it switches off)",
+            false if warnings == NO_WARNINGS => "",
+            false => " (check the wires of that motor; fast motion shows an open coil too)",
+        };
+        self.tell(&format!("warnings of the motor drivers: {warnings}{advice}"));
         self.warnings = warnings;
     }
 

@@ -120,12 +120,17 @@ fn travel_warning(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Optio
     let needed = size.steps_across(&corners(rig)).ceil();
     let span = max - min;
     // Both ways from anywhere in the workspace.
-    (span > LARGEST_TRAVEL * 2.0 * needed).then(|| {
-        let problem = format!(
-            "protects little: the workspace takes at most {needed} steps of a cable either way"
-        );
-        document.finding(Severity::Warning, &["motors.travel"], problem)
-    })
+    let problem = if span > LARGEST_TRAVEL * 2.0 * needed {
+        format!("protects little: the workspace takes at most {needed} steps of a cable either way")
+    } else if span < needed {
+        format!(
+            "is too little to cross the workspace: that takes up to {needed} steps of a cable, and \
+             as many either way from an unknown place"
+        )
+    } else {
+        return None;
+    };
+    Some(document.finding(Severity::Warning, &["motors.travel"], problem))
 }
 
 fn rate_warning(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Option<Finding> {
