@@ -2,6 +2,7 @@
 
 mod class;
 mod usage;
+mod words;
 
 use std::env;
 use std::error::Error;
@@ -20,6 +21,7 @@ use super::rig_args::{PORT_VARIABLE, RIG_VARIABLE};
 
 pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, exit_code_of};
 pub(crate) use usage::report_usage;
+pub(crate) use words::{aim_hint, is_file_name, is_list, is_port, shape_option};
 
 /// Error that ends a command, and its exit code.
 pub(crate) struct Failure {

@@ -1,17 +1,16 @@
 //! Arguments that commands share: the rig file, and the port of the board.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use plumb_config::error_chain::ErrorChain;
-use plumb_path::shape::ShapeKind;
 use plumb_runtime::link::{LinkError, Serial, boards, is_pseudo_terminal, other_port};
 use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
+use super::exit::{aim_hint, is_file_name, is_list, is_port};
 use super::number_list::place_in;
 use super::print::note;
 use super::{Failure, bad_input, numbers};
@@ -31,13 +30,6 @@ const EMULATION: &str =
 
 /// How a person with the rig file of a real rig goes on without its board, for messages.
 const TRIAL: &str = "Without a board: `plumb init trial --simulated` writes a simulated rig";
-
-/// Endings of the names of lists of places.
-const LISTS: [&str; 5] = ["csv", "gcode", "nc", "ngc", "jsonl"];
-
-/// How a list of places is given to the program, for messages.
-pub(super) const DRIVES_THROUGH_LIST: &str =
-    "`plumb run RIG --waypoints FILE` or `--path FILE` drives through it";
 
 /// The rig file of a command that needs one.
 #[derive(Args)]
@@ -291,14 +283,6 @@ fn port(text: &str) -> Result<String, String> {
     Ok(text.to_owned())
 }
 
-/// Returns whether a file is a serial port by its name, or the port of an emulated board.
-pub(super) fn is_port(file: &Path) -> bool {
-    let is_terminal = |name: &OsStr| name.to_string_lossy().starts_with("tty");
-    file.starts_with("/dev/serial")
-        || is_pseudo_terminal(file)
-        || (file.starts_with("/dev") && file.file_name().is_some_and(is_terminal))
-}
-
 /// Returns the path of a rig file from the command line.
 ///
 /// # Errors
@@ -321,29 +305,6 @@ pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
         ));
     }
     Ok(text.into())
-}
-
-/// Returns whether the name of a file is that of a list of places.
-pub(super) fn is_list(name: &str) -> bool {
-    let ending = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
-    LISTS.iter().any(|list| ending == *list)
-}
-
-/// Returns the command for the aim `word`, a list of places, a shape or a place, that stands where
-/// a command does not have it; `None` for another word.
-pub(crate) fn aim_hint(word: &str) -> Option<String> {
-    if is_list(word) {
-        Some(format!("for a list of places: {DRIVES_THROUGH_LIST}"))
-    } else if ShapeKind::from_str(word).is_ok() {
-        Some(format!("for a shape: `plumb run RIG --path {word}`"))
-    } else {
-        place_in(word).map(|place| format!("to go to one place: `plumb goto RIG {place}`"))
-    }
-}
-
-/// Returns whether a word of the command line names a file, and is no value.
-pub(super) fn is_file_name(word: &str) -> bool {
-    Path::new(word).extension().is_some_and(|extension| extension == "toml")
 }
 
 #[cfg(test)]

@@ -10,7 +10,6 @@ use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
-use plumb_path::shape::ShapeKind;
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::operator;
@@ -24,6 +23,7 @@ use plumb_runtime::targets::{TargetAddress, TargetFile, TargetSender, TargetStre
 use plumb_vision::detect::BallDetector;
 
 use super::connection::{explained, without_camera};
+use super::exit::shape_option;
 use super::find_ball::find_ball;
 use super::interrupt::{interrupt_flag, interrupted_before};
 use super::operators::Operators;
@@ -162,9 +162,10 @@ impl RunArgs {
 
 /// Checks that the file of `--waypoints` is no shape: `--path` has these.
 fn check_no_shape(file: &Path) -> Result<(), Failure> {
-    match file.to_str().filter(|name| name.parse::<ShapeKind>().is_ok()) {
-        Some(shape) if !file.exists() => Err(bad_input(format!(
-            "--waypoints {shape}: there is no such file; for a shape: --path {shape}"
+    match file.to_str().and_then(shape_option) {
+        Some(option) if !file.exists() => Err(bad_input(format!(
+            "--waypoints {}: there is no such file; for a shape: {option}",
+            file.display()
         ))),
         _ => Ok(()),
     }

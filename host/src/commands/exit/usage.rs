@@ -3,19 +3,16 @@
 use std::env;
 use std::path::Path;
 use std::process::ExitCode;
-use std::str::FromStr;
 
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use plumb_path::shape::ShapeKind;
 
+use super::words::{DRIVES_THROUGH_LIST, aim_hint, is_file_name, is_list, is_port, shape_option};
 use super::{BAD_INPUT, Failure, bad_input};
 use crate::commands::joined;
 use crate::commands::number_list::place_in;
 use crate::commands::print::tell;
-use crate::commands::rig_args::{
-    DRIVES_THROUGH_LIST, RIG_VARIABLE, aim_hint, is_file_name, is_list, is_port, no_rig,
-};
+use crate::commands::rig_args::{RIG_VARIABLE, no_rig};
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
 pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
@@ -143,7 +140,7 @@ fn is_number(word: &str) -> bool {
 /// Returns how `word`, a place, a shape, a list of places, a port or a rig file, is given to
 /// `command`; `None` for another word, and for a command that has no such thing.
 fn option_hint(word: &str, command: &str) -> Option<String> {
-    let is_shape = ShapeKind::from_str(word).is_ok();
+    let shape = shape_option(word);
     match command {
         _ if is_port(Path::new(word)) && has_port(command) => {
             Some(format!("for the board's port: --port {word}"))
@@ -156,7 +153,7 @@ fn option_hint(word: &str, command: &str) -> Option<String> {
             Some("write numbers alone, the coordinates in m".to_owned())
         }
         "goto" => place_in(word).map(|place| format!("write spaces: {place}")),
-        "run" | "demo" if is_shape => Some(format!("for a shape: --path {word}")),
+        "run" | "demo" if shape.is_some() => shape.map(|option| format!("for a shape: {option}")),
         "run" if is_list(word) => Some(format!("for a list of places: {DRIVES_THROUGH_LIST}")),
         "demo" if is_list(word) => Some(format!("for a list of places: --path {word}")),
         "run" if is_number(word) => {
@@ -171,7 +168,7 @@ fn option_hint(word: &str, command: &str) -> Option<String> {
 fn unit_error(words: &[String]) -> Option<clap::Error> {
     let is_unit = |word: &str| {
         let is_of_letters = word.chars().all(|c| c.is_alphabetic() || "/%°".contains(c));
-        is_of_letters && ShapeKind::from_str(word).is_err()
+        is_of_letters && shape_option(word).is_none()
     };
     let is_value = |word: &str| word.rsplit('=').next().is_some_and(is_number);
     let place = words.windows(2).position(|pair| is_value(&pair[0]) && is_unit(&pair[1]))?;
