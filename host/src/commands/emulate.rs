@@ -22,7 +22,6 @@ use self::motors::MotorLines;
 use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
-use super::print::note;
 use super::rig_args::rig_path;
 use super::{Failure, Physics, bad_input, print};
 
@@ -114,7 +113,8 @@ fn prepared(args: &Args) -> Result<(EmulatedBoard, Vec<Rehearsed>), Failure> {
     if args.motors {
         board.sample_motors(motors::INTERVAL);
     }
-    let rehearsed = args.rehearsal.plan(&mut board, rig.as_ref())?;
+    let named = args.rig.as_deref().zip(rig.as_ref());
+    let rehearsed = args.rehearsal.plan(&mut board, named)?;
     Ok((board, rehearsed))
 }
 
@@ -159,8 +159,8 @@ fn follow(
             let board = served.board();
             (board.state(), board.now())
         };
-        while let Some(Rehearsed { time, text }) = rehearsed.next_if(|it| it.time <= time) {
-            note!("rehearsal, {:.1} s: {text}", time.0 as f64 * 1e-6);
+        while let Some(due) = rehearsed.next_if(|it| it.time <= time) {
+            due.tell(&served.board());
         }
         if let Some(lines) = &mut lines {
             let samples = served.board().take_samples();
