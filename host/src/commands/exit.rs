@@ -117,6 +117,16 @@ impl Failure {
     }
 }
 
+/// Returns a file's path for a message, with the environment variable that names it where no word
+/// of the command line does.
+pub(crate) fn with_variable(path: &Path) -> String {
+    let path = path.display();
+    match variable_that_names_file(&format!("{path}: ")) {
+        Some((variable, _)) => format!("{path} (named by {variable})"),
+        None => path.to_string(),
+    }
+}
+
 /// Returns the environment variable that has the path with which an error begins, and the path,
 /// where no word of the command line is that path. `plumb init` names its files itself.
 fn variable_that_names_file(message: &str) -> Option<(&'static str, String)> {
