@@ -11,7 +11,7 @@ use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
-use super::exit::BAD_INPUT;
+use super::exit::{BAD_INPUT, INIT};
 use super::print::{self, note, tell};
 use super::rig_args::{PortArgs, RigArg};
 use super::{DetectorName, FAILED, Failure};
@@ -78,6 +78,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     match findings.is_empty() {
         true => note!("{count}"),
         false => tell!("{count}"),
+    }
+    if matches!(args.rig.rig.try_exists(), Ok(false)) {
+        tell!("{INIT}");
     }
     let rig = match (errors, args.file_only) {
         (0, false) => Some(commissioning::examine(&args)?),

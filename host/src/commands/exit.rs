@@ -19,7 +19,7 @@ use thiserror::Error;
 use super::print::{result, tell};
 use super::rig_args::{PORT_VARIABLE, RIG_VARIABLE};
 
-pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, exit_code_of};
+pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, INIT, exit_code_of};
 pub(crate) use usage::report_usage;
 pub(crate) use words::{aim_hint, is_file_name, is_list, is_port, shape_option};
 

@@ -9,7 +9,7 @@ use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::bounded_read::read_text;
-use plumb_config::toml_file::MAX_BYTES;
+use plumb_config::toml_file::{MAX_BYTES, TomlFileError};
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::operator;
@@ -130,7 +130,7 @@ pub(super) struct Common {
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let file = &args.rig.rig;
-    let text = read_text(file, MAX_BYTES)?;
+    let text = read_text(file, MAX_BYTES).map_err(TomlFileError::from)?;
     let rig = Rig::parse(file, &text)?;
     if let Some(finding) = wrong_targets(file, &text, &rig).first() {
         return Err(bad_input(finding));

@@ -172,6 +172,29 @@ fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
 }
 
 #[test]
+fn a_missing_rig_file_is_told_with_the_command_that_writes_one() {
+    let folder = folder();
+    for arguments in [
+        &["run", "gone.toml"][..],
+        &["hold", "gone.toml"],
+        &["goto", "gone.toml", "1", "2", "3"],
+        &["home", "gone.toml"],
+        &["jog", "gone.toml", "A", "1"],
+        &["stop", "gone.toml"],
+        &["board", "status", "gone.toml"],
+        &["check", "gone.toml"],
+        &["calibrate", "gone.toml", "--board"],
+        &["report", "gone.toml"],
+        &["emulate", "gone.toml"],
+        &["cosim", "gone.toml"],
+    ] {
+        let text = refusal(arguments, folder.path());
+        let says = "`plumb init` writes a rig file and its camera file\n";
+        assert!(text.ends_with(says), "{arguments:?}: {text}");
+    }
+}
+
+#[test]
 fn a_word_that_is_no_text_does_not_hide_the_mistake() {
     let folder = folder();
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
