@@ -17,7 +17,7 @@ use plumb_sim::limits::RigLimits;
 
 use super::exit::with_variable;
 use super::print::{self, Reader};
-use super::rig_args::{RIG_VARIABLE, rig_path};
+use super::rig_args::{RIG_VARIABLE, rig_path_without_port};
 use super::{Failure, bad_input, law, numbers};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
@@ -38,7 +38,8 @@ use super::{Failure, bad_input, law, numbers};
 pub(crate) struct Args {
     /// Rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of
     /// ±4 m, 10 mm
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true, value_parser = rig_path)]
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    #[arg(value_parser = rig_path_without_port)]
     rig: Option<PathBuf>,
     /// Control law, with its default parameters [default: the rig file's, or the default law]
     #[arg(long, value_parser = law)]

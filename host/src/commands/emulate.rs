@@ -22,7 +22,7 @@ use self::motors::MotorLines;
 use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
-use super::rig_args::rig_path;
+use super::rig_args::{is_mere_word, rig_path_else};
 use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
@@ -59,6 +59,18 @@ pub(crate) struct Args {
     rehearsal: RehearsalOptions,
     #[command(flatten)]
     wire: WireOptions,
+}
+
+/// Returns the path of a rig file from the command line.
+///
+/// # Errors
+/// Where it is none: a person may take it for the name of the board's port.
+fn rig_path(text: &str) -> Result<PathBuf, String> {
+    let advice = "an emulated board has a port of its own, which --link names";
+    rig_path_else(text, |_| advice.to_owned()).map_err(|why| match is_mere_word(text) {
+        true => format!("{why}. For the name of the board's port: --link {text}"),
+        false => why,
+    })
 }
 
 /// Final state of the board.

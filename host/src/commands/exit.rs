@@ -1,6 +1,7 @@
 //! The end of a command by an error: what is printed, and the exit code.
 
 mod class;
+mod suggestions;
 mod usage;
 mod words;
 
@@ -21,7 +22,9 @@ use super::rig_args::{PORT_VARIABLE, RIG_VARIABLE};
 
 pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, INIT, exit_code_of};
 pub(crate) use usage::report_usage;
-pub(crate) use words::{aim_hint, is_file_name, is_list, is_port, shape_option};
+pub(crate) use words::{
+    aim_hint, goto_command, is_file_name, is_list, is_port, port_in, shape_option,
+};
 
 /// Error that ends a command, and its exit code.
 pub(crate) struct Failure {

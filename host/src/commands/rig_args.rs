@@ -10,7 +10,7 @@ use plumb_runtime::link::{LinkError, Serial, boards, is_pseudo_terminal, other_p
 use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
-use super::exit::{aim_hint, is_file_name, is_list, is_port};
+use super::exit::{aim_hint, goto_command, is_file_name, is_list, port_in};
 use super::number_list::place_in;
 use super::print::note;
 use super::{Failure, bad_input, numbers};
@@ -252,7 +252,8 @@ pub(crate) fn split_rig(
         let missing = missing.join(", ");
         let last = words.last().map(String::as_str).unwrap_or_default();
         if let Some(place) = place_in(last).filter(|_| names.len() == 3) {
-            return Err(bad_input(format!("write spaces: {place}; usage: {usage}")));
+            let rig = if has_rig { Some(words[0].as_str()) } else { absent_rig() };
+            return Err(bad_input(format!("write {}", goto_command(rig, &place))));
         }
         let hint = aim_hint(last).map(|hint| format!("; {hint}")).unwrap_or_default();
         return Err(bad_input(format!("the command line lacks {missing}{hint}; usage: {usage}")));
@@ -261,6 +262,17 @@ pub(crate) fn split_rig(
         Some(rig) => Ok((rig.into(), words)),
         None => Err(no_rig("", usage)),
     }
+}
+
+/// Returns how a command that is to be typed names the rig file where the command line has none:
+/// not at all where a variable names it.
+pub(super) fn absent_rig() -> Option<&'static str> {
+    if has_variable() { None } else { Some("RIG") }
+}
+
+/// Returns whether [`RIG_VARIABLE`] names a file.
+fn has_variable() -> bool {
+    std::env::var_os(RIG_VARIABLE).is_some_and(|path| !path.is_empty())
 }
 
 /// Returns the failure of a command line without a rig file, and without `others`.
@@ -283,19 +295,49 @@ fn port(text: &str) -> Result<String, String> {
     Ok(text.to_owned())
 }
 
-/// Returns the path of a rig file from the command line.
+/// Returns the path of a rig file from the command line of a command with `--port`.
 ///
 /// # Errors
-/// Where it is empty, it is a list of places, another aim or a port by its name, or a folder.
+/// As [`rig_path_without_port`].
 pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
+    rig_path_else(text, |port| format!("give it with --port {port}"))
+}
+
+/// Returns the path of a rig file from the command line of a command without `--port`.
+///
+/// # Errors
+/// Where it is empty, it is a list of places, another aim or a port by its name, a folder, or a
+/// word that is no file.
+pub(crate) fn rig_path_without_port(text: &str) -> Result<PathBuf, String> {
+    rig_path_else(text, |_| "this command opens no port".to_owned())
+}
+
+/// Returns the path of a rig file from the command line. Where it is a port, the error ends with
+/// `port_advice`.
+///
+/// # Errors
+/// As [`rig_path_without_port`].
+pub(crate) fn rig_path_else(
+    text: &str,
+    port_advice: impl Fn(&str) -> String,
+) -> Result<PathBuf, String> {
     if text.is_empty() {
         return Err(format!("no rig file has an empty name (is {RIG_VARIABLE} set to nothing?)"));
     }
     if let Some(hint) = aim_hint(text).filter(|_| is_list(text) || !Path::new(text).exists()) {
         return Err(format!("this is no rig file; {hint}"));
     }
-    if is_port(Path::new(text)) {
-        return Err("a port is no rig file: give it with --port".to_owned());
+    if let Some(port) = port_in(text) {
+        let advice = port_advice(&port.display().to_string());
+        return Err(format!("a port is no rig file: {advice}"));
+    }
+    if is_mere_word(text) {
+        let advice = match has_variable() {
+            true => format!("{RIG_VARIABLE} names that already: leave the word out"),
+            false => "write its name, such as rig.toml (`plumb init` writes one)".to_owned(),
+        };
+        let why = "no file has this name, and the word is taken for the rig file";
+        return Err(format!("{why}; {advice}"));
     }
     let inside = Path::new(text).join("rig.toml");
     if inside.is_file() {
@@ -305,6 +347,14 @@ pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
         ));
     }
     Ok(text.into())
+}
+
+/// Returns whether `text` of the command line is no file, and does not look like one.
+pub(super) fn is_mere_word(text: &str) -> bool {
+    let path = Path::new(text);
+    let is_variable = || std::env::var(RIG_VARIABLE).is_ok_and(|rig| rig == text);
+    let has_ending = path.extension().is_some() && text.parse::<f64>().is_err();
+    !has_ending && !text.contains('/') && !path.exists() && !is_variable()
 }
 
 #[cfg(test)]
