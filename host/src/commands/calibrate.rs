@@ -30,7 +30,7 @@ use plumb_vision::frame::RgbdFrame;
 use super::exit::unwritten;
 use super::interrupt::interrupt_flag;
 use super::print::tell;
-use super::rig_args::{RIG_VARIABLE, rig_path_without_port};
+use super::rig_path::{RIG_VARIABLE, rig_path_without_port};
 use super::run_camera::read_camera;
 use super::{DetectorName, FAILED, Failure, bad_input, failed, numbers};
 use clicks::Clicks;

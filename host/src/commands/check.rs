@@ -13,7 +13,8 @@ use serde::Serialize;
 
 use super::exit::{BAD_INPUT, INIT};
 use super::print::{self, note, tell};
-use super::rig_args::{PortArgs, RigArg};
+use super::rig_args::PortArgs;
+use super::rig_path::RigArg;
 use super::{DetectorName, FAILED, Failure};
 use commissioning::RigLine;
 

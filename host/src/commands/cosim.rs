@@ -17,7 +17,7 @@ use plumb_sim::limits::RigLimits;
 
 use super::exit::with_variable;
 use super::print::{self, Reader};
-use super::rig_args::{RIG_VARIABLE, rig_path_without_port};
+use super::rig_path::{RIG_VARIABLE, rig_path_without_port};
 use super::{Failure, bad_input, law, numbers};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output

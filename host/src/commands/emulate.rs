@@ -22,7 +22,7 @@ use self::motors::MotorLines;
 use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
-use super::rig_args::{is_mere_word, rig_path_else};
+use super::rig_path::{is_mere_word, rig_path_else};
 use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol

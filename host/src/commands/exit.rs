@@ -18,7 +18,8 @@ use serde_json::json;
 use thiserror::Error;
 
 use super::print::{result, tell};
-use super::rig_args::{PORT_VARIABLE, RIG_VARIABLE};
+use super::rig_args::PORT_VARIABLE;
+use super::rig_path::RIG_VARIABLE;
 
 pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, INIT, exit_code_of};
 pub(crate) use usage::report_usage;

@@ -32,7 +32,8 @@ use super::outputs::Outputs;
 use super::path_args::PathArgs;
 use super::print::{self, note, tell};
 use super::real_time::RealTime;
-use super::rig_args::{PortArgs, RigArg, split_rig};
+use super::rig_args::PortArgs;
+use super::rig_path::{RigArg, split_rig};
 use super::run_camera::{RunCamera, read_camera, record_folder};
 use super::{Failure, Physics, bad_input, law, numbers};
 

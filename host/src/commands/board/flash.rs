@@ -25,7 +25,8 @@ use serde_json::json;
 
 use super::super::exit::is_port;
 use super::super::print::{result, tell};
-use super::super::rig_args::{PortArgs, RIG_VARIABLE, rig_path};
+use super::super::rig_args::PortArgs;
+use super::super::rig_path::{RIG_VARIABLE, rig_path};
 use super::super::{Failure, bad_input};
 use super::{compare_release, firmware_line};
 use computer::ThisComputer;

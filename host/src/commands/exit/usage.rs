@@ -16,7 +16,7 @@ use super::{BAD_INPUT, Failure, bad_input};
 use crate::commands::joined;
 use crate::commands::number_list::place_in;
 use crate::commands::print::tell;
-use crate::commands::rig_args::{RIG_VARIABLE, absent_rig, no_rig};
+use crate::commands::rig_path::{RIG_VARIABLE, absent_rig, no_rig};
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
 pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {

@@ -13,7 +13,7 @@ use plumb_runtime::rig::Rig;
 use plumb_verify::{BallPath, Interval, RigFamily};
 
 use self::report::Report;
-use super::rig_args::rig_path_without_port;
+use super::rig_path::rig_path_without_port;
 use super::{FAILED, Failure, bad_input, numbers, print};
 
 /// Proofs about the control laws, for a family of rigs or for a family of Jacobians
