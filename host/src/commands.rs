@@ -39,6 +39,7 @@ mod real_time;
 pub(crate) mod replay;
 pub(crate) mod report;
 mod rig_args;
+mod rig_path;
 mod ros2;
 pub(crate) mod run;
 mod run_camera;

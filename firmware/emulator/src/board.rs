@@ -291,6 +291,11 @@ impl EmulatedBoard {
         self.emergency = open;
     }
 
+    /// Returns whether the board has drivers on a UART, by its configuration.
+    pub fn has_driver_uart(&self) -> bool {
+        self.drivers.is_some()
+    }
+
     /// Lets a motor's driver on a UART have this trouble; drivers of other kinds have none.
     pub fn trouble_driver(&mut self, trouble: DriverTrouble) {
         self.trouble = Some(trouble);

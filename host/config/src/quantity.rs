@@ -1,5 +1,6 @@
 //! Numbers with a range and a unit, for configuration files and command lines.
 
+use std::f64::consts::PI;
 use std::fmt;
 
 use serde::de::Error as _;
@@ -115,8 +116,24 @@ pub struct OtherUnit {
     pub count: f64,
 }
 
+impl OtherUnit {
+    /// Returns whether `word` is the symbol or the name of this unit, in the singular or the
+    /// plural. A speed may lack its "/s".
+    pub fn is_meant_by(&self, word: &str) -> bool {
+        let is_symbol = self.symbol == word || self.symbol.strip_suffix("/s") == Some(word);
+        is_symbol || is_name(self.name, word)
+    }
+}
+
+/// Returns whether `word` is the name of a unit, which is `plural` for several, in the singular or
+/// the plural, also as it is spelt in America.
+fn is_name(plural: &str, word: &str) -> bool {
+    let word = word.to_lowercase().replace("meter", "metre");
+    plural == word || plural.strip_suffix('s') == Some(&word)
+}
+
 /// Usual other units.
-const OTHER_UNITS: [OtherUnit; 8] = [
+const OTHER_UNITS: [OtherUnit; 11] = [
     OtherUnit { unit: "m", symbol: "mm", name: "millimetres", count: 1000.0 },
     OtherUnit { unit: "m", symbol: "cm", name: "centimetres", count: 100.0 },
     OtherUnit { unit: "m/s", symbol: "mm/s", name: "millimetres a second", count: 1000.0 },
@@ -124,6 +141,9 @@ const OTHER_UNITS: [OtherUnit; 8] = [
     OtherUnit { unit: "mm", symbol: "cm", name: "centimetres", count: 0.1 },
     OtherUnit { unit: "mm", symbol: "m", name: "metres", count: 0.001 },
     OtherUnit { unit: "s", symbol: "ms", name: "milliseconds", count: 1000.0 },
+    OtherUnit { unit: "s", symbol: "min", name: "minutes", count: 1.0 / 60.0 },
+    OtherUnit { unit: "s", symbol: "h", name: "hours", count: 1.0 / 3600.0 },
+    OtherUnit { unit: "degrees", symbol: "rad", name: "radians", count: PI / 180.0 },
     OtherUnit { unit: "A", symbol: "mA", name: "milliamperes", count: 1000.0 },
 ];
 

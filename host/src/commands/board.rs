@@ -16,7 +16,8 @@ use serde_json::{Value, json};
 
 use super::connection::connect;
 use super::print::tell;
-use super::rig_args::{BoardArgs, PortArgs, RigArg};
+use super::rig_args::{BoardArgs, PortArgs};
+use super::rig_path::RigArg;
 use super::{Failure, print};
 
 /// Ask the board for its state, store a configuration in it, or write new firmware to it

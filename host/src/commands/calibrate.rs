@@ -30,7 +30,7 @@ use plumb_vision::frame::RgbdFrame;
 use super::exit::unwritten;
 use super::interrupt::interrupt_flag;
 use super::print::tell;
-use super::rig_args::{RIG_VARIABLE, rig_path};
+use super::rig_path::{RIG_VARIABLE, rig_path_without_port};
 use super::run_camera::read_camera;
 use super::{DetectorName, FAILED, Failure, bad_input, failed, numbers};
 use clicks::Clicks;
@@ -68,7 +68,7 @@ use view::{Stage, View};
 pub(crate) struct Args {
     /// The rig file (TOML, SI units)
     #[arg(env = RIG_VARIABLE, hide_env_values = true, required_unless_present = "print_board")]
-    #[arg(value_parser = rig_path)]
+    #[arg(value_parser = rig_path_without_port)]
     rig: Option<PathBuf>,
     /// Write the board for the printer to this file, .pdf or .png
     #[arg(long, value_name = "FILE")]

@@ -11,9 +11,10 @@ use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
-use super::exit::BAD_INPUT;
+use super::exit::{BAD_INPUT, INIT};
 use super::print::{self, note, tell};
-use super::rig_args::{PortArgs, RigArg};
+use super::rig_args::PortArgs;
+use super::rig_path::RigArg;
 use super::{DetectorName, FAILED, Failure};
 use commissioning::RigLine;
 
@@ -78,6 +79,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     match findings.is_empty() {
         true => note!("{count}"),
         false => tell!("{count}"),
+    }
+    if matches!(args.rig.rig.try_exists(), Ok(false)) {
+        tell!("{INIT}");
     }
     let rig = match (errors, args.file_only) {
         (0, false) => Some(commissioning::examine(&args)?),

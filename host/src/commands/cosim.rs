@@ -1,19 +1,23 @@
 //! `plumb cosim`: the board in lock step with any physics engine.
 
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_config::bounded_read::read_line;
 use plumb_config::error_chain::ErrorChain;
+use plumb_protocol::config::Workspace;
+use plumb_protocol::message::Refusal;
+use plumb_protocol::units::Point;
 use plumb_protocol::{Config, Wiring};
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_sim::cosim::{Cosim, Request};
+use plumb_sim::cosim::{Cosim, CosimError, Request};
 use plumb_sim::limits::RigLimits;
 
+use super::exit::with_variable;
 use super::print::{self, Reader};
-use super::rig_args::{RIG_VARIABLE, rig_path};
+use super::rig_path::{RIG_VARIABLE, rig_path_without_port};
 use super::{Failure, bad_input, law, numbers};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
@@ -34,7 +38,8 @@ use super::{Failure, bad_input, law, numbers};
 pub(crate) struct Args {
     /// Rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of
     /// ±4 m, 10 mm
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true, value_parser = rig_path)]
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    #[arg(value_parser = rig_path_without_port)]
     rig: Option<PathBuf>,
     /// Control law, with its default parameters [default: the rig file's, or the default law]
     #[arg(long, value_parser = law)]
@@ -59,10 +64,11 @@ fn setup(args: &Args) -> Result<(Wiring, Config), Failure> {
     Ok((Wiring::example(), RigLimits::default().config(law.config()?, mean, 0.010)))
 }
 
-/// Begins a co-simulation.
-fn begin_with(args: &Args) -> Result<Cosim, Failure> {
+/// Begins a co-simulation in the workspace that is returned.
+fn begin_with(args: &Args) -> Result<(Cosim, Workspace), Failure> {
     let (wiring, config) = setup(args)?;
-    Ok(Cosim::new(wiring, config)?)
+    let workspace = config.workspace;
+    Ok((Cosim::new(wiring, config)?, workspace))
 }
 
 /// Begins a co-simulation, and carries out its first request.
@@ -70,7 +76,7 @@ fn begin_with(args: &Args) -> Result<Cosim, Failure> {
 pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
     let request = r#"{"t": 0, "dt": 0.01, "position": [0.5, 0.3, 0.3]}"#;
     let request: Request = serde_json::from_str(request)?;
-    begin_with(args)?.step(&request, args.samples).map(drop)?;
+    begin_with(args)?.0.step(&request, args.samples).map(drop)?;
     Ok(())
 }
 
@@ -78,15 +84,26 @@ pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
 #[cfg(test)]
 pub(crate) fn begin_request(line: &str) -> Result<(), Failure> {
     let request: Request = serde_json::from_str(line)?;
-    begin_with(&Args { rig: None, law: None, samples: 1 })?.step(&request, 1).map(drop)?;
+    begin_with(&Args { rig: None, law: None, samples: 1 })?.0.step(&request, 1).map(drop)?;
     Ok(())
 }
 
 /// Longest line of input, bytes. A request has about 150.
 const LONGEST_LINE: u64 = 1 << 16;
 
+/// Returns in words how far the workspace reaches, and which rig file says it.
+fn limits(workspace: &Workspace, rig: Option<&Path>) -> String {
+    let [min, max] = [workspace.min, workspace.max].map(Point::to_metres);
+    let axes = ["x", "y", "z"].into_iter().zip(min.into_iter().zip(max));
+    let ranges: Vec<String> =
+        axes.map(|(axis, (low, high))| format!("{axis} {low:.3} to {high:.3} m")).collect();
+    let whose =
+        rig.map_or("without a rig file".to_owned(), |rig| format!("of {}", with_variable(rig)));
+    format!("The workspace {whose} is {}", ranges.join(", "))
+}
+
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let mut cosim = begin_with(&args)?;
+    let (mut cosim, workspace) = begin_with(&args)?;
     let mut input = std::io::stdin().lock();
     for number in 1_u64.. {
         let wrong = |error: &(dyn Error + 'static)| {
@@ -98,7 +115,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             continue;
         }
         let request: Request = serde_json::from_str(&line).map_err(|e| wrong(&e))?;
-        let answer = cosim.step(&request, args.samples).map_err(|e| wrong(&e))?;
+        let answer = cosim.step(&request, args.samples).map_err(|error| match error {
+            CosimError::Refused(Refusal::TargetOutside) => {
+                wrong(&error).with_advice(limits(&workspace, args.rig.as_deref()))
+            }
+            _ => wrong(&error),
+        })?;
         let answer = serde_json::to_string(&answer)?;
         // The engine waits for each line.
         if print::results(answer)? == Reader::Closed {

@@ -22,8 +22,7 @@ use self::motors::MotorLines;
 use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
-use super::print::note;
-use super::rig_args::rig_path;
+use super::rig_path::{is_mere_word, rig_path_else};
 use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
@@ -60,6 +59,18 @@ pub(crate) struct Args {
     rehearsal: RehearsalOptions,
     #[command(flatten)]
     wire: WireOptions,
+}
+
+/// Returns the path of a rig file from the command line.
+///
+/// # Errors
+/// Where it is none: a person may take it for the name of the board's port.
+fn rig_path(text: &str) -> Result<PathBuf, String> {
+    let advice = "an emulated board has a port of its own, which --link names";
+    rig_path_else(text, |_| advice.to_owned()).map_err(|why| match is_mere_word(text) {
+        true => format!("{why}. For the name of the board's port: --link {text}"),
+        false => why,
+    })
 }
 
 /// Final state of the board.
@@ -114,7 +125,8 @@ fn prepared(args: &Args) -> Result<(EmulatedBoard, Vec<Rehearsed>), Failure> {
     if args.motors {
         board.sample_motors(motors::INTERVAL);
     }
-    let rehearsed = args.rehearsal.plan(&mut board, rig.as_ref())?;
+    let named = args.rig.as_deref().zip(rig.as_ref());
+    let rehearsed = args.rehearsal.plan(&mut board, named)?;
     Ok((board, rehearsed))
 }
 
@@ -159,8 +171,8 @@ fn follow(
             let board = served.board();
             (board.state(), board.now())
         };
-        while let Some(Rehearsed { time, text }) = rehearsed.next_if(|it| it.time <= time) {
-            note!("rehearsal, {:.1} s: {text}", time.0 as f64 * 1e-6);
+        while let Some(due) = rehearsed.next_if(|it| it.time <= time) {
+            due.tell(&served.board());
         }
         if let Some(lines) = &mut lines {
             let samples = served.board().take_samples();

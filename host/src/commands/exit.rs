@@ -1,7 +1,9 @@
 //! The end of a command by an error: what is printed, and the exit code.
 
 mod class;
+mod suggestions;
 mod usage;
+mod words;
 
 use std::env;
 use std::error::Error;
@@ -16,10 +18,14 @@ use serde_json::json;
 use thiserror::Error;
 
 use super::print::{result, tell};
-use super::rig_args::{PORT_VARIABLE, RIG_VARIABLE};
+use super::rig_args::PORT_VARIABLE;
+use super::rig_path::RIG_VARIABLE;
 
-pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, exit_code_of};
+pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, INIT, exit_code_of};
 pub(crate) use usage::report_usage;
+pub(crate) use words::{
+    aim_hint, goto_command, is_file_name, is_list, is_port, port_in, shape_option,
+};
 
 /// Error that ends a command, and its exit code.
 pub(crate) struct Failure {
@@ -114,6 +120,16 @@ impl Failure {
     /// Prints the error, without its consequences.
     pub(crate) fn print(&self) {
         tell!("plumb: {}", self.message());
+    }
+}
+
+/// Returns a file's path for a message, with the environment variable that names it where no word
+/// of the command line does.
+pub(crate) fn with_variable(path: &Path) -> String {
+    let path = path.display();
+    match variable_that_names_file(&format!("{path}: ")) {
+        Some((variable, _)) => format!("{path} (named by {variable})"),
+        None => path.to_string(),
     }
 }
 

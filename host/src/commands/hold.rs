@@ -7,7 +7,7 @@ use plumb_runtime::rig::Rig;
 use plumb_runtime::run::check_targets;
 
 use super::Failure;
-use super::rig_args::RigArg;
+use super::rig_path::RigArg;
 use super::run::{Common, Goal, drive};
 
 /// Hold the ball where it is, until Ctrl-C

@@ -17,7 +17,8 @@ use plumb_runtime::rig::{BoardPort, Rig};
 use super::board::report;
 use super::connection::connect;
 use super::print::note;
-use super::rig_args::{BoardArgs, PortArgs, RigArg};
+use super::rig_args::{BoardArgs, PortArgs};
+use super::rig_path::RigArg;
 use super::{Failure, bad_input, failed};
 
 pub(crate) use jog::{JogArgs, jog};

@@ -97,7 +97,7 @@ fn unit_hint(text: &str, range: &Range) -> Option<String> {
         let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
         return Some(format!("; write {converted}{unit}"));
     }
-    let is_own = || [unit, short(unit)].contains(&rest);
+    let is_own = || unit == rest || own_words(unit).contains(&rest);
     Some(match unit {
         "" => format!("; write {number} alone"),
         _ if rest.starts_with(',') => format!("; write {number} alone"),
@@ -106,21 +106,25 @@ fn unit_hint(text: &str, range: &Range) -> Option<String> {
     })
 }
 
-/// Returns the usual short form of a unit.
-fn short(unit: &str) -> &str {
+/// Returns the usual other words for a unit.
+fn own_words(unit: &str) -> &'static [&'static str] {
     match unit {
-        "degrees" => "°",
-        "pixels" => "px",
-        _ => unit,
+        "m" => &["metre", "metres", "meter", "meters"],
+        "s" => &["sec", "secs", "second", "seconds"],
+        "degrees" => &["°", "deg", "degree"],
+        "pixels" => &["px", "pixel"],
+        "pictures" => &["picture", "frames"],
+        "pictures/s" => &["fps", "Hz"],
+        "bit/s" => &["baud", "Baud", "Bd", "bd", "bps"],
+        "microsteps" => &["microstep"],
+        _ => &[],
     }
 }
 
-/// Returns a number with the symbol of a usual other unit in the unit of `range`; `None` for
-/// another symbol. A speed may lack its "/s". A share may be in percent.
+/// Returns a number with the symbol or the name of a usual other unit in the unit of `range`;
+/// `None` for another word. A share may be in percent.
 fn in_unit_of(range: &Range, number: &str, symbol: &str) -> Option<f64> {
-    let is_meant = |other: &OtherUnit| {
-        other.symbol == symbol || other.symbol.strip_suffix("/s").is_some_and(|it| it == symbol)
-    };
+    let is_meant = |other: &OtherUnit| other.is_meant_by(symbol);
     let percent = || (symbol == "%" && *range == SHARE).then_some(100.0);
     let count = range.other_units().find(is_meant).map(|other| other.count).or_else(percent);
     let converted = number.parse::<f64>().ok()? / count?;
@@ -165,10 +169,11 @@ pub(super) fn parse_whole<T: TryFrom<i128>>(text: &str, range: &Range) -> Result
     range.check_whole(number).map_err(|error| error.to_string())
 }
 
-/// Returns the hint about a whole number of `range` with a decimal point or an exponent: how it is
-/// written without. `None` for another text.
+/// Returns the hint about a whole number of `range` with a decimal point or an exponent, or about
+/// microsteps as a part of a step: how it is written. `None` for another text.
 fn whole_hint(text: &str, range: &Range) -> Option<String> {
-    let number: f64 = text.parse().ok()?;
+    let parts = text.strip_prefix("1/").filter(|_| range.unit() == "microsteps");
+    let number: f64 = parts.unwrap_or(text).parse().ok()?;
     (number.fract() == 0.0 && range.contains(number)).then(|| format!("; write {number}"))
 }
 
@@ -179,6 +184,8 @@ pub(super) fn seed() -> impl TypedValueParser<Value = u64> {
 
 #[cfg(test)]
 mod tests {
+    use plumb_runtime::rig::quantity::BAUD;
+
     use super::*;
 
     #[test]
@@ -211,7 +218,14 @@ mod tests {
             ("0.65,", SIDE, "; write 0.65 alone"),
             ("0.65 m", SIDE, "; write 0.65 alone, in m"),
             ("0,65m", SIDE, "; write 0.65 alone, in m"),
-            ("2min", TIME, "; write a number alone, in s"),
+            ("2min", TIME, "; write 120, in s"),
+            ("1.5 minutes", TIME, "; write 90, in s"),
+            ("1h", TIME, "; write 3600, in s"),
+            ("30sec", TIME, "; write 30 alone, in s"),
+            ("2 lightyears", TIME, "; write a number alone, in s"),
+            ("120deg", ANGLE, "; write 120 alone, in degrees"),
+            ("0.5rad", ANGLE, "; write 28.647889757, in degrees"),
+            ("65 centimeters", SIDE, "; write 0.65, in m"),
             ("5%", SHARE, "; write 0.05"),
         ] {
             let error = parse(text, &range).unwrap_err();
@@ -219,6 +233,11 @@ mod tests {
         }
         let whole = |text, range| parse_whole::<u64>(text, &range).unwrap_err();
         assert!(whole("15 px", PICTURE_SIDE).ends_with("; write 15 alone, in pixels"));
+        assert!(whole("9600Bd", BAUD).ends_with("; write 9600 alone, in bit/s"));
+        let microsteps = Range::new(1.0, 16.0, "microsteps");
+        assert!(whole("1/16", microsteps).ends_with("; write 16"));
+        assert!(!whole("1/32", microsteps).contains("write"));
+        assert!(!whole("1/16", SEED).contains("write"));
         assert!(whole("1x", SEED).ends_with("; write 1 alone"));
         assert!(whole("1e3", SEED).ends_with("; write 1000"));
         assert!(whole("5.0", SEED).ends_with("; write 5"));

@@ -16,7 +16,8 @@ use serde_json::json;
 
 use super::old_file::write_beside_former;
 use super::print::{note, result};
-use super::rig_args::{PortArgs, RIG_VARIABLE, rig_path};
+use super::rig_args::PortArgs;
+use super::rig_path::{RIG_VARIABLE, rig_path};
 use super::{Failure, failed_because};
 use parts::Parts;
 use privacy::Privacy;

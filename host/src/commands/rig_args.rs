@@ -1,23 +1,17 @@
-//! Arguments that commands share: the rig file, and the port of the board.
+//! Arguments that commands share: the port of the board, and its kind.
 
-use std::ffi::{OsStr, OsString};
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use plumb_config::error_chain::ErrorChain;
-use plumb_path::shape::ShapeKind;
 use plumb_runtime::link::{LinkError, Serial, boards, is_pseudo_terminal, other_port};
 use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
-use super::number_list::place_in;
 use super::print::note;
+use super::rig_path::{RIG_VARIABLE, rig_path};
 use super::{Failure, bad_input, numbers};
-
-/// Environment variable with the rig file of a command line that names none.
-pub(crate) const RIG_VARIABLE: &str = "PLUMB_RIG";
 
 /// Environment variable with the port of a command line that names none.
 pub(crate) const PORT_VARIABLE: &str = "PLUMB_PORT";
@@ -31,21 +25,6 @@ const EMULATION: &str =
 
 /// How a person with the rig file of a real rig goes on without its board, for messages.
 const TRIAL: &str = "Without a board: `plumb init trial --simulated` writes a simulated rig";
-
-/// Endings of the names of lists of places.
-const LISTS: [&str; 5] = ["csv", "gcode", "nc", "ngc", "jsonl"];
-
-/// How a list of places is given to the program, for messages.
-pub(super) const DRIVES_THROUGH_LIST: &str =
-    "`plumb run RIG --waypoints FILE` or `--path FILE` drives through it";
-
-/// The rig file of a command that needs one.
-#[derive(Args)]
-pub(crate) struct RigArg {
-    /// Rig file (TOML, SI units)
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true, value_parser = rig_path)]
-    pub(crate) rig: PathBuf,
-}
 
 /// The serial port of the board.
 #[derive(Args)]
@@ -232,53 +211,6 @@ fn only_board() -> Result<String, Failure> {
     }
 }
 
-/// Splits the words of `plumb COMMAND [RIG] VALUE...` into the rig file and the values, whose names
-/// in `usage` are `names`. Without a rig file among the words it is that of [`RIG_VARIABLE`].
-///
-/// # Errors
-/// Where the number of words is wrong, or nothing names the rig file.
-pub(crate) fn split_rig(
-    words: impl IntoIterator<Item = Option<String>>,
-    names: &[&str],
-    usage: &str,
-) -> Result<(PathBuf, Vec<String>), Failure> {
-    let mut words: Vec<String> = words.into_iter().flatten().collect();
-    if words.len() == names.len() + 1 {
-        let is_number = |word: &String| word.parse::<f64>().is_ok();
-        if !names.is_empty() && words.iter().all(is_number) && !Path::new(&words[0]).exists() {
-            let names = names.join(" ");
-            return Err(bad_input(format!("too many numbers: {names} are needed; usage: {usage}")));
-        }
-        let rig = words.remove(0);
-        let rig = rig_path(&rig)
-            .map_err(|why| bad_input(format!("invalid value '{rig}' for '[RIG]': {why}")))?;
-        return Ok((rig, words));
-    }
-    let has_rig = words.first().is_some_and(|word| is_file_name(word));
-    let missing = names.get(words.len() - usize::from(has_rig)..).unwrap_or_default();
-    if !missing.is_empty() {
-        let missing = missing.join(", ");
-        let last = words.last().map(String::as_str).unwrap_or_default();
-        if let Some(place) = place_in(last).filter(|_| names.len() == 3) {
-            return Err(bad_input(format!("write spaces: {place}; usage: {usage}")));
-        }
-        let hint = aim_hint(last).map(|hint| format!("; {hint}")).unwrap_or_default();
-        return Err(bad_input(format!("the command line lacks {missing}{hint}; usage: {usage}")));
-    }
-    match std::env::var_os(RIG_VARIABLE).filter(|path: &OsString| !path.is_empty()) {
-        Some(rig) => Ok((rig.into(), words)),
-        None => Err(no_rig("", usage)),
-    }
-}
-
-/// Returns the failure of a command line without a rig file, and without `others`.
-pub(super) fn no_rig(others: &str, usage: &str) -> Failure {
-    bad_input(format!(
-        "no rig file is named: put it first, or set {RIG_VARIABLE} (`plumb init` writes one)\
-         {others}; usage: {usage}"
-    ))
-}
-
 /// Returns the name of a port from the command line.
 ///
 /// # Errors
@@ -289,61 +221,6 @@ fn port(text: &str) -> Result<String, String> {
         return Err("name a port, such as /dev/ttyACM0, or leave the option out".to_owned());
     }
     Ok(text.to_owned())
-}
-
-/// Returns whether a file is a serial port by its name, or the port of an emulated board.
-pub(super) fn is_port(file: &Path) -> bool {
-    let is_terminal = |name: &OsStr| name.to_string_lossy().starts_with("tty");
-    file.starts_with("/dev/serial")
-        || is_pseudo_terminal(file)
-        || (file.starts_with("/dev") && file.file_name().is_some_and(is_terminal))
-}
-
-/// Returns the path of a rig file from the command line.
-///
-/// # Errors
-/// Where it is empty, it is a list of places, another aim or a port by its name, or a folder.
-pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
-    if text.is_empty() {
-        return Err(format!("no rig file has an empty name (is {RIG_VARIABLE} set to nothing?)"));
-    }
-    if let Some(hint) = aim_hint(text).filter(|_| is_list(text) || !Path::new(text).exists()) {
-        return Err(format!("this is no rig file; {hint}"));
-    }
-    if is_port(Path::new(text)) {
-        return Err("a port is no rig file: give it with --port".to_owned());
-    }
-    let inside = Path::new(text).join("rig.toml");
-    if inside.is_file() {
-        return Err(format!(
-            "{text} is a folder, but must be a regular file: its rig file is {}",
-            inside.display()
-        ));
-    }
-    Ok(text.into())
-}
-
-/// Returns whether the name of a file is that of a list of places.
-pub(super) fn is_list(name: &str) -> bool {
-    let ending = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
-    LISTS.iter().any(|list| ending == *list)
-}
-
-/// Returns the command for the aim `word`, a list of places, a shape or a place, that stands where
-/// a command does not have it; `None` for another word.
-pub(crate) fn aim_hint(word: &str) -> Option<String> {
-    if is_list(word) {
-        Some(format!("for a list of places: {DRIVES_THROUGH_LIST}"))
-    } else if ShapeKind::from_str(word).is_ok() {
-        Some(format!("for a shape: `plumb run RIG --path {word}`"))
-    } else {
-        place_in(word).map(|place| format!("to go to one place: `plumb goto RIG {place}`"))
-    }
-}
-
-/// Returns whether a word of the command line names a file, and is no value.
-pub(super) fn is_file_name(word: &str) -> bool {
-    Path::new(word).extension().is_some_and(|extension| extension == "toml")
 }
 
 #[cfg(test)]

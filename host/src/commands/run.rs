@@ -9,8 +9,7 @@ use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::bounded_read::read_text;
-use plumb_config::toml_file::MAX_BYTES;
-use plumb_path::shape::ShapeKind;
+use plumb_config::toml_file::{MAX_BYTES, TomlFileError};
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::operator;
@@ -24,6 +23,7 @@ use plumb_runtime::targets::{TargetAddress, TargetFile, TargetSender, TargetStre
 use plumb_vision::detect::BallDetector;
 
 use super::connection::{explained, without_simulation};
+use super::exit::shape_option;
 use super::find_ball::find_ball;
 use super::interrupt::{interrupt_flag, interrupted_before};
 use super::operators::Operators;
@@ -32,7 +32,8 @@ use super::outputs::Outputs;
 use super::path_args::PathArgs;
 use super::print::{self, note, tell};
 use super::real_time::RealTime;
-use super::rig_args::{PortArgs, RigArg, split_rig};
+use super::rig_args::PortArgs;
+use super::rig_path::{RigArg, split_rig};
 use super::run_camera::{RunCamera, read_camera, record_folder};
 use super::{Failure, Physics, bad_input, law, numbers};
 
@@ -130,7 +131,7 @@ pub(super) struct Common {
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let file = &args.rig.rig;
-    let text = read_text(file, MAX_BYTES)?;
+    let text = read_text(file, MAX_BYTES).map_err(TomlFileError::from)?;
     let rig = Rig::parse(file, &text)?;
     if let Some(finding) = wrong_targets(file, &text, &rig).first() {
         return Err(bad_input(finding));
@@ -162,9 +163,10 @@ impl RunArgs {
 
 /// Checks that the file of `--waypoints` is no shape: `--path` has these.
 fn check_no_shape(file: &Path) -> Result<(), Failure> {
-    match file.to_str().filter(|name| name.parse::<ShapeKind>().is_ok()) {
-        Some(shape) if !file.exists() => Err(bad_input(format!(
-            "--waypoints {shape}: there is no such file; for a shape: --path {shape}"
+    match file.to_str().and_then(shape_option) {
+        Some(option) if !file.exists() => Err(bad_input(format!(
+            "--waypoints {}: there is no such file; for a shape: {option}",
+            file.display()
         ))),
         _ => Ok(()),
     }

@@ -2,10 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use serde_json::Value;
+
+use crate::common::{folder, program, rig_file, stderr};
 
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -34,10 +37,32 @@ fn example(python: &Path, law: &str) -> Value {
     let output = Command::new(python)
         .arg(repository().join("host/examples/cosim_mujoco.py"))
         .args(["--plumb", env!("CARGO_BIN_EXE_plumb"), "--law", law, "--seed", "1"])
+        .env("PLUMB_RIG", "gone.toml")
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn a_target_outside_the_workspace_is_told_with_the_limits_and_with_whose_they_are() {
+    let folder = folder();
+    rig_file(folder.path(), |text| text);
+    let refusal = |variable: Option<&str>| {
+        let mut command = program(&["cosim"], folder.path());
+        command.envs(variable.map(|rig| ("PLUMB_RIG", rig)));
+        let mut child = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let line = "{\"t\": 0, \"dt\": 0.1, \"target\": [9, 0, 0]}\n";
+        child.stdin.take().unwrap().write_all(line.as_bytes()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let text = refusal(None);
+    let says = "outside the workspace. The workspace without a rig file is x -4.000 to 4.000 m,";
+    assert!(text.contains(says), "{text}");
+    let text = refusal(Some("rig.toml"));
+    assert!(text.contains("The workspace of rig.toml (named by PLUMB_RIG) is x "), "{text}");
 }
 
 /// The default law keeps the cables taut on the paper's task; `adaptive`, which does not, shows

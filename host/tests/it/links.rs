@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
@@ -169,9 +169,22 @@ fn a_trouble_of_drivers_that_tell_none_is_refused() {
     let rig = rig_file(folder.path(), |text| text);
     let output = plumb(&["emulate", &rig, "--driver-trouble", "hot"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    assert!(stderr(&output).contains("not TMC2209 on a UART"), "{}", stderr(&output));
+    let text = stderr(&output);
+    assert!(text.contains("rig.toml: --driver-trouble has no effect: the drivers"), "{text}");
+    assert!(text.contains("not TMC2209 on a UART. Only these tell"), "{text}");
     let output = plumb(&["emulate", "--driver-trouble-after", "5"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+}
+
+/// Without a rig file the emulated board learns its drivers from the host.
+#[test]
+fn a_trouble_of_drivers_that_the_board_has_not_is_told_as_without_effect() {
+    let options = ["--driver-trouble", "hot", "--driver-trouble-after", "0.1"];
+    let mut emulator = Emulator::start_with(&options);
+    let lines = BufReader::new(emulator.child.stderr.take().unwrap()).lines();
+    let line = lines.map(Result::unwrap).find(|line| line.starts_with("rehearsal")).unwrap();
+    let says = "rehearsal, 0.1 s: --driver-trouble has no effect: no host has configured";
+    assert!(line.starts_with(says) && line.contains("run_current = 0.8"), "{line}");
 }
 
 /// The board's process is stopped, so that nothing comes from it and nothing is wrong with its

@@ -86,15 +86,36 @@ fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
         (&["run", "rig.toml", "circle"], "for a shape: --path circle"),
         (&["demo", "circle"], "for a shape: --path circle"),
         (&["demo", "way.csv"], "found; for a list of places: --path way.csv"),
+        (&["version"], "unrecognized subcommand 'version'; write `plumb --version`"),
+        (&["examples"], "'examples'; the commands are demo, run, goto, hold, jog,"),
+        (&["board", "xyz"], "'xyz'; the commands are status, save, selftest,"),
+        (&["demo", "--port", "x"], "'--port' found; the demo has its own board: `plumb run RIG"),
+        (&["emulate", "--port", "x"], "a port of its own: --link PATH names it"),
+        (&["cosim", "--loop"], "'--loop' found; commands with --loop: run"),
+        (
+            &["emulate", "--driver", "hot"],
+            "'--driver' found; a similar argument exists: '--driver-",
+        ),
         (&["demo", "0.4", "0.2", "0.1"], "'0.4' found"),
         (&["check", "rig.toml", "circle"], "'circle' found"),
         (&["check", "rig.toml", "way.csv"], "'way.csv' found"),
         (&["board", "status", "rig.toml", "0.4"], "'0.4' found"),
         (&["demo", "--path", "eight", "--speed", "50mm"], "; write 0.05, in m/s"),
-        (&["run", "rig.toml", "--baud", "115200baud"], "; write a number alone, in bit/s"),
+        (&["run", "rig.toml", "--baud", "115200baud"], "; write 115200 alone, in bit/s"),
         (&["run", "rig.toml", "--port", ""], "--port <PORT>': name a port, such as /dev/ttyACM0"),
         (&["board", "status", "--port="], "--port <PORT>': name a port, such as /dev/ttyACM0"),
-        (&["board", "status", "/dev/ttyACM0"], "a port is no rig file: give it with --port"),
+        (&["run", "rig.toml", "--timeout", "2min"], "; write 120, in s"),
+        (&["init", "--microsteps", "1/16"], "1 to 16 microsteps; write 16"),
+        (&["board", "status", "/dev/ttyACM0"], "no rig file: give it with --port /dev/ttyACM0"),
+        (&["board", "status", "ttyACM0"], "no rig file: give it with --port /dev/ttyACM0"),
+        (&["board", "status", "rig.toml", "/dev/ttyACM0"], "port: --port /dev/ttyACM0"),
+        (&["board", "status", "/dev/ttyACM0", "rig.toml"], "port: --port /dev/ttyACM0"),
+        (&["emulate", "/dev/ttyACM0"], "a port of its own, which --link names"),
+        (&["cosim", "/dev/ttyACM0"], "a port is no rig file: this command opens no port"),
+        (&["emulate", "board"], ". For the name of the board's port: --link board"),
+        (&["home", "A"], "the word is taken for the rig file; write its name, such as rig.toml"),
+        (&["hold", "5"], "the word is taken for the rig file; write its name, such as rig.toml"),
+        (&["run", "--timeout", "30", "s"], "above 0, to 1e9 s; write 30 alone, in s"),
         (
             &["run", "circle"],
             "'circle' for '<RIG>': this is no rig file; for a shape: `plumb run RIG --path circle`",
@@ -102,15 +123,19 @@ fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
         (&["run", "0.6,0.25,0.3"], "one place: `plumb goto RIG 0.6 0.25 0.3`"),
         (&["run", "rig.toml", "0.6;0.25;0.3"], "one place: `plumb goto RIG 0.6 0.25 0.3`"),
         (&["0.6,0.25,0.3"], "one place: `plumb goto RIG 0.6 0.25 0.3`"),
-        (&["goto", "rig.toml", "0.6,0.25,0.3"], "write spaces: 0.6 0.25 0.3; usage: plumb goto"),
-        (&["goto", "rig.toml", "[0.6; 0.25; 0.3]"], "write spaces: 0.6 0.25 0.3; usage: plumb"),
+        (&["goto", "rig.toml", "0.6,0.25,0.3"], "plumb: write `plumb goto rig.toml 0.6 0.25 0.3`"),
+        (&["goto", "[0.6; 0.25; 0.3]"], "plumb: write `plumb goto RIG 0.6 0.25 0.3`"),
+        (
+            &["goto", "rig.toml", "650 -300 40"],
+            "write `plumb goto rig.toml 0.65 -0.3 0.04`, in metres, if these are millimetres",
+        ),
         (&["goto", "rig.toml", "circle"], "for a shape: `plumb run RIG --path circle`; usage:"),
         (&["goto", "way.csv"], "for a list of places: `plumb run RIG --waypoints FILE`"),
         (&["run", "rig.toml", "/dev/ttyACM0"], "for the board's port: --port /dev/ttyACM0"),
         (&["goto", "rig.toml", "1", "1", "1", "/dev/ttyACM0"], "port: --port /dev/ttyACM0"),
         (&["run", "0.6", "0.25", "0.3"], "one place: `plumb goto RIG 0.4 0.2 0.15`"),
         (&["run", "rig.toml", "-0.6,0.25,0.3"], "one place: `plumb goto RIG -0.6 0.25 0.3`"),
-        (&["goto", "rig.toml", "-0.6,0.25,0.3"], "'-0' found; write spaces: -0.6 0.25 0.3"),
+        (&["goto", "rig.toml", "-0.6,0.25,0.3"], "'-0' found; write `plumb goto rig.toml -0.6"),
         (
             &["goto", "rig.toml", "40", "30", "20", "cm"],
             "write numbers alone, the coordinates in m",
@@ -166,6 +191,48 @@ fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
         let output = command.output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_word_that_is_no_file_is_told_as_taken_for_the_rig_file() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    for (arguments, says) in [
+        (
+            &["home", "A"][..],
+            "for the rig file; PLUMB_RIG names that already: leave the word out\n",
+        ),
+        (&["run", "--timeout", "30", "s"], "; write 30 alone, in s\n"),
+        (&["jog", "A"], "the distance is missing"),
+        (&["goto", "650,300,400"], "`plumb goto 0.65 0.3 0.4`, in metres"),
+    ] {
+        let output = program(arguments, folder.path()).env("PLUMB_RIG", &rig).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_missing_rig_file_is_told_with_the_command_that_writes_one() {
+    let folder = folder();
+    for arguments in [
+        &["run", "gone.toml"][..],
+        &["hold", "gone.toml"],
+        &["goto", "gone.toml", "1", "2", "3"],
+        &["home", "gone.toml"],
+        &["jog", "gone.toml", "A", "1"],
+        &["stop", "gone.toml"],
+        &["board", "status", "gone.toml"],
+        &["check", "gone.toml"],
+        &["calibrate", "gone.toml", "--board"],
+        &["report", "gone.toml"],
+        &["emulate", "gone.toml"],
+        &["cosim", "gone.toml"],
+    ] {
+        let text = refusal(arguments, folder.path());
+        let says = "`plumb init` writes a rig file and its camera file\n";
+        assert!(text.ends_with(says), "{arguments:?}: {text}");
     }
 }
 
@@ -299,7 +366,8 @@ fn the_port_of_an_emulated_board_in_the_place_of_a_file_is_told_with_its_option(
     for port in ["board", &emulator.port] {
         for command in ["run", "check", "hold", "jog", "stop", "clear"] {
             let text = refusal(&[command, port], folder.path());
-            assert!(text.ends_with(": a port is no rig file: give it with --port\n"), "{text}");
+            let says = format!(": a port is no rig file: give it with --port {port}\n");
+            assert!(text.ends_with(&says), "{text}");
             assert!(text.contains(&format!("invalid value '{port}' for ")), "{text}");
         }
         let text = refusal(&["run", &rig, port], folder.path());

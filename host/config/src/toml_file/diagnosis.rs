@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue, Deserializer, Error};
 
 use super::brackets::unclosed;
 use super::syntax::{SyntaxMistake, lists_with_commas};
-use super::{KeyPath, key_at, line_at, nearest, one_line};
+use super::{KeyPath, expected_name, key_at, line_at, one_line};
 use crate::type_words::in_words;
 
 /// Most repairs of a file.
@@ -132,7 +132,7 @@ impl Repair<'_> {
         if !follows {
             let mistake = self.mistake(error, &kind, &path);
             self.mistakes.push(mistake);
-            if let (Kind::Unknown, Some(name)) = (&kind, nearest(error.message())) {
+            if let (Kind::Unknown, Some(name)) = (&kind, expected_name(error.message())) {
                 let tables = &path[..path.len().saturating_sub(1)];
                 self.meant.push([tables, &[name.to_owned()]].concat().join("."));
             }
@@ -184,7 +184,7 @@ impl Repair<'_> {
 
 /// Returns the message about an unknown key, where `message` is that of the crate `toml`.
 fn unknown(message: &str) -> String {
-    match nearest(message) {
+    match expected_name(message) {
         Some(name) => format!("is no key of this file; did you mean `{name}`?"),
         None => "is no key of this file: remove it, or write the line [TABLE] of its own table \
                  above it"
@@ -195,7 +195,7 @@ fn unknown(message: &str) -> String {
 /// Returns the message about a wrong value, where `message` is that of the crate `toml`.
 fn wrong(message: &str) -> String {
     let line = in_words(&one_line(message));
-    match nearest(message) {
+    match expected_name(message) {
         Some(name) => format!("{line}; did you mean `{name}`?"),
         None => line,
     }

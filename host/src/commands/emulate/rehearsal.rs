@@ -1,6 +1,7 @@
 //! Options of `plumb emulate` for what goes wrong by plan: a rehearsal.
 
 use std::ops::Range;
+use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use plumb_protocol::units::Micros;
@@ -8,6 +9,7 @@ use plumb_runtime::rig::{Driver, Rig};
 use plumb_sim::emulator::tmc2209::Trouble;
 use plumb_sim::emulator::{DriverTrouble, EmulatedBoard};
 
+use crate::commands::print::{note, tell};
 use crate::commands::{Failure, bad_input, numbers};
 
 /// What goes wrong with the emulated board.
@@ -83,13 +85,44 @@ pub(super) struct Rehearsed {
     /// When, on the board's clock.
     pub(super) time: Micros,
     /// What, in words.
-    pub(super) text: String,
+    text: String,
+    /// Whether all is well again.
+    is_end: bool,
+    /// Whether it is the trouble of a driver on a UART.
+    needs_driver_uart: bool,
 }
 
+/// Advice about drivers that have no UART.
+const NO_DRIVER_UART: &str = "Only these tell their troubles: write `driver = { tmc2209-uart = \
+     { run_current = 0.8 } }` into [motors] of the rig file";
+
 /// Adds that something goes wrong at the beginning of `time`, and is well again at its end.
-fn add(rehearsed: &mut Vec<Rehearsed>, time: &Range<Micros>, begin: String, end: String) {
-    rehearsed.push(Rehearsed { time: time.start, text: begin });
-    rehearsed.push(Rehearsed { time: time.end, text: end });
+fn add(
+    rehearsed: &mut Vec<Rehearsed>,
+    time: &Range<Micros>,
+    [begin, end]: [String; 2],
+    needs_driver_uart: bool,
+) {
+    rehearsed.extend([
+        Rehearsed { time: time.start, text: begin, is_end: false, needs_driver_uart },
+        Rehearsed { time: time.end, text: end, is_end: true, needs_driver_uart },
+    ]);
+}
+
+impl Rehearsed {
+    /// Says what goes wrong now, or that it cannot: a host may have configured the board for other
+    /// drivers than the option needs.
+    pub(super) fn tell(&self, board: &EmulatedBoard) {
+        let time = self.time.0 as f64 * 1e-6;
+        if board.has_driver_uart() || !self.needs_driver_uart {
+            note!("rehearsal, {time:.1} s: {}", self.text);
+        } else if !self.is_end {
+            tell!(
+                "rehearsal, {time:.1} s: --driver-trouble has no effect: no host has configured \
+                 this board for TMC2209 on a UART. {NO_DRIVER_UART} with which the board is used"
+            );
+        }
+    }
 }
 
 impl RehearsalOptions {
@@ -100,14 +133,15 @@ impl RehearsalOptions {
     pub(super) fn plan(
         &self,
         board: &mut EmulatedBoard,
-        rig: Option<&Rig>,
+        rig: Option<(&Path, &Rig)>,
     ) -> Result<Vec<Rehearsed>, Failure> {
         let mut rehearsed = Vec::new();
         if let Some(seconds) = self.emergency_after {
             let time = span(seconds, PRESS_S);
             board.press_emergency_button(time.clone());
             let button = "the emergency button is";
-            add(&mut rehearsed, &time, format!("{button} pressed"), format!("{button} released"));
+            let texts = ["pressed", "released"].map(|is| format!("{button} {is}"));
+            add(&mut rehearsed, &time, texts, false);
         }
         self.plan_trouble(board, rig, &mut rehearsed)?;
         rehearsed.sort_by_key(|it| it.time);
@@ -118,22 +152,24 @@ impl RehearsalOptions {
     fn plan_trouble(
         &self,
         board: &mut EmulatedBoard,
-        rig: Option<&Rig>,
+        rig: Option<(&Path, &Rig)>,
         rehearsed: &mut Vec<Rehearsed>,
     ) -> Result<(), Failure> {
         let Some(name) = self.driver_trouble else { return Ok(()) };
-        if rig.is_some_and(|rig| !matches!(rig.motors.driver, Driver::Tmc2209Uart(_))) {
-            return Err(bad_input(
-                "--driver-trouble: the drivers of this rig file are not TMC2209 on a UART, and \
-                 only those tell their troubles. Such a file has \
-                 `driver = { tmc2209-uart = { run_current = 0.8 } }` in [motors]",
-            ));
+        let has_uart = |rig: &Rig| matches!(rig.motors.driver, Driver::Tmc2209Uart(_));
+        if let Some((file, _)) = rig.filter(|(_, rig)| !has_uart(rig)) {
+            return Err(bad_input(format!(
+                "{}: --driver-trouble has no effect: the drivers of this rig file are not TMC2209 \
+                 on a UART. {NO_DRIVER_UART}",
+                file.display()
+            )));
         }
         let time = span(self.driver_trouble_after, TROUBLE_S);
         let driver = format!("the driver of motor {:?}", self.driver_trouble_motor);
         let option = name.to_possible_value().unwrap_or_default();
         let begin = format!("{driver} has a trouble: {}", option.get_name());
-        add(rehearsed, &time, begin, format!("{driver} has no trouble any more"));
+        let end = format!("{driver} has no trouble any more");
+        add(rehearsed, &time, [begin, end], true);
         let motor = self.driver_trouble_motor as u8;
         board.trouble_driver(DriverTrouble { motor, trouble: name.into(), time });
         Ok(())

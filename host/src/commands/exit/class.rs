@@ -95,6 +95,9 @@ exit_code_of! { FAILED:
 /// What to do about a mistake in a rig file or a camera file.
 const CHECK: &str = "`plumb check RIG.toml --file-only` lists every mistake with its line";
 
+/// What to do where there is no rig file.
+pub(crate) const INIT: &str = "`plumb init` writes a rig file and its camera file";
+
 impl ExitClass for TomlFileError {
     fn exit_code(&self) -> u8 {
         BAD_INPUT
@@ -104,7 +107,7 @@ impl ExitClass for TomlFileError {
         match self {
             Self::Content { .. } => Some(CHECK),
             Self::Read(ReadError::Io { error, .. }) if error.kind() == ErrorKind::NotFound => {
-                Some("`plumb init` writes a rig file and its camera file")
+                Some(INIT)
             }
             _ => None,
         }

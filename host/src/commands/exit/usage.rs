@@ -1,21 +1,22 @@
 //! The end of a command by a mistake in its command line.
 
 use std::env;
-use std::path::Path;
 use std::process::ExitCode;
-use std::str::FromStr;
 
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use plumb_path::shape::ShapeKind;
 
+use super::suggestions::{
+    choice, command_of, has_option, similar, unexpected_word, unknown_command,
+};
+use super::words::{
+    DRIVES_THROUGH_LIST, aim_hint, goto_command, is_file_name, is_list, port_in, shape_option,
+};
 use super::{BAD_INPUT, Failure, bad_input};
 use crate::commands::joined;
 use crate::commands::number_list::place_in;
 use crate::commands::print::tell;
-use crate::commands::rig_args::{
-    DRIVES_THROUGH_LIST, RIG_VARIABLE, aim_hint, is_file_name, is_list, is_port, no_rig,
-};
+use crate::commands::rig_path::{RIG_VARIABLE, absent_rig, no_rig};
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
 pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
@@ -32,7 +33,7 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
     let unexpected = unexpected_word(error);
     let hint = unexpected.and_then(|word| hint(word, &words));
     let is_untold = unexpected.is_some() && hint.is_none();
-    if let Some(error) = is_untold.then(|| unit_error(&words)).flatten() {
+    if let Some(error) = (is_untold || is_about_rig(error)).then(|| unit_error(&words)).flatten() {
         return report_usage(&error);
     }
     let UsageError { usage, message, tips } = UsageError::of(&error.render().to_string());
@@ -41,8 +42,10 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
     }
     let hint = hint.or_else(|| unknown_command(error).and_then(command_hint));
     // A similar word is a guess.
-    let advice = hint.map_or(tips, |hint| format!("; {hint}"));
-    bad_input(format!("{message}{advice}")).report()
+    let hint = hint.or_else(|| similar(error)).or_else(|| choice(error, &words));
+    let hint = hint.map(|hint| format!("; {hint}")).unwrap_or_default();
+    let tips = if hint.is_empty() { tips } else { String::new() };
+    bad_input(format!("{message}{hint}{tips}")).report()
 }
 
 /// Error of the command line, in the program's own words.
@@ -51,13 +54,13 @@ struct UsageError {
     usage: String,
     /// Description in one line.
     message: String,
-    /// Words that are similar, each behind a semicolon.
+    /// Advice of the parser, each behind a semicolon.
     tips: String,
 }
 
 impl UsageError {
-    /// Takes the text of the parser apart. Its advice to pass an unknown option as a value is left
-    /// out: no command has such values.
+    /// Takes the text of the parser apart. Its similar words are left out, as [`similar`] chooses
+    /// them, and its advice to pass an unknown option as a value: no command has such values.
     fn of(text: &str) -> Self {
         let [mut usage, mut message, mut advice] = [const { String::new() }; 3];
         for part in text.split("\n\n").map(str::trim) {
@@ -69,26 +72,11 @@ impl UsageError {
             } else {
                 let tips = part.lines().filter_map(|line| line.trim().strip_prefix("tip: "));
                 let tips = tips.filter(|tip| !tip.starts_with("to pass "));
+                let tips = tips.filter(|tip| !tip.contains(" similar "));
                 tips.for_each(|tip| advice.push_str(&format!("; {tip}")));
             }
         }
         Self { usage, message, tips: advice }
-    }
-}
-
-/// Returns the word that the command must not have; `None` for another mistake.
-fn unexpected_word(error: &clap::Error) -> Option<&str> {
-    match error.get(ContextKind::InvalidArg)? {
-        ContextValue::String(word) if error.kind() == ErrorKind::UnknownArgument => Some(word),
-        _ => None,
-    }
-}
-
-/// Returns the word that is no command; `None` for another mistake.
-fn unknown_command(error: &clap::Error) -> Option<&str> {
-    match error.get(ContextKind::InvalidSubcommand)? {
-        ContextValue::String(word) => Some(word),
-        _ => None,
     }
 }
 
@@ -116,8 +104,18 @@ fn hint(word: &str, words: &[String]) -> Option<String> {
     } else if is_number(word) && is_behind_number(word, words) {
         Some("several numbers of an option stand without spaces: 0.4,0.2,0.15".to_owned())
     } else {
-        option_hint(word, command)
+        option_hint(word, command, words).or_else(|| port_hint(word, words))
     }
+}
+
+/// Returns how the port among `words` is given to a command with `--port`, where `word` is one too
+/// many; `None` where there is no port.
+fn port_hint(word: &str, words: &[String]) -> Option<String> {
+    let is_free = |pair: &&[String]| pair[1] == word || !pair[0].starts_with("--");
+    let ports = words.windows(2).filter(is_free).filter_map(|pair| port_in(&pair[1]));
+    let has_port = !word.starts_with('-') && has_option(&command_of(words), "port");
+    let port = has_port.then_some(ports).into_iter().flatten().next()?;
+    Some(format!("for the board's port: --port {}", port.display()))
 }
 
 /// Returns the word of which the parser names the beginning as an option: a negative number.
@@ -140,13 +138,16 @@ fn is_number(word: &str) -> bool {
     word.trim_matches(',').split(',').all(|number| number.parse::<f64>().is_ok())
 }
 
-/// Returns how `word`, a place, a shape, a list of places, a port or a rig file, is given to
-/// `command`; `None` for another word, and for a command that has no such thing.
-fn option_hint(word: &str, command: &str) -> Option<String> {
-    let is_shape = ShapeKind::from_str(word).is_ok();
+/// Returns how `word`, a place, a shape, a list of places or a rig file, is given to `command`;
+/// `None` for another word, and for a command that has no such thing.
+fn option_hint(word: &str, command: &str, words: &[String]) -> Option<String> {
+    let shape = shape_option(word);
     match command {
-        _ if is_port(Path::new(word)) && has_port(command) => {
-            Some(format!("for the board's port: --port {word}"))
+        "emulate" if word == "--port" => {
+            Some("an emulated board has a port of its own: --link PATH names it".to_owned())
+        }
+        "demo" if word == "--port" => {
+            Some("the demo has its own board: `plumb run RIG --port PORT` takes another".to_owned())
         }
         "demo" if word == "--rig" || is_file_name(word) => {
             Some("the demo has its own rig: `plumb run RIG` takes a rig file".to_owned())
@@ -155,8 +156,12 @@ fn option_hint(word: &str, command: &str) -> Option<String> {
         "goto" if ["m", "cm", "mm"].contains(&word) => {
             Some("write numbers alone, the coordinates in m".to_owned())
         }
-        "goto" => place_in(word).map(|place| format!("write spaces: {place}")),
-        "run" | "demo" if is_shape => Some(format!("for a shape: --path {word}")),
+        "goto" => {
+            let rig = words.iter().find(|word| is_file_name(word)).map(String::as_str);
+            let command = |place: String| goto_command(rig.or(absent_rig()), &place);
+            place_in(word).map(|place| format!("write {}", command(place)))
+        }
+        "run" | "demo" if shape.is_some() => shape.map(|option| format!("for a shape: {option}")),
         "run" if is_list(word) => Some(format!("for a list of places: {DRIVES_THROUGH_LIST}")),
         "demo" if is_list(word) => Some(format!("for a list of places: --path {word}")),
         "run" if is_number(word) => {
@@ -171,7 +176,7 @@ fn option_hint(word: &str, command: &str) -> Option<String> {
 fn unit_error(words: &[String]) -> Option<clap::Error> {
     let is_unit = |word: &str| {
         let is_of_letters = word.chars().all(|c| c.is_alphabetic() || "/%°".contains(c));
-        is_of_letters && ShapeKind::from_str(word).is_err()
+        is_of_letters && shape_option(word).is_none()
     };
     let is_value = |word: &str| word.rsplit('=').next().is_some_and(is_number);
     let place = words.windows(2).position(|pair| is_value(&pair[0]) && is_unit(&pair[1]))?;
@@ -179,14 +184,14 @@ fn unit_error(words: &[String]) -> Option<clap::Error> {
     let [before, after] = [&words[..place], &words[place + 2..]];
     let joined = before.iter().chain([&number_with_unit]).chain(after);
     let error = crate::Cli::command().try_get_matches_from(joined).err()?;
-    (error.kind() == ErrorKind::ValueValidation).then_some(error)
+    (error.kind() == ErrorKind::ValueValidation && !is_about_rig(&error)).then_some(error)
 }
 
-/// Returns whether a command has the option `--port`.
-fn has_port(command: &str) -> bool {
-    let cli = crate::Cli::command();
-    let command = cli.find_subcommand(command);
-    command.is_some_and(|it| it.get_arguments().any(|option| option.get_long() == Some("port")))
+/// Returns whether the mistake is a word that is no rig file.
+fn is_about_rig(error: &clap::Error) -> bool {
+    let name = error.get(ContextKind::InvalidArg).map(ContextValue::to_string);
+    error.kind() == ErrorKind::ValueValidation
+        && name.is_some_and(|name| name.trim_matches(|c| "[]<>".contains(c)) == "RIG")
 }
 
 /// Returns the failure of a command line without the rig file that its command needs.
@@ -206,14 +211,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_error_of_the_command_line_is_one_line_with_its_tip_and_without_a_useless_one() {
+    fn an_error_of_the_command_line_is_one_line_without_useless_tips() {
         let text = "error: unexpected argument '--pag' found\n\n  tip: a similar argument exists: \
                     '--page'\n  tip: to pass '--pag' as a value, use '-- --pag'\n\nUsage: plumb \
                     run [OPTIONS] [RIG]\n\nFor more information, try '--help'.\n";
         let UsageError { usage, message, tips } = UsageError::of(text);
         assert_eq!(usage, "Usage: plumb run [OPTIONS] [RIG]");
         assert_eq!(message, "unexpected argument '--pag' found");
-        assert_eq!(tips, "; a similar argument exists: '--page'");
+        assert_eq!(tips, "");
         let text = "error: invalid value 'x' for '--law <LAW>'\n  [possible values: a, b]\n\nFor \
                     more information, try '--help'.\n";
         let message = UsageError::of(text).message;

@@ -1,6 +1,6 @@
 //! `plumb jog`: turns one motor, by a distance or with keys.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -17,7 +17,8 @@ use plumb_runtime::rig::Rig;
 use super::super::connection::connect;
 use super::super::interrupt::interrupt_flag;
 use super::super::print::{self, note, tell};
-use super::super::rig_args::{PortArgs, RIG_VARIABLE, split_rig};
+use super::super::rig_args::PortArgs;
+use super::super::rig_path::{RIG_VARIABLE, split_rig};
 use super::super::{FAILED, Failure, bad_input, board, failed, numbers};
 use super::dialogue;
 use super::keys::NAMES;
@@ -129,12 +130,10 @@ const USAGE: &str = "plumb jog [OPTIONS] [RIG] [MOTOR DISTANCE]";
 
 /// Splits `[RIG] [MOTOR DISTANCE]`.
 fn split(words: [Option<String>; 3]) -> Result<(PathBuf, Option<[String; 2]>), Failure> {
-    let names: &[&str] =
-        if words.iter().flatten().count() < 2 { &[] } else { &["MOTOR", "DISTANCE"] };
-    let (rig, rest) = split_rig(words, names, USAGE)?;
-    if let Some(motor) = rig.to_str().and_then(motor)
-        && !rig.exists()
-    {
+    let count = words.iter().flatten().count();
+    let names: &[&str] = if count < 2 { &[] } else { &["MOTOR", "DISTANCE"] };
+    let rig = words[0].as_deref().filter(|_| count == names.len() + 1);
+    if let Some(motor) = rig.filter(|word| !Path::new(word).exists()).and_then(motor) {
         let name = NAMES[motor];
         // Where a variable names the rig file, a wrong number of words is the mistake.
         return Err(bad_input(if std::env::var_os(RIG_VARIABLE).is_some() {
@@ -149,6 +148,7 @@ fn split(words: [Option<String>; 3]) -> Result<(PathBuf, Option<[String; 2]>), F
             )
         }));
     }
+    let (rig, rest) = split_rig(words, names, USAGE)?;
     Ok((rig, rest.try_into().ok()))
 }
 

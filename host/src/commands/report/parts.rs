@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use plumb_cameras::discovery::discover;
 use plumb_config::bounded_read::{ReadError, read, read_text};
+use plumb_config::toml_file::TomlFileError;
 use plumb_protocol::RELEASE;
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
@@ -145,7 +146,8 @@ impl Parts {
     /// # Errors
     /// Where the rig file cannot be read.
     pub(super) fn add_rig(&mut self, path: &Path) -> Result<(), Failure> {
-        self.add("rig.toml", "the rig file", read_text(path, MAX_BYTES)?);
+        let text = read_text(path, MAX_BYTES).map_err(TomlFileError::from)?;
+        self.add("rig.toml", "the rig file", text);
         let camera = match Rig::read(path) {
             Ok(rig) => rig.camera.file,
             Err(error) => {

@@ -13,7 +13,7 @@ use plumb_runtime::rig::Rig;
 use plumb_verify::{BallPath, Interval, RigFamily};
 
 use self::report::Report;
-use super::rig_args::rig_path;
+use super::rig_path::rig_path_without_port;
 use super::{FAILED, Failure, bad_input, numbers, print};
 
 /// Proofs about the control laws, for a family of rigs or for a family of Jacobians
@@ -46,7 +46,7 @@ use super::{FAILED, Failure, bad_input, numbers, print};
 )]
 pub(crate) struct Args {
     /// Rig file with [simulation]; default: the paper's rig
-    #[arg(value_parser = rig_path)]
+    #[arg(value_parser = rig_path_without_port)]
     rig: Option<PathBuf>,
     /// Tolerance of each coordinate of a motor, 0 to 1 m
     #[arg(long, default_value_t = 0.0, value_name = "METRES", allow_negative_numbers = true)]

@@ -1,0 +1,82 @@
+//! What a word of the command line is, by its look, and how it is given to the program.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use plumb_path::shape::ShapeKind;
+use plumb_runtime::link::is_pseudo_terminal;
+
+use crate::commands::number_list::place_in;
+use crate::commands::numbers::COORDINATE;
+
+/// Endings of the names of lists of places.
+const LISTS: [&str; 5] = ["csv", "gcode", "nc", "ngc", "jsonl"];
+
+/// How a list of places is given to the program, for messages.
+pub(super) const DRIVES_THROUGH_LIST: &str =
+    "`plumb run RIG --waypoints FILE` or `--path FILE` drives through it";
+
+/// Returns whether a file is a serial port by its name, or the port of an emulated board.
+pub(crate) fn is_port(file: &Path) -> bool {
+    let is_terminal = |name: &OsStr| name.to_string_lossy().starts_with("tty");
+    file.starts_with("/dev/serial")
+        || is_pseudo_terminal(file)
+        || (file.starts_with("/dev") && file.file_name().is_some_and(is_terminal))
+}
+
+/// Returns the port that `word` names, whole or without its folder; `None` for another word.
+pub(crate) fn port_in(word: &str) -> Option<PathBuf> {
+    let is_bare = word.starts_with("tty") && !Path::new(word).exists();
+    let port = if is_bare { Path::new("/dev").join(word) } else { word.into() };
+    is_port(&port).then_some(port)
+}
+
+/// Returns whether the name of a file is that of a list of places.
+pub(crate) fn is_list(name: &str) -> bool {
+    let ending = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
+    LISTS.iter().any(|list| ending == *list)
+}
+
+/// Returns the option for the shape `word`; `None` for another word.
+pub(crate) fn shape_option(word: &str) -> Option<String> {
+    ShapeKind::from_str(word).is_ok().then(|| format!("--path {word}"))
+}
+
+/// Returns the command for the aim `word`, a list of places, a shape or a place, that stands where
+/// a command does not have it; `None` for another word.
+pub(crate) fn aim_hint(word: &str) -> Option<String> {
+    if is_list(word) {
+        Some(format!("for a list of places: {DRIVES_THROUGH_LIST}"))
+    } else if let Some(option) = shape_option(word) {
+        Some(format!("for a shape: `plumb run RIG {option}`"))
+    } else {
+        let place = place_in(word)?;
+        Some(format!("to go to one place: {}", goto_command(Some("RIG"), &place)))
+    }
+}
+
+/// Returns the command that drives to `place`, three numbers with spaces between them. Numbers that
+/// are too large for metres are taken for millimetres.
+pub(crate) fn goto_command(rig: Option<&str>, place: &str) -> String {
+    let rig = rig.map(|rig| format!("{rig} ")).unwrap_or_default();
+    match metres_of_millimetres(place) {
+        Some(place) => format!("`plumb goto {rig}{place}`, in metres, if these are millimetres"),
+        None => format!("`plumb goto {rig}{place}`"),
+    }
+}
+
+/// Returns `place` in metres where it must be in millimetres; `None` for any other one.
+fn metres_of_millimetres(place: &str) -> Option<String> {
+    let numbers: Vec<f64> = place.split(' ').map(str::parse).collect::<Result<_, _>>().ok()?;
+    let metres = numbers.iter().map(|number| number / 1000.0);
+    let metres: Vec<String> =
+        metres.filter(|it| COORDINATE.contains(*it)).map(|it| it.to_string()).collect();
+    let is_far = numbers.iter().any(|number| !COORDINATE.contains(*number));
+    (is_far && metres.len() == numbers.len()).then(|| metres.join(" "))
+}
+
+/// Returns whether a word of the command line names a file, and is no value.
+pub(crate) fn is_file_name(word: &str) -> bool {
+    Path::new(word).extension().is_some_and(|extension| extension == "toml")
+}
