@@ -75,7 +75,10 @@ mod tests {
         assert_eq!(status.report(at(0)).message, "no moving target yet");
         status.note_taken(at(0));
         assert_eq!(status.report(at(900)).message, "targets come");
-        assert_eq!(status.report(at(1100)).message, "no target for a second: the ball goes to the last one and waits");
+        assert_eq!(
+            status.report(at(1100)).message,
+            "no target for a second: the ball goes to the last one and waits"
+        );
         assert!(status.note_refusal("late".to_owned(), at(1200)));
         assert!(!status.note_refusal("too late".to_owned(), at(1300)));
         status.note_taken(at(1400));

@@ -11,7 +11,7 @@ use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
-use super::exit::{BAD_INPUT, INIT};
+use super::exit::{BAD_INPUT, INIT, with_variable};
 use super::print::{self, note, tell};
 use super::rig_args::PortArgs;
 use super::rig_path::RigArg;
@@ -74,7 +74,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let count = |severity| findings.iter().filter(|finding| finding.severity == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     let plural = |count| if count == 1 { "" } else { "s" };
-    let (file, ends) = (args.rig.rig.display(), [errors, warnings].map(plural));
+    let (file, ends) = (with_variable(&args.rig.rig), [errors, warnings].map(plural));
     let count = format!("{file}: {errors} error{}, {warnings} warning{}", ends[0], ends[1]);
     match findings.is_empty() {
         true => note!("{count}"),

@@ -17,7 +17,7 @@ use serde_json::json;
 use super::old_file::write_beside_former;
 use super::print::{note, result};
 use super::rig_args::PortArgs;
-use super::rig_path::{RIG_VARIABLE, rig_path};
+use super::rig_path::{RIG_VARIABLE, named, optional_rig_path};
 use super::{Failure, failed_because};
 use parts::Parts;
 use privacy::Privacy;
@@ -38,7 +38,8 @@ use privacy::Privacy;
 pub(crate) struct Args {
     /// Rig file, for the report and for the port of its board [default: no rig file, and the one
     /// Plumb board on USB]
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true, value_parser = rig_path)]
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    #[arg(value_parser = optional_rig_path)]
     rig: Option<PathBuf>,
     #[command(flatten)]
     port: PortArgs,
@@ -59,12 +60,11 @@ pub(crate) struct Args {
 pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
     archive::check_replaceable(&args.out)?;
     let mut parts = Parts::default();
-    parts.add_board(&args.port, args.rig.as_deref());
+    let rig = named(args.rig.as_deref());
+    parts.add_board(&args.port, rig);
     parts.add_selftest(args.selftest.as_deref())?;
     parts.add_cameras()?;
-    if let Some(rig) = &args.rig {
-        parts.add_rig(rig)?;
-    }
+    parts.add_rig(rig)?;
     parts.add_run(args.run.as_deref())?;
     for missing in parts.missing() {
         note!("missing: {missing}");

@@ -10,7 +10,7 @@ use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
 use super::print::note;
-use super::rig_path::{RIG_VARIABLE, rig_path};
+use super::rig_path::{RIG_VARIABLE, named, optional_rig_path};
 use super::{Failure, bad_input, numbers};
 
 /// Environment variable with the port of a command line that names none.
@@ -96,7 +96,10 @@ impl PortArgs {
                     note!("{}; without it the baud rate is {}", ErrorChain(&error), board.baud);
                     Ok(Some(board))
                 }
-                (Err(error), None) => Err(error.into()),
+                (Err(error), None) => Err(bad_input(format!(
+                    "{}. Without a rig file: name the port of the board with --port",
+                    ErrorChain(&error)
+                ))),
             },
         }
     }
@@ -161,7 +164,8 @@ impl From<BoardOption> for BoardName {
 #[derive(Args)]
 pub(crate) struct BoardArgs {
     /// Rig file, for its table [board]: port, baud rate, kind [default: the one Plumb board on USB]
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true, value_parser = rig_path)]
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    #[arg(value_parser = optional_rig_path)]
     rig: Option<PathBuf>,
     #[command(flatten)]
     port: PortArgs,
@@ -173,7 +177,7 @@ pub(crate) struct BoardArgs {
 impl BoardArgs {
     /// Returns the kind of the board in the rig file; `None` without a file.
     pub(crate) fn kind(&self) -> Result<Option<BoardName>, Failure> {
-        let rig = self.rig.as_deref().map(Rig::read).transpose()?;
+        let rig = self.rig().map(Rig::read).transpose()?;
         Ok(rig.map(|rig| rig.board.kind))
     }
 
@@ -185,13 +189,17 @@ impl BoardArgs {
 
     /// Returns the failure to open the port of this board.
     pub(crate) fn not_open(&self, error: LinkError) -> Failure {
-        not_open(error, self.rig.as_deref().and_then(|path| Rig::read(path).ok()).as_ref())
+        not_open(error, self.rig().and_then(|path| Rig::read(path).ok()).as_ref())
     }
 
     /// Returns the port of the options, of the rig file, or of the one board on USB, in this order;
     /// likewise its baud rate.
     pub(crate) fn board(&self) -> Result<BoardPort, Failure> {
-        self.port.board_or_only(self.rig.as_deref())
+        self.port.board_or_only(self.rig())
+    }
+
+    fn rig(&self) -> Option<&Path> {
+        named(self.rig.as_deref())
     }
 }
 

@@ -87,6 +87,25 @@ pub(crate) fn rig_path(text: &str) -> Result<PathBuf, String> {
     rig_path_else(text, |port| format!("give it with --port {port}"))
 }
 
+/// Returns the path of a rig file from the command line of a command that can do without one. It is
+/// empty where [`RIG_VARIABLE`] is.
+///
+/// # Errors
+/// As [`rig_path_without_port`].
+pub(crate) fn optional_rig_path(text: &str) -> Result<PathBuf, String> {
+    if text.is_empty() && is_variable(text) { Ok(PathBuf::new()) } else { rig_path(text) }
+}
+
+/// Returns the rig file of a command that can do without one; `None` for an empty path.
+pub(crate) fn named(rig: Option<&Path>) -> Option<&Path> {
+    rig.filter(|path| !path.as_os_str().is_empty())
+}
+
+/// Returns whether [`RIG_VARIABLE`] has this value.
+pub(crate) fn is_variable(text: &str) -> bool {
+    std::env::var(RIG_VARIABLE).is_ok_and(|rig| rig == text)
+}
+
 /// Returns the path of a rig file from the command line of a command without `--port`.
 ///
 /// # Errors
@@ -107,6 +126,10 @@ pub(crate) fn rig_path_else(
 ) -> Result<PathBuf, String> {
     if text.is_empty() {
         return Err(format!("no rig file has an empty name (is {RIG_VARIABLE} set to nothing?)"));
+    }
+    // A person who did not type the name learns where it comes from when the file is read.
+    if is_variable(text) {
+        return Ok(text.into());
     }
     if let Some(hint) = aim_hint(text).filter(|_| is_list(text) || !Path::new(text).exists()) {
         return Err(format!("this is no rig file; {hint}"));
@@ -136,7 +159,6 @@ pub(crate) fn rig_path_else(
 /// Returns whether `text` of the command line is no file, and does not look like one.
 pub(super) fn is_mere_word(text: &str) -> bool {
     let path = Path::new(text);
-    let is_variable = || std::env::var(RIG_VARIABLE).is_ok_and(|rig| rig == text);
     let has_ending = path.extension().is_some() && text.parse::<f64>().is_err();
-    !has_ending && !text.contains('/') && !path.exists() && !is_variable()
+    !has_ending && !text.contains('/') && !path.exists() && !is_variable(text)
 }

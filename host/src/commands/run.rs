@@ -264,7 +264,11 @@ pub(super) fn drive(
     if let Goal::PresentPlace = goal {
         let target = find_ball(&mut *camera.source, &mut *detector, &interrupted)?;
         let waypoint = Waypoint { dwell_s: f64::INFINITY, ..Waypoint::new(target) };
-        run.set_waypoints(&[waypoint], false)?;
+        let held = run.set_waypoints(&[waypoint], false).map_err(Failure::from);
+        held.map_err(|failure| {
+            failure
+                .with_advice("The ball is there now: jog it back into the workspace, `plumb jog`")
+        })?;
     }
     let log = RunLog::create(&output_dir, FigureSettings::of(&rig))?;
     let (targets, is_operated) = (run.target_count(), steering.is_operated());

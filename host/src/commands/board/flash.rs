@@ -26,7 +26,7 @@ use serde_json::json;
 use super::super::exit::is_port;
 use super::super::print::{result, tell};
 use super::super::rig_args::PortArgs;
-use super::super::rig_path::{RIG_VARIABLE, rig_path};
+use super::super::rig_path::{RIG_VARIABLE, named, optional_rig_path};
 use super::super::{Failure, bad_input};
 use super::{compare_release, firmware_line};
 use computer::ThisComputer;
@@ -50,7 +50,7 @@ pub(super) struct Args {
     /// Rig file, for its table [board]: port, baud rate, kind [default: the one Plumb board on USB,
     /// or the one Pico in its bootloader]
     #[arg(long, value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
-    #[arg(value_parser = rig_path)]
+    #[arg(value_parser = optional_rig_path)]
     rig: Option<PathBuf>,
     #[command(flatten)]
     port: PortArgs,
@@ -60,17 +60,18 @@ pub(super) struct Args {
 }
 
 pub(super) fn main(args: Args) -> Result<(), Failure> {
-    let named = args.port.board(args.rig.as_deref())?;
+    let rig = named(args.rig.as_deref());
+    let board = args.port.board(rig)?;
     let file = match args.file {
         Some(file) => file,
         None => {
-            let chip = chip(args.rig.as_deref(), named.as_ref(), &args.port)?;
+            let chip = chip(rig, board.as_ref(), &args.port)?;
             default_firmware(chip, &std::env::current_exe()?)?
         }
     };
     let (firmware, chip) = read(&file)?;
     let mut computer = ThisComputer::new(args.port, chip);
-    let flashed = steps::flash(&firmware, named, &mut computer)?;
+    let flashed = steps::flash(&firmware, board, &mut computer)?;
     let (port, Greeting { provenance, start }) = (&flashed.board.port, flashed.greeting);
     let cause = start.map_or_else(|| "not reported".to_owned(), |cause| cause.to_string());
     tell!("{port}: the board is back: {provenance}; cause of its start: {cause}");

@@ -109,6 +109,9 @@ impl ExitClass for TomlFileError {
             Self::Read(ReadError::Io { error, .. }) if error.kind() == ErrorKind::NotFound => {
                 Some(INIT)
             }
+            Self::Read(ReadError::NotAFile { path, .. }) if path.join("rig.toml").is_file() => {
+                Some("A rig file is in it: add /rig.toml")
+            }
             _ => None,
         }
     }

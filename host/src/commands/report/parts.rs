@@ -18,6 +18,7 @@ use super::privacy::Privacy;
 use crate::commands::board::status_line;
 use crate::commands::print::note;
 use crate::commands::rig_args::PortArgs;
+use crate::commands::rig_path::is_variable;
 use crate::commands::{Failure, bad_input};
 
 /// Most bytes of a file in a report: the rows of a run of an hour and a half at 30 Hz.
@@ -144,9 +145,21 @@ impl Parts {
     /// too, with the mistake.
     ///
     /// # Errors
-    /// Where the rig file cannot be read.
-    pub(super) fn add_rig(&mut self, path: &Path) -> Result<(), Failure> {
-        let text = read_text(path, MAX_BYTES).map_err(TomlFileError::from)?;
+    /// Where the rig file cannot be read, and the command line names it: the variable may be that
+    /// of another folder.
+    pub(super) fn add_rig(&mut self, path: Option<&Path>) -> Result<(), Failure> {
+        let Some(path) = path else {
+            self.missing.push("rig.toml: no rig file is named".to_owned());
+            return Ok(());
+        };
+        let text = match read_text(path, MAX_BYTES).map_err(TomlFileError::from) {
+            Ok(text) => text,
+            Err(error) if path.to_str().is_some_and(is_variable) => {
+                self.miss("rig.toml", &error.into());
+                return Ok(());
+            }
+            Err(error) => return Err(error.into()),
+        };
         self.add("rig.toml", "the rig file", text);
         let camera = match Rig::read(path) {
             Ok(rig) => rig.camera.file,
