@@ -142,7 +142,11 @@ impl ExitClass for RunError {
     }
 
     fn advice(&self) -> Option<&'static str> {
-        if let Self::Connect(error) = self { error.advice() } else { None }
+        match self {
+            Self::Connect(error) => error.advice(),
+            Self::NoPlace(_) => Some(CHECK),
+            _ => None,
+        }
     }
 }
 
@@ -173,6 +177,7 @@ impl ExitClass for RecordError {
         match self {
             Self::Io { error, .. } => file_exit_code(error),
             Self::Thread => FAILED,
+            Self::Ended { error, .. } => error.exit_code(),
             _ => BAD_INPUT,
         }
     }
