@@ -42,11 +42,21 @@ impl OldFile<'_> {
     }
 }
 
-/// Returns the path of the former version: "camera.toml.bak".
-pub(super) fn backup(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".bak");
-    name.into()
+/// Returns the path for the former version, where nothing is yet: "camera.toml.bak", or
+/// "camera.toml.bak2" and so on.
+fn backup(path: &Path) -> PathBuf {
+    let mut number = 1_u64;
+    loop {
+        let mut name = path.as_os_str().to_owned();
+        name.push(".bak");
+        if number > 1 {
+            name.push(number.to_string());
+        }
+        if Path::new(&name).symlink_metadata().is_err() {
+            return name.into();
+        }
+        number += 1;
+    }
 }
 
 /// Writes a file, whole or not at all. A file of this name becomes the former version: returns its
