@@ -97,7 +97,7 @@ pub enum LinkError {
     /// The board does not answer a request.
     #[error(
         "{port}: no answer to {what} within {waited:?}{}",
-        .damage.or("; is this port that of a Plumb board, and are plug and cable firm?")
+        .damage.or(silence_hint(.what))
     )]
     Silent {
         /// Its path.
@@ -256,6 +256,20 @@ pub enum LinkError {
     /// A message does not fit a frame.
     #[error(transparent)]
     TooLong(#[from] plumb_protocol::frame::TooLong),
+}
+
+/// The first request, as in "no answer to the greeting".
+pub(super) const GREETING: &str = "the greeting";
+
+/// Returns what to look at where the board does not answer a request. One that has never answered
+/// may be none.
+fn silence_hint(what: &str) -> &'static str {
+    if what != GREETING {
+        return "; is the board powered, and are plug and cable firm?";
+    }
+    "; look at, in this order: the port (`ls /dev/ttyACM* /dev/ttyUSB*` lists them), power and \
+     cable, other programs that use the port (a serial monitor), the board's firmware (`plumb \
+     board flash` writes it), and on a UART the baud rate (`--baud`)"
 }
 
 /// Returns what to look at where there is no port of this name.
