@@ -119,3 +119,24 @@ fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     write(&new, bytes)?;
     fs::rename(&new, &path).map_err(|error| unwritten(&path, &error))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_former_version_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        fs::write(&path, "0").unwrap();
+        for version in ["1", "2", "3"] {
+            let text = fs::read_to_string(&path).unwrap();
+            let old = OldFile { path: &path, text: &text };
+            assert!(matches!(old.offer(version, "a version", true), Ok(true)));
+        }
+        let read = |ending: &str| fs::read_to_string(folder.path().join(ending)).unwrap();
+        assert_eq!(read("camera.toml"), "3");
+        let former = ["camera.toml.bak", "camera.toml.bak2", "camera.toml.bak3"].map(read);
+        assert_eq!(former, ["0", "1", "2"]);
+    }
+}

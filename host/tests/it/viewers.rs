@@ -128,6 +128,7 @@ fn a_full_disk_ends_the_run_in_order_at_the_same_frame() {
         assert!(line["reached"] == false && line["at_rest"] == true, "{line}");
         let ending = line["ending"].as_str().unwrap();
         assert!(ending.contains("run.mcap") && ending.contains("ulimit -f"), "{line}");
+        assert!(ending.contains(" s after the begin of the run; `mcap recover` reads"), "{line}");
         assert!(folder.path().join("run/summary.json").exists());
         line["frames"].as_u64().unwrap()
     });

@@ -296,3 +296,24 @@ pub fn windows_port(name: &str) -> Option<&'static str> {
     let number = name.to_ascii_uppercase().strip_prefix("COM")?.parse::<u8>();
     number.is_ok().then_some("that is a port of Windows; on Linux a Pico is /dev/ttyACM0")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_silent_board_needs_depends_on_whether_it_has_answered_before() {
+        let silent = |what, damage| {
+            let (port, waited) = ("/dev/ttyACM0".to_owned(), Duration::from_millis(1500));
+            LinkError::Silent { port, what, waited, damage }.to_string()
+        };
+        let text = silent(GREETING, Damage::default());
+        assert!(text.contains("no answer to the greeting within 1.5s; look at, in this"), "{text}");
+        for thing in ["the port", "cable", "other programs", "plumb board flash", "--baud"] {
+            assert!(text.contains(thing), "{thing}: {text}");
+        }
+        assert!(silent("the jog", Damage::default()).ends_with("are plug and cable firm?"));
+        let damaged = silent(GREETING, Damage { to_board: 0, to_host: 3 });
+        assert!(damaged.ends_with("check the baud rate, the cable and the ground"), "{damaged}");
+    }
+}
