@@ -214,9 +214,29 @@ pub enum RecordError {
         #[source]
         error: BoxedError,
     },
+    /// The recording ended early.
+    #[error("{}", kept(*.frames, *.time_s))]
+    Ended {
+        /// Number of its whole frames, the first ones.
+        frames: u64,
+        /// Time from the first to the last of them, seconds.
+        time_s: f64,
+        /// Why it ended.
+        #[source]
+        error: Box<Self>,
+    },
     /// The writing thread panicked.
     #[error("the recording's thread broke down")]
     Thread,
+}
+
+/// Returns how much of a recording is there, for a person.
+fn kept(frames: u64, time_s: f64) -> String {
+    match frames {
+        0 => "no picture is kept".to_owned(),
+        1 => "only the first picture is kept".to_owned(),
+        _ => format!("only the first {frames} pictures are kept, {time_s:.1} s"),
+    }
 }
 
 /// Returns a function that adds operation and path to an error.
@@ -246,16 +266,29 @@ impl Writer {
     /// Writes frames until the sender is dropped. Returns their number.
     ///
     /// # Errors
-    /// Where a frame cannot be written. The frames before it are complete.
+    /// [`RecordError::Ended`] where a frame cannot be written.
     fn run(&mut self, frames: &Receiver<RgbdFrame>) -> Result<u64, RecordError> {
         let mut count = 0;
+        let (mut first, mut last) = (None, 0.0);
         for frame in frames {
+            let time_s = first.map_or(0.0, |first| last - first);
+            self.add(&frame, count + 1).map_err(|error| RecordError::Ended {
+                frames: count,
+                time_s,
+                error: Box::new(error),
+            })?;
             count += 1;
-            let depth = raw::multiplied(frame.depth(), self.factor);
-            self.colour.add(frame.time(), count, || png::encode_colour(frame.colour()))?;
-            self.depth.add(frame.time(), count, || png::encode_depth(&depth))?;
+            last = frame.time();
+            first.get_or_insert(last);
         }
         Ok(count)
+    }
+
+    /// Writes the frame of this number.
+    fn add(&mut self, frame: &RgbdFrame, number: u64) -> Result<(), RecordError> {
+        let depth = raw::multiplied(frame.depth(), self.factor);
+        self.colour.add(frame.time(), number, || png::encode_colour(frame.colour()))?;
+        self.depth.add(frame.time(), number, || png::encode_depth(&depth))
     }
 }
 

@@ -68,7 +68,7 @@ pub enum ReadError {
 /// Format of a file that a person takes for text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OtherFormat {
-    /// Text in UTF-16, with a byte order mark.
+    /// Text in UTF-16, with or without a byte order mark.
     Utf16,
     /// A ZIP archive: .xlsx, .ods.
     Zip,
@@ -77,7 +77,7 @@ pub enum OtherFormat {
 }
 
 impl OtherFormat {
-    /// Returns the format of a file that begins with these bytes; `None` for any other one.
+    /// Returns the format of a file with these bytes; `None` for any other one.
     fn of(bytes: &[u8]) -> Option<Self> {
         let beginnings: [(&[u8], Self); 4] = [
             (b"\xff\xfe", Self::Utf16),
@@ -85,7 +85,8 @@ impl OtherFormat {
             (b"PK\x03\x04", Self::Zip),
             (b"\xd0\xcf\x11\xe0", Self::Compound),
         ];
-        beginnings.into_iter().find_map(|(first, it)| bytes.starts_with(first).then_some(it))
+        let begun = beginnings.into_iter().find(|(first, _)| bytes.starts_with(first));
+        begun.map(|(_, it)| it).or_else(|| has_many_nuls(bytes).then_some(Self::Utf16))
     }
 
     /// Returns what to do with such a file, for a person.
@@ -95,6 +96,14 @@ impl OtherFormat {
             Self::Zip | Self::Compound => "save the sheet as \"CSV UTF-8\"",
         }
     }
+}
+
+/// Returns whether a quarter of the first bytes is 0, as in UTF-16 without a byte order mark.
+/// Text in UTF-8 has none.
+fn has_many_nuls(bytes: &[u8]) -> bool {
+    let beginning = &bytes[..bytes.len().min(1000)];
+    let nuls = beginning.iter().filter(|&&byte| byte == 0).count();
+    nuls > 0 && 4 * nuls >= beginning.len()
 }
 
 impl fmt::Display for OtherFormat {
@@ -182,10 +191,11 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
 /// # Errors
 /// As [`read`]; where the file is not UTF-8.
 pub fn read_text(path: &Path, limit: u64) -> Result<String, ReadError> {
-    String::from_utf8(read(path, limit)?).map_err(|error| {
-        if let Some(format) = OtherFormat::of(error.as_bytes()) {
-            return ReadError::OtherFormat { path: path.to_owned(), format };
-        }
+    let bytes = read(path, limit)?;
+    if let Some(format) = OtherFormat::of(&bytes) {
+        return Err(ReadError::OtherFormat { path: path.to_owned(), format });
+    }
+    String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let line = 1 + error.as_bytes().iter().take(good).filter(|&&byte| byte == b'\n').count();
         ReadError::NotText { path: path.to_owned(), line }
@@ -324,6 +334,9 @@ mod tests {
         let utf_16 = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect();
         for (bytes, says) in [
             (utf_16("\u{feff}x\ty\tz\n"), "file: is text in UTF-16 (\"Unicode text\" of Excel)"),
+            // Without a byte order mark, valid and invalid as UTF-8.
+            (utf_16("x,y,z\n"), "file: is text in UTF-16 (\"Unicode text\" of Excel)"),
+            (utf_16("# Höhe in m\nx,y,z\n"), "file: is text in UTF-16"),
             (b"PK\x03\x04\xff".to_vec(), "is a spreadsheet (.xlsx, .ods) or another ZIP archive"),
             (b"\xd0\xcf\x11\xe0\xa1".to_vec(), "is a spreadsheet (.xls) or another file"),
         ] {

@@ -36,21 +36,21 @@ impl McapFile {
         Ok(Self { path: path.into(), writer, failure })
     }
 
-    /// Takes the first failure to write, if there was one.
-    pub(crate) fn failure(&self) -> Option<FoxgloveError> {
+    /// Takes the first failure to write, if there was one. The last frame was at `time_s`, seconds.
+    pub(crate) fn failure(&self, time_s: f64) -> Option<FoxgloveError> {
         let source = self.failure.lock().unwrap_or_else(PoisonError::into_inner).take()?;
-        Some(FoxgloveError::Write { path: self.path.clone(), source })
+        Some(FoxgloveError::Write { path: self.path.clone(), time_s, source })
     }
 
-    /// Completes the file and writes it to the disk.
+    /// Completes the file and writes it to the disk. The last frame was at `time_s`, seconds.
     ///
     /// # Errors
     /// Where it cannot be written.
-    pub(crate) fn finish(self) -> Result<(), FoxgloveError> {
+    pub(crate) fn finish(self, time_s: f64) -> Result<(), FoxgloveError> {
         let Self { path, writer, failure } = self;
         let closed = writer.close();
         let first = failure.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let write = |source| FoxgloveError::Write { path: path.clone(), source };
+        let write = |source| FoxgloveError::Write { path: path.clone(), time_s, source };
         match (first, closed) {
             (Some(source), _) => Err(write(source)),
             (None, Err(source)) => Err(FoxgloveError::Mcap { path, source }),

@@ -79,10 +79,16 @@ pub enum FoxgloveError {
         source: std::io::Error,
     },
     /// The MCAP file cannot be written (a full disk).
-    #[error("cannot write {}", .path.display())]
+    #[error(
+        "cannot write {} any more, {time_s:.1} s after the begin of the run; `mcap recover` reads \
+         what is in it",
+        .path.display()
+    )]
     Write {
         /// The file.
         path: PathBuf,
+        /// Time of the last frame, seconds.
+        time_s: f64,
         /// Cause.
         source: std::io::Error,
     },
@@ -195,7 +201,7 @@ impl FoxgloveOutput {
 
     /// Gives the file up where it cannot be written.
     fn check_file(&mut self) {
-        if let Some(error) = self.file.as_ref().and_then(McapFile::failure) {
+        if let Some(error) = self.file.as_ref().and_then(|file| file.failure(self.time)) {
             self.file = None;
             self.fail(error);
         }
@@ -228,7 +234,7 @@ impl Observer for FoxgloveOutput {
         let stamp = self.clock.stamp(self.time);
         self.channels.summary.log(summary, stamp);
         if let Some(file) = self.file.take()
-            && let Err(error) = file.finish()
+            && let Err(error) = file.finish(self.time)
         {
             self.fail(error);
         }

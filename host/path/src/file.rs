@@ -1,7 +1,8 @@
 //! Paths from files: CSV, or G-code ([`CodeMistake`] lists its words).
 //!
-//! The first line of a CSV file names the columns: `x,y,z` for waypoints, or `t,x,y,z` for places
-//! with time stamps; metres in the rig frame, and seconds. A line that is repeated is a pause.
+//! The first line of a CSV file names the columns, in any order: `x,y,z` for waypoints, or
+//! `t,x,y,z` for places with time stamps; metres in the rig frame, and seconds. A line that is
+//! repeated is a pause.
 
 use std::fmt::Display;
 use std::mem::{Discriminant, discriminant};
@@ -10,7 +11,7 @@ use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::gcode;
-use crate::table::{self, Table, and_more, column_count, is_time, wrong_names};
+use crate::table::{self, Table, and_more, column_count, is_time, places_of, wrong_names};
 use crate::trajectory::{MAX_COORDINATE_M, Sample};
 
 pub use crate::gcode::{CodeMistake, CodeProblem, is_gcode};
@@ -201,19 +202,45 @@ fn listed<M: Display>(prefix: &str, mistakes: &[M]) -> String {
     lines.join("\n")
 }
 
-/// Columns of a file.
+/// Kind of a file, by its columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Columns {
+enum Kind {
     Places,
     Timed,
 }
 
-impl Columns {
+impl Kind {
+    /// All kinds.
+    const ALL: [Self; 2] = [Self::Places, Self::Timed];
+
     fn names(self) -> &'static [&'static str] {
         match self {
             Self::Places => &["x", "y", "z"],
             Self::Timed => &["t", "x", "y", "z"],
         }
+    }
+}
+
+/// Columns of a file.
+#[derive(Debug)]
+struct Columns {
+    kind: Kind,
+    /// Each column by its place in the names of the kind.
+    places: Vec<usize>,
+}
+
+impl Columns {
+    /// Returns the columns that a line of names has, in any order; `None` where they are others.
+    fn named(names: &[String]) -> Option<Self> {
+        Kind::ALL.into_iter().find_map(|kind| {
+            let known = kind.names();
+            Some(Self { kind, places: places_of(names, known, known.len())? })
+        })
+    }
+
+    /// Returns the columns of a file of places without names.
+    fn unnamed() -> Self {
+        Self { kind: Kind::Places, places: (0..Kind::Places.names().len()).collect() }
     }
 }
 
@@ -247,9 +274,9 @@ pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
     let columns = columns(&mut table)?;
     let (mut rows, mut mistakes) = (Vec::new(), Vec::new());
     for fields in table.rows() {
-        rows.extend(row(fields, &table, columns, &mut mistakes));
+        rows.extend(row(fields, &table, &columns, &mut mistakes));
     }
-    if columns == Columns::Timed {
+    if columns.kind == Kind::Timed {
         mistakes.extend(rows.windows(2).filter_map(|pair| order_mistake(&pair[0], &pair[1])));
     }
     if !mistakes.is_empty() {
@@ -259,12 +286,12 @@ pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
         return Err(PathFileError::Empty);
     }
     let lines = rows.iter().map(|row| row.line).collect();
-    Ok(match columns {
-        Columns::Places => {
+    Ok(match columns.kind {
+        Kind::Places => {
             let places = rows.iter().map(|row| row.position).collect();
             PathFile::Waypoints { places, speeds: Vec::new(), lines }
         }
-        Columns::Timed => {
+        Kind::Timed => {
             let sample = |row: &Row| Sample { time: row.time, position: row.position };
             PathFile::Samples { samples: rows.iter().map(sample).collect(), lines }
         }
@@ -277,17 +304,15 @@ fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
     let Some(first) = names.as_ref().or(table.rows().first()) else {
         return Err(PathFileError::Empty);
     };
-    if names.is_none() && first.fields.len() == Columns::Places.names().len() {
-        return Ok(Columns::Places);
+    if names.is_none() && first.fields.len() == Kind::Places.names().len() {
+        return Ok(Columns::unnamed());
     }
-    let known = [Columns::Places, Columns::Timed];
-    let found = known.into_iter().find(|columns| columns.names() == first.fields);
-    found.ok_or_else(|| PathFileError::Header {
+    Columns::named(&first.fields).ok_or_else(|| PathFileError::Header {
         line: first.line,
         found: first.text.clone(),
         wrong: match (table.spaces_mistake(first), &names) {
             (Some(spaces), _) => format!(": {spaces}"),
-            (None, Some(names)) => wrong_columns(&names.fields),
+            (None, Some(names)) => format!(": {}", wrong_columns(&names.fields)),
             (None, None) => format!(": {}", unnamed(first, table)),
         },
     })
@@ -295,34 +320,30 @@ fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
 
 /// Returns what to do about a first line with numbers that are not three.
 fn unnamed(first: &table::Row, table: &Table) -> String {
-    let counts = [Columns::Places, Columns::Timed].map(|columns| columns.names().len());
+    let counts = Kind::ALL.map(|kind| kind.names().len());
     let is_complete = first.fields.last().is_some_and(|field| !field.is_empty());
-    let are_timed = is_complete && first.fields.len() == Columns::Timed.names().len();
+    let are_timed = is_complete && first.fields.len() == Kind::Timed.names().len();
     let mistake = || counts.into_iter().find_map(|count| table.separator_mistake(first, count));
     let mistake = if are_timed { None } else { mistake() };
     mistake.unwrap_or_else(|| "put a first line with these names before the numbers".to_owned())
 }
 
-/// Returns the end of a message about names of columns that are none of [`Columns`].
+/// Returns which names of columns are wrong, where they are those of no [`Kind`].
 fn wrong_columns(names: &[String]) -> String {
     let has_times = names.iter().any(|name| is_time(name));
-    let columns = if has_times { Columns::Timed } else { Columns::Places };
-    let known = columns.names();
-    match wrong_names(names, known, known.len()) {
-        wrong if wrong.is_empty() => ", in this order".to_owned(),
-        wrong => format!(": {wrong}"),
-    }
+    let known = if has_times { Kind::Timed.names() } else { Kind::Places.names() };
+    wrong_names(names, known, known.len())
 }
 
 /// Returns the place of a line. Adds its mistakes to `mistakes`; `None` if it has one.
 fn row(
     row: &table::Row,
     table: &Table,
-    columns: Columns,
+    columns: &Columns,
     mistakes: &mut Vec<LineMistake>,
 ) -> Option<Row> {
     let (line, fields) = (row.line, &row.fields);
-    let names = columns.names();
+    let names = columns.kind.names();
     if fields.len() != names.len() || row.bracket_mistake().is_some() {
         let (count, expected) = (fields.len(), names.len());
         let mistake = match table.separator_mistake(row, expected) {
@@ -332,22 +353,22 @@ fn row(
         mistake.add_to(mistakes);
         return None;
     }
-    let mut values = Vec::new();
-    for (&name, field) in names.iter().zip(fields) {
+    let mut values = [None; 4];
+    for (&place, field) in columns.places.iter().zip(fields) {
+        let name = names[place];
         match table.number(field).filter(|value| value.is_finite()) {
             Some(value) if name != "t" && value.abs() > MAX_COORDINATE_M => {
                 LineMistake::Range { line, name, value, more: 0 }.add_to(mistakes);
             }
-            Some(value) => values.push(value),
+            Some(value) => values[place] = Some(value),
             None => mistakes.push(LineMistake::Field { line, name, value: field.clone() }),
         }
     }
-    let (time, position) = match (columns, values.as_slice()) {
-        (Columns::Places, &[x, y, z]) => (0.0, Point3::new(x, y, z)),
-        (Columns::Timed, &[time, x, y, z]) => (time, Point3::new(x, y, z)),
-        _ => return None,
+    let (time, [x, y, z]) = match (columns.kind, values) {
+        (Kind::Places, [x, y, z, _]) => (0.0, [x?, y?, z?]),
+        (Kind::Timed, [time, x, y, z]) => (time?, [x?, y?, z?]),
     };
-    Some(Row { line, time, position })
+    Some(Row { line, time, position: Point3::new(x, y, z) })
 }
 
 /// Returns the mistake of a line whose time does not follow that of the one before.
@@ -374,6 +395,17 @@ mod tests {
         let sample = |time, [x, y, z]: [f64; 3]| Sample { time, position: Point3::new(x, y, z) };
         let expected = vec![sample(0.0, [0.4, 0.3, 0.2]), sample(1.5, [0.5, -0.1, 0.3])];
         assert_eq!(parse(timed), Ok(PathFile::Samples { samples: expected, lines: vec![2, 3] }));
+    }
+
+    #[test]
+    fn columns_come_in_any_order() {
+        let places = vec![Point3::new(0.4, 0.3, 0.2)];
+        let (speeds, lines) = (Vec::new(), vec![2]);
+        let expected = PathFile::Waypoints { places: places.clone(), speeds, lines };
+        assert_eq!(parse("z;y;x\n0,2;0,3;0,4\n"), Ok(expected));
+        let samples = vec![Sample { time: 1.5, position: places[0] }];
+        let expected = PathFile::Samples { samples, lines: vec![2] };
+        assert_eq!(parse("z [m],y,t,x\n0.2,0.3,1.5,0.4\n"), Ok(expected));
     }
 
     #[test]
@@ -423,9 +455,7 @@ mod tests {
             ("x,y,z\n0.4,0.3,inf\n", "2: column z: 'inf' is no finite number"),
             ("x,y,z\n0.4,300,0.2\n", "2: column y: 300 m is out of range, ±100"),
             ("x,y,z\n420,240,300\n", "are these millimetres?"),
-            ("z,y,x\n0.4,0.3,0.2\n", "1: the columns are 'z,y,x', but must be 'x,y,z'"),
-            ("z;y;x\n0,4;0,3;0,2\n", "1: the columns are 'z;y;x', but"),
-            ("z;y;x\n0,4;0,3;0,2\n", "seconds), in this order"),
+            ("z,y,x\n0.4,o.3,0.2\n", "2: column y: 'o.3' is no finite number"),
             ("x,y,w\n0.4,0.3,0.2\n", "seconds): 'w' is unknown, z is missing"),
             ("t,x,y\n0,0.4,0.3\n", "seconds): z is missing"),
             ("x,y,z,y\n1,1,1,1\n", "seconds): y is there 2 times"),

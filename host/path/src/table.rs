@@ -197,9 +197,19 @@ fn named_separator(line: &str) -> Option<char> {
     rest.all(|more| more == separator).then_some(separator)
 }
 
+/// Returns the place in `known` of each column that a line of names has, in any order; `None` where
+/// it has others, one twice, or not the first `needed` of them. [`wrong_names`] says why.
+pub fn places_of(found: &[String], known: &[&str], needed: usize) -> Option<Vec<usize>> {
+    let place = |name: &String| known.iter().position(|column| column == name);
+    let places: Vec<usize> = found.iter().map(place).collect::<Option<_>>()?;
+    let times = |column: usize| places.iter().filter(|place| **place == column).count();
+    let is_complete = (0..needed).all(|column| times(column) == 1);
+    let is_once = (needed..known.len()).all(|column| times(column) <= 1);
+    (is_complete && is_once).then_some(places)
+}
+
 /// Returns the mistakes in names of columns: "'w' is unknown, z is missing". A table may have the
-/// columns `known`, and must have the first `needed` of them. Empty where only the order can be
-/// wrong.
+/// columns `known`, and must have the first `needed` of them. Empty where there is none.
 pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
     let times = |name: &str| found.iter().filter(|it| *it == name).count();
     let unknown = found.iter().filter(|name| !known.contains(&name.as_str()));

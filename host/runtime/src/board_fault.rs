@@ -161,8 +161,9 @@ pub fn after_fault(fault: Fault) -> &'static str {
         }
         Fault::TargetOutside => "Clear the fault and choose a target inside the workspace.",
         Fault::Travel(_) => {
-            "Clear the fault. Choose a target that the wound cables can reach, or check the cables \
-             before you give the motors more travel."
+            "Clear the fault. Choose a target that the wound cables can reach. If the cables were \
+             wound anew: `plumb home` with the ball in the workspace. Before you give the motors \
+             more travel, check the cables, and run `plumb check RIG.toml --file-only`."
         }
         Fault::ErrorGrowing => {
             "Check the wiring: a motor is swapped or reversed, or a cable is torn, or the ball is \

@@ -27,7 +27,7 @@ use self::core::{RunCore, Settings};
 use crate::board_fault::BoardFault;
 use crate::board_report::BoardReport;
 use crate::link::{Link, LinkError, Serial, Transport};
-use crate::rig::{MotionRules, OutOfRange, Outside, Rig};
+use crate::rig::{MotionError, MotionRules, OutOfRange, Outside, Rig};
 use crate::rounding::{millimetres, round};
 use crate::targets::TargetSource;
 use control_loop::ControlLoop;
@@ -405,6 +405,9 @@ pub enum RunError {
     /// Targets are outside the triangle of the motors; all of them, metres.
     #[error("the {} outside the triangle of the motors, where a cable is slack", targets(.0))]
     TargetsSlack(Vec<[f64; 3]>),
+    /// The rig file allows no place at all.
+    #[error(transparent)]
+    NoPlace(MotionError),
     /// The rig file has no targets.
     #[error("the rig file has no targets: list them as `targets = [[x, y, z], ...]`, metres")]
     NoTargets,

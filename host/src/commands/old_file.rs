@@ -42,11 +42,21 @@ impl OldFile<'_> {
     }
 }
 
-/// Returns the path of the former version: "camera.toml.bak".
-pub(super) fn backup(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".bak");
-    name.into()
+/// Returns the path for the former version, where nothing is yet: "camera.toml.bak", or
+/// "camera.toml.bak2" and so on.
+fn backup(path: &Path) -> PathBuf {
+    let mut number = 1_u64;
+    loop {
+        let mut name = path.as_os_str().to_owned();
+        name.push(".bak");
+        if number > 1 {
+            name.push(number.to_string());
+        }
+        if Path::new(&name).symlink_metadata().is_err() {
+            return name.into();
+        }
+        number += 1;
+    }
 }
 
 /// Writes a file, whole or not at all. A file of this name becomes the former version: returns its
@@ -108,4 +118,25 @@ fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let new = PathBuf::from(name);
     write(&new, bytes)?;
     fs::rename(&new, &path).map_err(|error| unwritten(&path, &error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_former_version_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        fs::write(&path, "0").unwrap();
+        for version in ["1", "2", "3"] {
+            let text = fs::read_to_string(&path).unwrap();
+            let old = OldFile { path: &path, text: &text };
+            assert!(matches!(old.offer(version, "a version", true), Ok(true)));
+        }
+        let read = |ending: &str| fs::read_to_string(folder.path().join(ending)).unwrap();
+        assert_eq!(read("camera.toml"), "3");
+        let former = ["camera.toml.bak", "camera.toml.bak2", "camera.toml.bak3"].map(read);
+        assert_eq!(former, ["0", "1", "2"]);
+    }
 }

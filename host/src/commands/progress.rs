@@ -4,11 +4,21 @@ use std::fmt;
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};
 
-use super::print::{is_quiet, renew};
+use super::print::{is_quiet, renew, tell};
 
 /// Returns whether progress is shown: standard error is a terminal, and `--quiet` is absent.
 pub(crate) fn is_shown() -> bool {
     stderr().is_terminal() && !is_quiet()
+}
+
+/// Prints a line, in place of the line of progress where there is one, which comes again with the
+/// next text.
+pub(crate) fn tell_above(text: fmt::Arguments<'_>) {
+    if is_shown() {
+        renew(format_args!("{text}\n"));
+    } else {
+        tell!("{text}");
+    }
 }
 
 /// Line of progress. Dropping it removes the line.

@@ -9,7 +9,7 @@ use std::time::Instant;
 use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
-use plumb_cameras::recording::check_kind;
+use plumb_cameras::recording::{check_kind, is_mcap};
 use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::bounded_read::ReadError;
 use plumb_config::error_chain::ErrorChain;
@@ -150,8 +150,15 @@ fn beside(recording: &Path) -> Result<PathBuf, Failure> {
         return Ok(file);
     }
     check_kind(recording)?;
+    let without_depth = match is_mcap(recording) {
+        true => {
+            "; for a file of `--mcap`, which has no depth, a copy of the run's with `depth_scale = \
+             \"none\"` in it"
+        }
+        false => "",
+    };
     Err(bad_input(format!(
-        "{}: this recording has no camera file; name one with --camera CAMERA.toml",
+        "{}: this recording has no camera file; name one with --camera CAMERA.toml{without_depth}",
         file.display()
     )))
 }

@@ -116,6 +116,7 @@ fn a_recording_without_room_keeps_its_whole_pictures() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let text = stderr(&output);
     assert!(text.contains("recording/rgb/000001.png") && text.contains(CAUSE), "{text}");
+    assert!(text.contains("no picture is kept: "), "{text}");
     assert!(folder.path().join("run/summary.json").exists());
     assert!(!folder.path().join("recording/rgb/000001.png").exists(), "half a picture");
     let list = fs::read_to_string(folder.path().join("recording/rgb.txt")).unwrap();

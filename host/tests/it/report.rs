@@ -97,7 +97,7 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     let text = part("report.txt");
     for reason in [
         "missing: board.json: /dev/plumb-no-such-port: ",
-        "missing: selftest.json: ",
+        "missing: selftest.json: there is no plumb-selftest.json, the results of `plumb board",
         "missing: rig.toml has a mistake: …/rig.toml:",
         "missing: run: there is no run in runs",
     ] {
@@ -111,16 +111,31 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
 }
 
 #[test]
+fn no_former_report_is_lost() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("plumb-report.tar.gz"), [0x1f, 0x8b, 1]).unwrap();
+    fs::write(path("plumb-report.tar.gz.bak"), "of somebody").unwrap();
+    for former in ["plumb-report.tar.gz.bak2", "plumb-report.tar.gz.bak3"] {
+        let before = fs::read(path("plumb-report.tar.gz")).unwrap();
+        let output = plumb(&["report", "--port", "/dev/plumb-no-such-port"], folder.path());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let says = format!("The former report is now {former}\n");
+        assert!(stderr(&output).contains(&says), "{}", stderr(&output));
+        assert_eq!(fs::read(path(former)).unwrap(), before);
+    }
+    assert_eq!(fs::read_to_string(path("plumb-report.tar.gz.bak")).unwrap(), "of somebody");
+}
+
+#[test]
 fn a_report_takes_the_place_of_a_report_only() {
     let folder = folder();
     let path = |name: &str| folder.path().join(name);
     fs::write(path("keep.toml"), "of the rig").unwrap();
-    fs::write(path("old.tar.gz.bak"), "of somebody").unwrap();
     fs::create_dir(path("archive")).unwrap();
     std::os::unix::fs::symlink(path("archive"), path("link")).unwrap();
     for (out, says) in [
         ("keep.toml", "keep.toml: exists already and is no report; give another name"),
-        ("old.tar.gz", "old.tar.gz.bak: exists already and is no report"),
         ("archive", "archive: is a folder; name a file"),
         ("link", "link: is a folder; name a file"),
     ] {

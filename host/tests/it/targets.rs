@@ -153,7 +153,7 @@ fn a_file_is_played_and_a_wrong_one_is_refused_before_anything_moves() {
         ("way.nc", "way.nc: this is G-code, a path: give it with --path"),
         (&rig, "rig.toml: this is a rig file, and no list of moving targets"),
         ("none.csv", "a list of places is given with --waypoints"),
-        ("bad.jsonl", "bad.jsonl: line 61: no target: missing field `target`"),
+        ("bad.jsonl", "bad.jsonl:61: no target: missing field `target`"),
         ("none.jsonl", "there is no file \"none.jsonl\""),
         ("tcp:0.0.0.0:5601", "can be reached from other computers"),
     ] {

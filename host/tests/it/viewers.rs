@@ -68,6 +68,11 @@ fn the_mcap_file_is_a_recording() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let frames = json(&output)["frames"].as_u64().unwrap();
 
+    let output = plumb(&["replay", "run.mcap"], folder.path());
+    let text = stderr(&output);
+    let says = "with --camera CAMERA.toml; for a file of `--mcap`, which has no depth, a copy";
+    assert!(output.status.code() == Some(2) && text.contains(says), "{text}");
+
     let camera = fs::read_to_string(rigs().join("camera.toml")).unwrap();
     fs::write(folder.path().join("with-depth.toml"), &camera).unwrap();
     let without = camera.replace("depth_scale = 5000.0", "depth_scale = \"none\"");
@@ -123,6 +128,7 @@ fn a_full_disk_ends_the_run_in_order_at_the_same_frame() {
         assert!(line["reached"] == false && line["at_rest"] == true, "{line}");
         let ending = line["ending"].as_str().unwrap();
         assert!(ending.contains("run.mcap") && ending.contains("ulimit -f"), "{line}");
+        assert!(ending.contains(" s after the begin of the run; `mcap recover` reads"), "{line}");
         assert!(folder.path().join("run/summary.json").exists());
         line["frames"].as_u64().unwrap()
     });

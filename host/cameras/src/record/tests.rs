@@ -6,6 +6,8 @@ use plumb_frame::camera::{Camera, Distortion, DistortionCoefficients};
 use plumb_frame::image::Image;
 use plumb_frame::source::CameraSource;
 
+use plumb_config::error_chain::ErrorChain;
+
 use super::*;
 use crate::camera_file;
 use crate::tum::TumFolder;
@@ -111,8 +113,31 @@ fn a_write_error_is_returned_at_the_end() {
         .unwrap();
     fs::remove_dir_all(path.join("depth")).unwrap();
     recorder.add(&one);
-    let error = recorder.finish().unwrap_err().to_string();
-    assert!(error.contains("depth/000001.png"), "{error}");
+    let error = recorder.finish().unwrap_err();
+    let text = ErrorChain(&error).to_string();
+    assert!(
+        text.starts_with("no picture is kept: ") && text.contains("depth/000001.png"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_recording_that_ends_early_tells_how_much_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record");
+    let frames = [0.0, 0.25, 0.5, 0.75].map(|time| frame(time, 1000.0, &[0; 16]));
+    let mut recorder = RecordFolder::create(&path)
+        .unwrap()
+        .begin(CAMERA, frames[0].intrinsics(), Overflow::Block)
+        .unwrap();
+    // No file has this name any more.
+    fs::create_dir_all(path.join("depth/000004.png")).unwrap();
+    frames.iter().for_each(|frame| recorder.add(frame));
+    let text = ErrorChain(&recorder.finish().unwrap_err()).to_string();
+    assert!(
+        text.starts_with("only the first 3 pictures are kept, 0.5 s: the recording: "),
+        "{text}"
+    );
 }
 
 #[test]

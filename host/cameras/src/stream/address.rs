@@ -34,9 +34,7 @@ pub enum StreamAddress {
 #[non_exhaustive]
 pub enum AddressError {
     /// The text has none of the three forms.
-    #[error(
-        "{0:?} is no address of a stream: unix:PATH, tcp:127.0.0.1:PORT, or - (standard input)"
-    )]
+    #[error("{0:?} is no address of a stream: unix:PATH, tcp:127.0.0.1:PORT or - (standard input)")]
     Form(String),
     /// The TCP port is 0.
     #[error("{0:?} has no port: give one from 1 to 65535, such as tcp:127.0.0.1:5600")]

@@ -62,8 +62,9 @@ pub enum McapError {
     },
     /// No topic has depth, which the camera file expects.
     #[error(
-        "{}: has no topic with depth aligned to colour. For a camera without depth set \
-         `depth_scale = \"none\"` in the camera file. Its topics: {topics}",
+        "{}: has no topic with depth aligned to colour. For a recording without depth, such as \
+         one of `--mcap`, set `depth_scale = \"none\"` in the camera file; to keep that of the \
+         rig, give `plumb replay` a copy with --camera. Its topics: {topics}",
         .path.display()
     )]
     NoDepth {

@@ -97,7 +97,7 @@ pub enum LinkError {
     /// The board does not answer a request.
     #[error(
         "{port}: no answer to {what} within {waited:?}{}",
-        .damage.or("; is this port that of a Plumb board, and are plug and cable firm?")
+        .damage.or(silence_hint(.what))
     )]
     Silent {
         /// Its path.
@@ -258,6 +258,20 @@ pub enum LinkError {
     TooLong(#[from] plumb_protocol::frame::TooLong),
 }
 
+/// The first request, as in "no answer to the greeting".
+pub(super) const GREETING: &str = "the greeting";
+
+/// Returns what to look at where the board does not answer a request. One that has never answered
+/// may be none.
+fn silence_hint(what: &str) -> &'static str {
+    if what != GREETING {
+        return "; is the board powered, and are plug and cable firm?";
+    }
+    "; look at, in this order: the port (`ls /dev/ttyACM* /dev/ttyUSB*` lists them), power and \
+     cable, other programs that use the port (a serial monitor), the board's firmware (`plumb \
+     board flash` writes it), and on a UART the baud rate (`--baud`)"
+}
+
 /// Returns what to look at where there is no port of this name.
 fn absent_hint(port: &str) -> String {
     let absent = "is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)";
@@ -281,4 +295,25 @@ pub fn other_port(name: &str) -> Option<String> {
 pub fn windows_port(name: &str) -> Option<&'static str> {
     let number = name.to_ascii_uppercase().strip_prefix("COM")?.parse::<u8>();
     number.is_ok().then_some("that is a port of Windows; on Linux a Pico is /dev/ttyACM0")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_silent_board_needs_depends_on_whether_it_has_answered_before() {
+        let silent = |what, damage| {
+            let (port, waited) = ("/dev/ttyACM0".to_owned(), Duration::from_millis(1500));
+            LinkError::Silent { port, what, waited, damage }.to_string()
+        };
+        let text = silent(GREETING, Damage::default());
+        assert!(text.contains("no answer to the greeting within 1.5s; look at, in this"), "{text}");
+        for thing in ["the port", "cable", "other programs", "plumb board flash", "--baud"] {
+            assert!(text.contains(thing), "{thing}: {text}");
+        }
+        assert!(silent("the jog", Damage::default()).ends_with("are plug and cable firm?"));
+        let damaged = silent(GREETING, Damage { to_board: 0, to_host: 3 });
+        assert!(damaged.ends_with("check the baud rate, the cable and the ground"), "{damaged}");
+    }
 }

@@ -3,6 +3,7 @@
 use plumb_protocol::message::BoardHello;
 
 use super::commands::{Entry, GoalNumber, Purpose};
+use super::error::GREETING;
 use super::*;
 
 /// Longest wait for a board that has lost the session to report the cause, or its state.
@@ -95,7 +96,7 @@ impl<T: Transport> Link<T> {
     /// Sends a Hello and waits for its answer.
     pub(super) fn hello(&mut self, timeout: Duration) -> Result<(), LinkError> {
         let hello =
-            self.exchange("the greeting", Command::Hello(Hello::OURS), timeout, |id, message| {
+            self.exchange(GREETING, Command::Hello(Hello::OURS), timeout, |id, message| {
                 match message {
                     FromBoard::Hello(hello) if hello.id == id => Some(*hello),
                     _ => None,

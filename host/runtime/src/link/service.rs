@@ -6,6 +6,7 @@ use plumb_protocol::diagnostics::ChipMeasurement;
 use plumb_protocol::message::Jog;
 use plumb_protocol::units::Rate;
 
+use super::error::GREETING;
 use super::*;
 
 /// Timeout of the greeting with which [`Link::bootloader`] checks that the board has gone.
@@ -66,7 +67,7 @@ impl<T: Transport> Link<T> {
         }
         // It was lost, or is on its way. A board that is greeted again tells it again.
         let greeting = Command::Hello(Hello::OURS);
-        self.exchange("the greeting", greeting, ANSWER_TIMEOUT, |_, message| match message {
+        self.exchange(GREETING, greeting, ANSWER_TIMEOUT, |_, message| match message {
             FromBoard::Provenance(provenance) => Some(*provenance),
             _ => None,
         })

@@ -167,6 +167,9 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
         reported.push(error.key.to_owned());
         findings.push(document.out_of_range(&[error.key], error.why));
     }
+    let no_place = no_place(document, rig);
+    let keys = no_place.iter().flat_map(|finding| &finding.values);
+    reported.extend(keys.map(|(key, _)| key.clone()));
     let mut refusals = board(&wiring, &config);
     refusals.dedup();
     for refusal in refusals {
@@ -204,6 +207,9 @@ fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     if rig.targets.is_empty() {
         return vec![document.out_of_range(&["targets"], "has no target")];
     }
+    if let Some(finding) = no_place(document, rig) {
+        return vec![finding];
+    }
     let error = |WrongTarget { number, target, error }: WrongTarget| match error {
         MotionError::Workspace(outside) => {
             let problem = format!(
@@ -212,7 +218,7 @@ fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
             let keys = ["targets", "workspace.min", "workspace.max"];
             document.finding(Severity::Error, &keys, problem)
         }
-        MotionError::Triangle | MotionError::MotorRate { .. } => {
+        _ => {
             let problem = format!(
                 "put target {number}, {target:?}, outside the triangle of the motors: a cable is \
                  slack there"
@@ -222,6 +228,25 @@ fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
         }
     };
     rig.wrong_targets().into_iter().map(error).collect()
+}
+
+/// Returns the error of a rig where the ball can be at no place, so that every target is wrong.
+fn no_place(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
+    let error = rig.wrong_targets().first()?.error;
+    let (keys, problem) = match error {
+        MotionError::NoRoom { axis } => (
+            &["workspace.min", "workspace.max"][..],
+            format!("leave no room along {axis}: `min` must be below `max` in each coordinate"),
+        ),
+        MotionError::Line => (
+            &[size::motors_key(rig)][..],
+            "are on a line, seen from above, and no place is between them: they must be the \
+             corners of a triangle"
+                .to_owned(),
+        ),
+        _ => return None,
+    };
+    Some(document.finding(Severity::Error, keys, problem))
 }
 
 /// Returns the warning about the first target at the border of the workspace.
@@ -383,7 +408,9 @@ impl<'a> Document<'a> {
         let problem = self.advice(mistake).or(range);
         // That of an unknown name lists the known ones.
         let has_names = mistake.message.starts_with("unknown variant");
-        let allowed = self.allowed(key).filter(|_| !is_header && !has_names && problem.is_none());
+        let range = self.key(key).map(|key| key.range.as_str()).filter(|range| !range.is_empty());
+        let has_range = has_names || range.is_some_and(|range| mistake.message.contains(range));
+        let allowed = self.allowed(key).filter(|_| !is_header && !has_range && problem.is_none());
         Finding {
             severity: Severity::Error,
             file: self.path.to_owned(),

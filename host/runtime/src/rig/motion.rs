@@ -119,6 +119,9 @@ impl MotionRules {
     fn check_workspace(&self, place: Point3<f64>, margin: f64) -> Result<(), MotionError> {
         let Some((index, side)) = self.outside(place, margin) else { return Ok(()) };
         let Box3 { min, max } = &self.workspace;
+        if let Some(axis) = (0..3).find(|axis| min[*axis].get() >= max[*axis].get()) {
+            return Err(MotionError::NoRoom { axis: AXES[axis] });
+        }
         let limit = if side == Side::Below { min } else { max }[index];
         Err(MotionError::Workspace(Outside {
             axis: AXES[index],
@@ -163,6 +166,7 @@ impl MotionRules {
 
     fn check_triangle(&self, place: Point3<f64>) -> Result<(), MotionError> {
         match &self.size {
+            Some(size) if size.is_line() => Err(MotionError::Line),
             Some(size) if !size.contains(place) => Err(MotionError::Triangle),
             _ => Ok(()),
         }

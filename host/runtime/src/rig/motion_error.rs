@@ -15,6 +15,21 @@ pub enum MotionError {
     /// The place is outside the triangle of the motors.
     #[error("that is outside the triangle of the motors, where a cable is slack")]
     Triangle,
+    /// No place is inside the workspace.
+    #[error(
+        "the workspace of the rig file has no room along {axis}: `workspace.min` must be below \
+         `workspace.max` in each coordinate"
+    )]
+    NoRoom {
+        /// Name of the axis.
+        axis: char,
+    },
+    /// No place is inside the triangle of the motors.
+    #[error(
+        "the motors are on a line, seen from above, and no place is between them: they must be \
+         the corners of a triangle"
+    )]
+    Line,
     /// A motor is too slow.
     #[error("{}: {}", too_fast(*.motor, *.rate, *.limit), lower_speed(limit / rate))]
     MotorRate {
@@ -56,11 +71,16 @@ impl MotionError {
         }
     }
 
+    /// Returns whether the rig file is wrong for every place.
+    pub(crate) fn is_of_the_rig(&self) -> bool {
+        matches!(self, Self::NoRoom { .. } | Self::Line)
+    }
+
     /// Returns the unit in which the place probably is, in place of metres.
     pub fn other_unit(&self) -> Option<MistakenUnit> {
         match self {
             Self::Workspace(outside) => outside.unit,
-            Self::Triangle | Self::MotorRate { .. } => None,
+            _ => None,
         }
     }
 }

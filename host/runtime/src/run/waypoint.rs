@@ -66,12 +66,15 @@ impl Route {
 
 /// Returns the error of a run whose targets are wrong.
 pub(super) fn check(wrong: &[WrongTarget]) -> Result<(), RunError> {
+    if let Some(wrong) = wrong.iter().find(|wrong| wrong.error.is_of_the_rig()) {
+        return Err(RunError::NoPlace(wrong.error));
+    }
     let (mut outside, mut slack) = (Vec::new(), Vec::new());
     for WrongTarget { target, error, .. } in wrong {
         let target = target.map(|metres| round(metres, 1e6));
         match error {
             MotionError::Workspace(border) => outside.push((target, *border)),
-            MotionError::Triangle | MotionError::MotorRate { .. } => slack.push(target),
+            _ => slack.push(target),
         }
     }
     match (outside.is_empty(), slack.is_empty()) {
@@ -99,6 +102,22 @@ mod tests {
         assert!(error.contains("the target [0.4, -0.1, 0.3] m is"), "{error}");
         let error = route_error(&rig, &[[0.54, 0.22, 0.4], outside, [1.5; 3]]);
         assert!(error.contains("the targets [0.4, -0.1, 0.3], [1.5, 1.5, 1.5] m are"), "{error}");
+    }
+
+    #[test]
+    fn a_rig_file_without_a_place_is_named_and_no_target() {
+        let mut rig = Rig::paper().unwrap();
+        rig.workspace.min[0] = rig.workspace.max[0];
+        let error = route_error(&rig, &[[0.54, 0.22, 0.3], [0.54, 0.22, 0.4]]);
+        assert!(
+            error.starts_with("the workspace of the rig file has no room along x: "),
+            "{error}"
+        );
+        let mut rig = Rig::paper().unwrap();
+        let simulation = rig.simulation.as_mut().unwrap();
+        simulation.motors[2] = simulation.motors[1];
+        let error = route_error(&rig, &[[0.54, 0.22, 0.3], [0.54, 0.22, 0.4]]);
+        assert!(error.starts_with("the motors are on a line, seen from above"), "{error}");
     }
 
     #[test]

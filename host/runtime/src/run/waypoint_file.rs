@@ -9,7 +9,7 @@ use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::{Coordinate, Range};
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_path::file::is_gcode;
-use plumb_path::table::{Row, Table, is_time, wrong_names};
+use plumb_path::table::{Row, Table, is_time, places_of, wrong_names};
 
 use super::Waypoint;
 use crate::rig::MotionRules;
@@ -114,16 +114,9 @@ impl Columns {
     /// Returns the columns of a line of names, or the line where they are others: each once, and
     /// all coordinates.
     fn named(names: Row) -> Result<Self, Row> {
-        let place = |name: &String| COLUMNS.iter().position(|column| column == name);
-        let places: Vec<usize> = names.fields.iter().filter_map(place).collect();
-        let times = |column: usize| places.iter().filter(|place| **place == column).count();
-        let is_complete = (0..COLUMNS.len()).all(|column| match column < COORDINATES {
-            true => times(column) == 1,
-            false => times(column) <= 1,
-        });
-        match is_complete && places.len() == names.fields.len() {
-            true => Ok(Self(places)),
-            false => Err(names),
+        match places_of(&names.fields, &COLUMNS, COORDINATES) {
+            Some(places) => Ok(Self(places)),
+            None => Err(names),
         }
     }
 
@@ -269,6 +262,24 @@ mod tests {
         ] {
             let error = parse(text).unwrap_err();
             assert!(error.contains(named), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_name_of_the_file_is_the_begin_of_each_message() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("way.csv");
+        let rules = Rig::paper().unwrap().motion_rules();
+        let name = path.display().to_string();
+        for (bytes, says) in [
+            (&b"PK\x03\x04\xff"[..], ": is a spreadsheet"),
+            (b"x\0,\0y\0,\0z\0\n\0", ": is text in UTF-16"),
+            (b"1,\xff,1\n", ":1: is not UTF-8"),
+            (b"1,o,1\n", ":1: column 2 (y)"),
+        ] {
+            std::fs::write(&path, bytes).unwrap();
+            let error = read_waypoints(&path, &rules).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("{name}{says}")), "{error}");
         }
     }
 

@@ -52,11 +52,13 @@ pub enum TargetStreamError {
         is: &'static str,
     },
     /// A line of the file is wrong.
-    #[error("{}: {problem}", .path.display())]
+    #[error("{}:{line}: {problem}", .path.display())]
     Line {
         /// The file.
         path: PathBuf,
-        /// The line, and what is wrong.
+        /// Line, from 1.
+        line: u64,
+        /// What is wrong.
         problem: String,
     },
     /// The file has no target.
@@ -154,11 +156,14 @@ fn read_file(
     rules: &MotionRules,
 ) -> Result<Vec<(f64, TargetLine)>, TargetStreamError> {
     let text = read_text(path, MAX_FILE_BYTES)?;
-    let wrong = |problem| TargetStreamError::Line { path: path.to_owned(), problem };
     let mut lines: Vec<(f64, TargetLine)> = Vec::new();
     let mut first = None;
     for (number, line) in (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()) {
-        let at = |problem: &dyn std::fmt::Display| wrong(format!("line {number}: {problem}"));
+        let at = |problem: &dyn std::fmt::Display| TargetStreamError::Line {
+            path: path.to_owned(),
+            line: number,
+            problem: problem.to_string(),
+        };
         let line = TargetLine::parse(line).map_err(|mistake| match other_kind(&text) {
             Some(is) if lines.is_empty() => {
                 TargetStreamError::OtherKind { path: path.to_owned(), is }

@@ -19,7 +19,8 @@ use plumb_sim::synthetic::{ExtraBall, Material, Scene, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 
-use crate::commands::print::{note, tell};
+use crate::commands::print::note;
+use crate::commands::progress::tell_above;
 use crate::commands::ros2::open_recording;
 use crate::commands::run_camera::RunCamera;
 use crate::commands::{Failure, bad_input, failed};
@@ -157,7 +158,7 @@ fn next_picture(source: &mut dyn CameraSource) -> Result<Option<RgbdFrame>, Fail
                 return Err(failed(ErrorChain(&error)));
             }
             Err(error) => {
-                tell!("plumb: {}", ErrorChain(&error));
+                tell_above(format_args!("plumb: {}", ErrorChain(&error)));
                 lost += 1;
             }
         }

@@ -148,7 +148,11 @@ impl ExitClass for RunError {
     }
 
     fn advice(&self) -> Option<&'static str> {
-        if let Self::Connect(error) = self { error.advice() } else { None }
+        match self {
+            Self::Connect(error) => error.advice(),
+            Self::NoPlace(_) => Some(CHECK),
+            _ => None,
+        }
     }
 }
 
@@ -179,6 +183,7 @@ impl ExitClass for RecordError {
         match self {
             Self::Io { error, .. } => file_exit_code(error),
             Self::Thread => FAILED,
+            Self::Ended { error, .. } => error.exit_code(),
             _ => BAD_INPUT,
         }
     }

@@ -9,7 +9,6 @@ use flate2::write::GzEncoder;
 use tar::{Builder, Header};
 
 use super::parts::Part;
-use crate::commands::old_file::backup;
 use crate::commands::{Failure, bad_input};
 
 /// Folder of the parts in the archive.
@@ -18,20 +17,17 @@ const FOLDER: &str = "plumb-report";
 /// First bytes of a file that is compressed with gzip (RFC 1952, section 2.3.1).
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 
-/// Checks that a report can take the place of what is at `path`: nothing, or a former report. That
-/// one becomes `PATH.bak`, which must be nothing or a report too.
+/// Checks that a report can take the place of what is at `path`: nothing, or a former report.
 ///
 /// # Errors
-/// Where another file would be lost, or a folder is there.
+/// Where another file or a folder is there.
 pub(super) fn check_replaceable(path: &Path) -> Result<(), Failure> {
     if path.is_dir() {
         return Err(bad_input(format!("{}: is a folder; name a file", path.display())));
     }
-    for file in [path, &backup(path)] {
-        if file.exists() && !is_gzip(file) {
-            let why = "exists already and is no report; give another name, or move it away";
-            return Err(bad_input(format!("{}: {why}", file.display())));
-        }
+    if path.exists() && !is_gzip(path) {
+        let why = "exists already and is no report; give another name, or move it away";
+        return Err(bad_input(format!("{}: {why}", path.display())));
     }
     Ok(())
 }

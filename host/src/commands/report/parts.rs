@@ -129,7 +129,10 @@ impl Parts {
         match named {
             Some(file) => self.add(name, content, read_text(file, MAX_BYTES)?),
             None if usual.exists() => self.add_file(name, content, usual),
-            None => self.missing.push(format!("{name}: there is no {SELFTEST}")),
+            None => self.missing.push(format!(
+                "{name}: there is no {SELFTEST}, the results of `plumb board selftest`. A question \
+                 that is not about the board does not need them"
+            )),
         }
         Ok(())
     }

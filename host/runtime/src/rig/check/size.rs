@@ -13,6 +13,10 @@ const LARGEST_TRAVEL: f64 = 2.0;
 /// (`MAX_MOVE_UM` of firmware/core/src/servo/tracker.rs) at 30 pictures/s.
 const FASTEST_CABLE_M_S: f64 = 0.75;
 
+/// Least area of the triangle of the motors, seen from above, m²: that of a simulated rig
+/// (`LEAST_AREA_M2` of firmware/emulator/src/plant/geometry.rs).
+const LEAST_AREA_M2: f64 = 1e-6;
+
 /// Rough size of a rig.
 #[derive(Debug, Clone)]
 pub(in crate::rig) struct RoughSize {
@@ -51,6 +55,12 @@ impl RoughSize {
         let side = |p: Point2<f64>, q: Point2<f64>| (q - p).perp(&(point.xy() - p));
         let sides = [side(a, b), side(b, c), side(c, a)];
         sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+    }
+
+    /// Returns whether the motors are on a line, seen from above.
+    pub(in crate::rig) fn is_line(&self) -> bool {
+        let [a, b, c] = self.motors.map(|motor| motor.xy());
+        (b - a).perp(&(c - a)).abs() / 2.0 < LEAST_AREA_M2
     }
 
     /// Returns whether the motors stand as the rig frame demands: y from B to A, C between them

@@ -1,7 +1,7 @@
 use std::fs;
 
 use plumb_config::toml_file::place;
-use plumb_protocol::config::Config;
+use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::{ConfigField, Refusal};
 use plumb_protocol::wiring::Wiring;
 
@@ -299,6 +299,44 @@ fn a_target_that_no_cables_can_hold_is_an_error() {
     let targets = (targets.0, "targets = [[0.2, 0.2, 0.15]]");
     assert_eq!(keys(&findings(&[targets])), [vec![], vec!["workspace.min"]]);
     assert_eq!(keys(&findings(&[targets, motors]))[0], ["simulation.motors"]);
+}
+
+/// Board that refuses a workspace without room.
+fn with_room(_: &Wiring, config: &Config) -> Vec<Refusal> {
+    let Workspace { min, max } = config.workspace;
+    let is_empty = min.0.iter().zip(max.0).any(|(min, max)| *min >= max);
+    is_empty.then_some(Refusal::Config(ConfigField::Workspace)).into_iter().collect()
+}
+
+#[test]
+fn a_rig_without_a_place_for_the_ball_is_one_mistake() {
+    for (old, new, says) in [
+        (
+            "min = [0.10, 0.10, 0.05]",
+            "min = [0.10, 0.70, 0.05]",
+            "`workspace.max = [0.80, 0.50, 0.60]` leave no room along y: `min` must be below",
+        ),
+        ("[0.0, 0.240, 0.665]", "[0.85, 1.2, 0.665]", "` are on a line, seen from above, and"),
+    ] {
+        assert!(PAPER.contains(old), "{old}");
+        let text = PAPER.replacen(old, new, 1);
+        let path = Path::new("rig.toml");
+        let (found, _) = check_text(path, &text, &with_room);
+        let found: Vec<String> = found.iter().map(ToString::to_string).collect();
+        assert!(found.len() == 1 && found[0].contains(says), "{found:#?}");
+        let before_a_run = wrong_targets(path, &text, &Rig::parse(path, &text).unwrap());
+        assert_eq!(before_a_run.iter().map(ToString::to_string).collect::<Vec<_>>(), found);
+    }
+}
+
+#[test]
+fn what_is_allowed_is_told_once() {
+    let stream = "[camera]\nstream = \"udp:127.0.0.1:5600\"";
+    let (found, _) = check_text(Path::new("rig.toml"), &PAPER.replace("[camera]", stream), &board);
+    let errors = found.iter().filter(|finding| finding.severity == Severity::Error);
+    let errors: Vec<String> = errors.map(ToString::to_string).collect();
+    let says = "is no address of a stream: unix:PATH, tcp:127.0.0.1:PORT or - (standard input)";
+    assert!(errors.len() == 1 && errors[0].ends_with(says), "{errors:#?}");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use crate::rig::MotionError;
 #[derive(Debug, Error)]
 pub enum WaypointError {
     /// The file cannot be read.
-    #[error("waypoints")]
+    #[error(transparent)]
     Read(#[from] ReadError),
     /// The file has no waypoints.
     #[error("{}: no waypoints; each line is x, y, z", .0.display())]

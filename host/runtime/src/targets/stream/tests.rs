@@ -129,12 +129,12 @@ fn a_wrong_file_is_refused_before_it_begins() {
     let good = "{\"t\": 1, \"target\": [0.4, 0.3, 0.2]}\n";
     for (text, named) in [
         (String::new(), "targets.jsonl: has no target"),
-        (format!("{good}{{\"target\": [0.4, 0.3, 0.2]}}\n"), "line 2: `t` is missing"),
-        (format!("{good}\n{good}"), "line 3: `t` must grow"),
-        (format!("{good}{{\"t\": 2, \"target\": 1}}\n"), "line 2: no target: "),
+        (format!("{good}{{\"target\": [0.4, 0.3, 0.2]}}\n"), ":2: `t` is missing"),
+        (format!("{good}\n{good}"), "targets.jsonl:3: `t` must grow"),
+        (format!("{good}{{\"t\": 2, \"target\": 1}}\n"), ":2: no target: "),
         (
             format!("{good}{{\"t\": 2, \"target\": [0.9, 0.3, 0.2]}}\n"),
-            "line 2: [0.9000, 0.3000, 0.2000] m: that is outside the workspace",
+            ":2: [0.9000, 0.3000, 0.2000] m: that is outside the workspace",
         ),
     ] {
         let message = message(&text);

@@ -1,7 +1,10 @@
 //! Pictures of the board for the calibration of a lens: of a folder, or taken by the camera.
 
+use std::collections::BTreeMap;
+use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use plumb_calibrate::board::CharucoSheet;
 use plumb_calibrate::board_pose::SeenCorner;
@@ -16,6 +19,7 @@ use plumb_vision::image::{ColourImage, ImageSize};
 
 use super::super::view::{Stage, View};
 use crate::commands::print::tell;
+use crate::commands::progress::{ProgressLine, is_shown};
 use crate::commands::{Failure, bad_input};
 
 /// Least mean movement of the board's corners from every picture that is kept, in widths of the
@@ -28,6 +32,9 @@ const MAX_SHAKE: f64 = 0.0025;
 const TOLD_AFTER: u32 = 90;
 /// Pictures in a row that show nothing new, after which the collection ends: 40 s at 30 Hz.
 const MAX_IDLE: u32 = 1200;
+
+/// Files that a message names for one reason.
+const MOST_NAMED: usize = 5;
 
 /// A picture with the board's corners.
 pub(super) struct Shown {
@@ -70,24 +77,47 @@ pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
         )));
     }
     let usual = usual_size(&paths);
-    let mut all = Vec::new();
-    for path in &paths {
+    let (mut all, mut left_out) = (Vec::new(), LeftOut::default());
+    let mut line = ProgressLine::shown_if(is_shown());
+    for (number, path) in (1..).zip(&paths) {
+        line.show(format_args!("picture {number} of {}", paths.len()), Instant::now());
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let read = bounded_read::read(path, MAX_BYTES).map_err(|error| error.to_string());
-        let picture = match read.and_then(|bytes| picture(&bytes, usual)) {
-            Ok(picture) => picture,
-            Err(why) => {
-                tell!("{name}: {why}; left out");
-                continue;
-            }
+        let seen = match read.and_then(|bytes| picture(&bytes, usual)) {
+            Ok(picture) => shown(picture, name.clone())?,
+            Err(why) => Err(why),
         };
-        match shown(picture, name.clone())? {
+        match seen {
             Ok(shown) => all.push(shown),
-            Err(why) => tell!("{name}: {why}; left out"),
+            Err(why) => left_out.add(name, why),
         }
     }
-    tell!("the board is seen in {} of {} pictures", all.len(), paths.len());
+    line.clear();
+    tell!("the board is seen in {} of {} pictures{left_out}", all.len(), paths.len());
     Ok(all)
+}
+
+/// Files that are left out, by reason.
+#[derive(Default)]
+struct LeftOut(BTreeMap<String, Vec<String>>);
+
+impl LeftOut {
+    fn add(&mut self, name: String, why: String) {
+        self.0.entry(why).or_default().push(name);
+    }
+}
+
+impl fmt::Display for LeftOut {
+    /// Writes the end of a sentence: the number of files of each reason, with the first of them.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (why, names) in &self.0 {
+            let first = names[..names.len().min(MOST_NAMED)].join(", ");
+            let more = names.len().saturating_sub(MOST_NAMED);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            write!(f, "; {} left out: {why} ({first}{more})", names.len())?;
+        }
+        Ok(())
+    }
 }
 
 /// Returns the size that most of the pictures have; of several such sizes that of the first
@@ -126,6 +156,7 @@ pub(super) fn from_camera(
     }
     let (mut kept, mut last): (Vec<Shown>, Option<Shown>) = (Vec::new(), None);
     let mut folder = None;
+    let mut line = ProgressLine::shown_if(is_shown());
     let (mut idle, mut number) = (0, 0);
     while kept.len() < usize::from(wanted) && idle < MAX_IDLE {
         let Some(frame) = view.next_picture(&Stage::Lens { number: number / 2 })? else { break };
@@ -152,14 +183,20 @@ pub(super) fn from_camera(
                 None => folder.insert(new_folder(parent)?),
             };
             png::save(&folder.join(format!("{:02}.png", kept.len() + 1)), &seen.picture)?;
-            tell!("{} of {wanted}: taken", kept.len() + 1);
             idle = 0;
             kept.push(seen);
+            line.clear();
+            line.show(
+                format_args!("{} of {wanted} pictures are taken", kept.len()),
+                Instant::now(),
+            );
             last = None;
         } else {
             (idle, last) = (idle + 1, Some(seen));
         }
     }
+    line.clear();
+    tell!("{} of {wanted} pictures are taken", kept.len());
     if idle >= MAX_IDLE {
         tell_idle(kept.len());
     }
