@@ -129,7 +129,7 @@ impl fmt::Display for Grade {
 #[non_exhaustive]
 pub enum CalibrationError {
     /// There are too few samples.
-    #[error("{found} {what} are too few: {needed} are needed")]
+    #[error("too few {what}: {found}, and {needed} are needed")]
     TooFew {
         /// Kind of the samples, "places of the ball".
         what: &'static str,

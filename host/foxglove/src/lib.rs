@@ -125,7 +125,7 @@ pub enum FoxgloveError {
 fn advice(error: &foxglove::FoxgloveError) -> &'static str {
     match error {
         foxglove::FoxgloveError::Bind(error) => other_address(error),
-        _ => "try another port, or port 0 for a free one",
+        _ => "write another port behind the option, as in =8090, or =0 for a free one",
     }
 }
 

@@ -61,12 +61,17 @@ impl Row {
     }
 }
 
+/// Returns whether a line has no value: nothing, or the separators of an empty row of a spreadsheet.
+fn is_empty(line: &str) -> bool {
+    line.chars().all(|c| c.is_whitespace() || c == '"' || SEPARATORS.contains(&c))
+}
+
 impl Table {
-    /// Returns the lines of `text`.
+    /// Returns the lines of `text` that are neither empty nor a comment.
     pub fn of(text: &str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let lines = (1..).zip(text.lines().map(str::trim));
-        let lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+        let lines = lines.filter(|(_, line)| !is_empty(line) && !line.starts_with('#'));
         let mut lines: Vec<(u64, &str)> = lines.collect();
         let named = lines.first().and_then(|(_, line)| named_separator(line));
         if named.is_some() {
@@ -321,6 +326,7 @@ mod tests {
             "X [m], y (m), z[ m ]\n0.5, -0.25, 3\n",
             "X_m, y m, z_[m]\n0.5, -0.25, 3\n",
             "x\ty\tz\n0,5\t-0.25\t3\n",
+            "x;y;z\n0,5;-0,25;3\n;;\n\"\";\"\";\"\"\n",
             "sep=;\nx;y;z\n0,5;-0,25;3\n",
             "SEP=,\r\nx,y,z\n0.5,-0.25,3\n",
             "\u{feff}\"sep=;\"\nx;y;z\n0.5;-0.25;3\n",

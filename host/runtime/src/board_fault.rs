@@ -26,7 +26,8 @@ impl BoardFault {
     /// Returns whether the motor positions are not to be trusted: the [`advice`](Self::advice) asks
     /// for `plumb home`.
     pub fn asks_for_home(&self) -> bool {
-        self.advice().contains("`plumb home`")
+        // The advice of Travel names it for cables that were wound anew.
+        !matches!(self.fault, Fault::Travel(_)) && self.advice().contains("`plumb home`")
     }
 
     /// Returns what to do next, in words for people.
@@ -101,7 +102,7 @@ impl FaultCause {
                 "Look where the ball is. If it really is outside: clear the fault, jog it back, \
                  and check whether a motor is swapped or reversed; or choose targets farther \
                  inside the workspace, or correct the workspace. If it is inside, the camera's \
-                 pose is wrong."
+                 pose is wrong. `plumb check` names swapped and reversed motors."
             }
             Self::OldPositions { .. } => {
                 "Check what else uses the computer's processor, or choose smaller or fewer \
@@ -157,7 +158,7 @@ pub fn after_fault(fault: Fault) -> &'static str {
         Fault::BallOutside => {
             "Check whether the ball really left the workspace: then clear the fault, jog the ball \
              back, and check whether a motor is swapped or reversed. If not, the camera's pose is \
-             wrong."
+             wrong. `plumb check` names swapped and reversed motors."
         }
         Fault::TargetOutside => "Clear the fault and choose a target inside the workspace.",
         Fault::Travel(_) => {
@@ -168,7 +169,7 @@ pub fn after_fault(fault: Fault) -> &'static str {
         Fault::ErrorGrowing => {
             "Check the wiring: a motor is swapped or reversed, or a cable is torn, or the ball is \
              caught, or the camera's pose is wrong, or it sees another ball, or the link is slow. \
-             Then clear the fault."
+             Then clear the fault. `plumb check` names the cause."
         }
         Fault::EmergencyStop => {
             "The motors have no current and the ball falls. Close the emergency loop, then clear \
@@ -177,13 +178,15 @@ pub fn after_fault(fault: Fault) -> &'static str {
         }
         Fault::Watchdog => {
             "The motor positions begin at 0 where the motors stand. Check the cables, then clear \
-             the fault, and report the cause of the restart."
+             the fault, and report the cause of the restart. Hang the ball, and run `plumb home` \
+             with it at a known place."
         }
         Fault::LawLate => "This is a fault of the firmware: report it with the run's folder.",
         Fault::NotFollowing => {
             "Check for a slack or torn cable, a motor that has stalled, a ball that is caught, a \
              picture that stands still, or a target outside the triangle of the motors. Clear the \
-             fault and jog the motor back until its cable is taut."
+             fault and jog the motor back until its cable is taut. Then `plumb check` looks at all \
+             three."
         }
         Fault::NoProgress => {
             "Clear the fault. Choose a target within reach of taut cables, and check that every \

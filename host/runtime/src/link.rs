@@ -86,6 +86,8 @@ pub struct Link<T> {
     start_cause: Option<StartCause>,
     /// The board's program and chip; `None` before the board has told them.
     provenance: Option<Provenance>,
+    /// Shortest time from a request to its answer.
+    answer_time: Option<Duration>,
     monitor: LinkMonitor,
     /// Counts that tell the cause of a fault.
     evidence: Evidence,
@@ -126,6 +128,7 @@ impl<T: Transport> Link<T> {
             fault: None,
             start_cause: None,
             provenance: None,
+            answer_time: None,
             monitor: LinkMonitor::default(),
             evidence: Evidence::default(),
             clock: BoardClock::default(),
@@ -259,6 +262,11 @@ impl<T: Transport> Link<T> {
     /// Returns the name of the port.
     pub fn port(&self) -> String {
         self.transport.name()
+    }
+
+    /// Returns the shortest time from a request to its answer so far.
+    pub fn answer_time(&self) -> Option<Duration> {
+        self.answer_time
     }
 
     /// Returns the newest telemetry under this link's configuration.

@@ -13,6 +13,8 @@ mod targets;
 mod waypoint;
 mod waypoint_file;
 
+use std::time::Duration;
+
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::detect::DetectError;
 use plumb_frame::source::{BoxedError, SourceError};
@@ -172,6 +174,11 @@ impl<T: Transport> Run<T> {
     #[must_use]
     pub fn cleared_fault(&self) -> Option<Fault> {
         self.cleared
+    }
+
+    /// Returns the shortest time from a request to the board to its answer so far.
+    pub fn answer_time(&self) -> Option<Duration> {
+        self.link.answer_time()
     }
 
     /// Replaces the targets of the rig file by waypoints, driven to in their order; with

@@ -302,7 +302,8 @@ fn notes(rig: &NewRig) -> Vec<String> {
 
 /// Returns what to do with the files, for a person.
 fn next_step(rig: &NewRig, path: &Path) -> String {
-    let path = path.display();
+    let path = path.display().to_string();
+    let path = if path.contains(' ') { format!("\"{path}\"") } else { path };
     if rig.camera == NewCamera::Simulated {
         return format!(
             "`plumb emulate --link board &`, then `plumb run {path} --port board`; `kill %1` ends \

@@ -43,6 +43,8 @@ pub(super) struct Outputs {
     told: Option<BoardFault>,
     /// The fault in which the board stands.
     standing: Option<BoardFault>,
+    /// Command that clears a fault of the board.
+    clear: String,
     /// The last warnings of drivers on a UART that were printed; [`NO_WARNINGS`] before the first.
     warnings: String,
 }
@@ -88,8 +90,14 @@ impl Outputs {
             is_operated,
             told: None,
             standing: None,
+            clear: "plumb clear RIG.toml".to_owned(),
             warnings: NO_WARNINGS.to_owned(),
         })
+    }
+
+    /// Names the command that clears a fault of the board.
+    pub(super) fn cleared_by(self, clear: String) -> Self {
+        Self { clear, ..self }
     }
 
     /// Returns the run folder.
@@ -153,10 +161,19 @@ impl Outputs {
         let recording = self.recorder.map(FrameRecorder::finish).transpose();
         let recording = recording.map_err(failed_because);
         let viewers = viewers::close(self.viewers);
-        let Self { folder, told, standing, .. } = self;
-        let closed =
-            Closed { folder, told, standing, dropped_rows, unwritten, rows, recording, viewers };
-        (closed, self.progress)
+        let Self { folder, told, standing, clear, progress, .. } = self;
+        let closed = Closed {
+            folder,
+            told,
+            standing,
+            clear,
+            dropped_rows,
+            unwritten,
+            rows,
+            recording,
+            viewers,
+        };
+        (closed, progress)
     }
 
     /// Ends the command of a run: reports the result and hands the summary to `print`. The exit

@@ -103,7 +103,7 @@ fn sets_of_places_that_do_not_determine_the_pose_are_refused() {
         pose_from_places(&places).unwrap_err()
     };
     let too_few = refusal(&PLACES[..3]);
-    assert_eq!(too_few.to_string(), "3 places of the ball are too few: 4 are needed");
+    assert_eq!(too_few.to_string(), "too few places of the ball: 3, and 4 are needed");
     let line = [0.0, 0.1, 0.2, 0.3].map(|x| [0.2 + x, 0.3, 0.1 + x / 2.0]);
     assert!(matches!(refusal(&line), CalibrationError::OnALine { .. }));
     let plane = [[0.2, 0.2, 0.1], [0.7, 0.1, 0.1], [0.7, 0.5, 0.1], [0.4, 0.4, 0.1]];

@@ -194,11 +194,14 @@ impl<T: Transport> Link<T> {
         wanted: impl Fn(u16, &FromBoard) -> Option<R>,
     ) -> Result<R, LinkError> {
         let id = self.post_awaited(command, Purpose::Request { name: what, timeout }, None)?;
+        let asked = self.transport.now();
         loop {
             let left = self.commands.time_left(self.transport.now());
             let messages = self.listen(left.min(POLL_INTERVAL))?;
             if let Some(found) = messages.iter().find_map(|message| wanted(id, message)) {
                 self.commands.take(id);
+                let waited = self.transport.now().saturating_sub(asked);
+                self.answer_time = Some(self.answer_time.map_or(waited, |it| it.min(waited)));
                 return Ok(found);
             }
             self.repeat_commands()?;

@@ -76,9 +76,11 @@ impl Serial {
     }
 }
 
-/// Returns whether the terminal at `path`, which may be a link, is a pseudo-terminal.
+/// Returns whether the terminal at `path`, which may be a link, is a pseudo-terminal, or was one
+/// until its program ended.
 pub fn is_pseudo_terminal(path: &Path) -> bool {
-    path.canonicalize().is_ok_and(|path| path.starts_with("/dev/pts"))
+    let target = path.canonicalize().or_else(|_| path.read_link());
+    target.is_ok_and(|path| path.starts_with("/dev/pts"))
 }
 
 /// List of Linux's terminals. Where it is missing, as in a container without `/sys`, `serialport`

@@ -116,7 +116,16 @@ impl TargetLine {
 
 /// Returns the message of an error in a line of JSON. The line has its own number.
 fn without_line(error: &serde_json::Error) -> String {
-    in_words(&error.to_string().replace(" at line 1 column ", " at column "))
+    let text = error.to_string();
+    // At the end of a text that is cut off, the place is in the next line.
+    let text = match text.split_once(" at line ") {
+        Some((what, place)) => match place.strip_prefix("1 column ") {
+            Some(column) => format!("{what} at column {column}"),
+            None => format!("{what}: the line is cut off"),
+        },
+        None => text,
+    };
+    in_words(&text)
 }
 
 fn check(key: &'static str, unit: &'static str, values: [f64; 3]) -> Result<(), LineMistake> {

@@ -127,10 +127,12 @@ fn whole_word<'a>(word: &'a str, words: &'a [String]) -> &'a str {
 
 /// Returns whether `word` stands behind another number, and the first of them behind an option.
 fn is_behind_number(word: &str, words: &[String]) -> bool {
-    let place = words.iter().position(|it| it == word).unwrap_or_default();
-    let mut before = words[..place].iter().rev().skip_while(|it| is_number(it));
-    let has_number = words[..place].last().is_some_and(|it| is_number(it));
-    has_number && before.next().is_some_and(|it| it.starts_with("--"))
+    let is_behind = |place: usize| {
+        let mut before = words[..place].iter().rev().skip_while(|it| is_number(it));
+        let has_number = words[..place].last().is_some_and(|it| is_number(it));
+        has_number && before.next().is_some_and(|it| it.starts_with("--"))
+    };
+    (0..words.len()).any(|place| words[place] == word && is_behind(place))
 }
 
 /// Returns whether `word` is a number, or several with commas between them.

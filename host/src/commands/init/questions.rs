@@ -110,12 +110,13 @@ fn size<I: BufRead, O: Write>(
     usual: &NewRig,
     dialogue: &mut Dialogue<I, O>,
 ) -> Result<([f64; 3], f64), Failure> {
+    // Answers that do not fit are the defaults of the next questions.
+    let (mut sides, mut height) = (usual.sides, usual.height);
     loop {
-        let sides = match args.sides {
+        sides = match args.sides {
             Some(sides) => sides,
             None => {
                 let names = ["A and B", "B and C", "C and A"];
-                let mut sides = usual.sides;
                 for (side, name) in sides.iter_mut().zip(names) {
                     let question = format!("Distance between the guides of motors {name}");
                     *side = length(None, &question, (*side, &numbers::SIDE), dialogue)?;
@@ -124,8 +125,7 @@ fn size<I: BufRead, O: Write>(
             }
         };
         let question = "Height of the guides above the floor";
-        let height = (usual.height, &numbers::HEIGHT);
-        let height = length(args.height, question, height, dialogue)?;
+        height = length(args.height, question, (height, &numbers::HEIGHT), dialogue)?;
         match Triangle::new(sides, height) {
             Ok(_) => return Ok((sides, height)),
             Err(error) => {

@@ -24,6 +24,8 @@ pub(super) struct Closed {
     pub(super) told: Option<BoardFault>,
     /// The fault in which the board stands.
     pub(super) standing: Option<BoardFault>,
+    /// Command that clears it.
+    pub(super) clear: String,
     /// Number of rows that the run log lacks.
     pub(super) dropped_rows: u64,
     /// Message of the file of the run log, other than the rows, that could not be written.
@@ -106,8 +108,25 @@ impl Closed {
             summary.ending,
             if frames == 1 { "" } else { "s" },
             error.unwrap_or_default(),
-            next_step(summary, self.standing)
+            self.next_step(summary)
         );
+    }
+
+    /// Returns what to do after a run that did not do its work, behind the line that says how it
+    /// ended.
+    fn next_step(&self, summary: &Summary) -> String {
+        let clear = format!(" `{}` clears it", self.clear);
+        if let Some(fault) = self.standing.filter(|_| summary.ending.fault().is_none()) {
+            return format!(". The board stands in a fault: {fault}. {}{clear}", fault.advice());
+        }
+        if summary.located == 0 && summary.frames > 0 {
+            return format!(
+                ". The ball was never seen: {COMPARE_BALL}; `plumb replay RECORDING --debug DIR` \
+                 shows each stage"
+            );
+        }
+        let clear = if summary.ending.fault().is_some() { clear } else { String::new() };
+        summary.ending.advice().map(|advice| format!(". {advice}{clear}")).unwrap_or_default()
     }
 
     /// Reports what the run folder lacks.
@@ -123,25 +142,6 @@ impl Closed {
             None => Ok(()),
         }
     }
-}
-
-/// Command that clears a fault, behind the advice about it.
-const CLEAR: &str = " `plumb clear RIG.toml` clears it";
-
-/// Returns what to do after a run that did not do its work, behind the line that says how it ended,
-/// where the board is left in the fault `standing`.
-fn next_step(summary: &Summary, standing: Option<BoardFault>) -> String {
-    if let Some(fault) = standing.filter(|_| summary.ending.fault().is_none()) {
-        return format!(". The board stands in a fault: {fault}. {}{CLEAR}", fault.advice());
-    }
-    if summary.located == 0 && summary.frames > 0 {
-        return format!(
-            ". The ball was never seen: {COMPARE_BALL}; `plumb replay RECORDING --debug DIR` shows \
-             each stage"
-        );
-    }
-    let clear = if summary.ending.fault().is_some() { CLEAR } else { "" };
-    summary.ending.advice().map(|advice| format!(". {advice}{clear}")).unwrap_or_default()
 }
 
 fn report_recording(recording: &Recording) {

@@ -57,9 +57,13 @@ impl FilePlaces {
             return format!("{error}: {}; {advice}", rule.without_advice());
         }
         if is_place(error) {
+            let remedies = match self.times.is_empty() {
+                true => " or move them inwards",
+                false => ", move them inwards, or give the fast parts more time",
+            };
             return format!(
                 "{}{error}: {}; the path swings out between the places of the file: add places \
-                 there, or move them inwards",
+                 there{remedies}",
                 self.lines_of(error, trajectory),
                 error.rule
             );
