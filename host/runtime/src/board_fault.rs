@@ -230,3 +230,21 @@ fn after_driver_fault(fault: DriverFault) -> &'static str {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_faults_that_lose_the_motor_positions_ask_for_home() {
+        for (fault, is_lost) in [
+            (Fault::EmergencyStop, true),
+            (Fault::Watchdog, true),
+            (Fault::Driver(DriverFault::Hat), true),
+            (Fault::Travel(0), false),
+            (Fault::ErrorGrowing, false),
+        ] {
+            assert_eq!(BoardFault::from(fault).asks_for_home(), is_lost, "{fault}");
+        }
+    }
+}

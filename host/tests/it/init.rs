@@ -166,15 +166,16 @@ fn a_simulated_ball_may_have_another_colour() {
 #[test]
 fn a_wrong_answer_is_asked_again() {
     let folder = folder();
-    // No triangle, then the default sides; no board, then the default; then a driver without 4
+    // No triangle, whose answers are the new defaults, then one; no board, then the default; then a driver without 4
     // microsteps; no stiffness, then one.
-    let sizes = "1\n0.3\n0.3\n\n\n\n\n\npico3\n\ntmc2209\n4\n8\n\n";
+    let sizes = "1\n0.3\n0.3\n\n0.4\n\n\n\n\npico3\n\ntmc2209\n4\n8\n\n";
     let answers = format!("{sizes}steel\nstiff\n\n\n\n\n");
     let output = answer(folder.path(), &[], &answers);
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{text}");
     assert!(text.contains("must be stiff, soft or unknown"), "{text}");
     assert!(text.contains("no triangle has the sides"), "{text}");
+    assert!(text.contains("motors A and B, m [1]: "), "{text}");
     assert!(text.contains("must be one of pico, pico2, skr-pico"), "{text}");
     assert!(text.contains("cannot drive a TMC2209 without UART at 4 microsteps"), "{text}");
     let rig = fs::read_to_string(folder.path().join("rig.toml")).unwrap();
@@ -251,7 +252,7 @@ fn an_input_that_ends_early_leaves_no_file() {
 #[test]
 fn options_that_contradict_each_other_are_refused_with_a_reason() {
     let folder = folder();
-    let cases: [(&[&str], &str); 11] = [
+    let cases: [(&[&str], &str); 12] = [
         (&["--driver", "a4988", "--microsteps", "12"], "at 12 microsteps: choose"),
         (&["--driver", "drv8825", "--microsteps", "32"], "must be 1 to 16 microsteps"),
         (&["--port", "COM3"], "that is a port of Windows"),
@@ -260,6 +261,7 @@ fn options_that_contradict_each_other_are_refused_with_a_reason() {
         (&["--port", "kinect"], "--port kinect: must be a path, such as /dev/ttyACM0"),
         (&["--driver", "tmc2209", "--microsteps", "4"], "choose one of 8, 16"),
         (&["--sides", "1,0.2,0.2"], "no triangle"),
+        (&["--sides", "0.6", "0.6", "0.6"], "numbers of an option stand without spaces"),
         (&["--height", "0.1"], "must be 0.4 to 3.5 m"),
         (&["--camera", "recording"], "needs --recording"),
         (&["--recording", "absent"], "absent: "),

@@ -98,6 +98,15 @@ fn every_target_is_driven_to_over_links_that_take_time_or_lose_frames() {
 }
 
 #[test]
+fn a_slow_link_is_told_before_the_ball_moves() {
+    let mut run = Run::start(&["--latency", "0.2"]);
+    until_rows(&mut run.child, &run.folder.path().join("run"), 2);
+    kill(Pid::from_raw(run.child.id() as i32), Signal::SIGINT).unwrap();
+    let text = stderr(&run.end().0);
+    assert!(text.contains("the link to the board is slow: an answer takes 0."), "{text}");
+}
+
+#[test]
 fn a_board_that_restarts_ends_the_run_with_the_cause() {
     // The run takes 8 s. On a busy machine it begins seconds after the board.
     let (output, line) = Run::start(&["--frame-time", "0.001", "--reboot-after", "6"]).end();

@@ -255,14 +255,24 @@ fn a_held_key_turns_a_motor_until_it_is_released() {
 #[test]
 fn a_stop_needs_no_rig_file_where_the_port_is_named() {
     let rig = Rig::new();
-    let stop = |command: &str| {
-        let mut command = rig.command(&[command, "--port", &rig.emulator.port]);
-        command.env("PLUMB_RIG", "none/rig.toml").output().unwrap()
-    };
-    for command in ["stop", "clear"] {
-        let output = stop(command);
-        assert_eq!(output.status.code(), Some(0), "{command}: {}", stderr(&output));
-        assert!(stderr(&output).contains("none/rig.toml: cannot be read"), "{}", stderr(&output));
-        assert!(stderr(&output).contains("the baud rate is 115200"), "{}", stderr(&output));
+    let folder = folder();
+    let folder = folder.path().to_str().unwrap();
+    for (variable, says) in [
+        ("none/rig.toml", "none/rig.toml: cannot be read"),
+        (folder, "is a folder, but must be a regular file; without it the baud rate is 115200"),
+        ("", "board: "),
+    ] {
+        for command in ["stop", "clear"] {
+            let mut command = rig.command(&[command, "--port", &rig.emulator.port]);
+            let output = command.env("PLUMB_RIG", variable).output().unwrap();
+            assert_eq!(output.status.code(), Some(0), "{variable}: {}", stderr(&output));
+            assert!(stderr(&output).contains(says), "{variable}: {}", stderr(&output));
+        }
     }
+    let output = rig.command(&["stop"]).env("PLUMB_RIG", "none/rig.toml").env_remove("PLUMB_PORT");
+    let text = stderr(&output.output().unwrap());
+    assert!(
+        text.ends_with("Without a rig file: name the port of the board with --port\n"),
+        "{text}"
+    );
 }

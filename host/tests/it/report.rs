@@ -110,6 +110,24 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     assert!(stderr(&output).contains("empty: is not the folder of a run"), "{}", stderr(&output));
 }
 
+/// As in another folder than that of the tutorial, whose variable names a file there.
+#[test]
+fn a_report_lacks_a_rig_file_that_is_not_there() {
+    let folder = folder();
+    for (variable, says) in [
+        ("none/rig.toml", "missing: rig.toml: none/rig.toml (named by PLUMB_RIG): cannot be read"),
+        ("", "missing: rig.toml: no rig file is named"),
+    ] {
+        let mut report = Command::new(env!("CARGO_BIN_EXE_plumb"));
+        report.args(["report", "--port", "/dev/plumb-no-such-port"]).current_dir(folder.path());
+        let output = report.env("PLUMB_RIG", variable).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    }
+    let output = plumb(&["report", "none/rig.toml"], folder.path());
+    assert_eq!(output.status.code(), Some(2), "typed: {}", stderr(&output));
+}
+
 #[test]
 fn no_former_report_is_lost() {
     let folder = folder();

@@ -225,6 +225,7 @@ mod tests {
             (r#"{"target": [0, 0, 0], "velocity": [0, 0, 1e9]}"#, "`velocity` has 1000000000: m/s"),
             (r#"{"t": 1.7e18, "target": [0, 0, 0]}"#, "not milliseconds or nanoseconds"),
             ("{\"target\": [0, 0, 0]} {", "trailing characters"),
+            ("{\"target\": [0, 0,\n", ": the line is cut off; a line is "),
         ] {
             let mistake = TargetLine::parse(text).unwrap_err();
             let message = ErrorChain(&mistake).to_string();

@@ -279,6 +279,19 @@ fn a_wrong_source_of_pictures_is_one_mistake() {
     }
 }
 
+#[test]
+fn a_travel_that_does_not_fit_the_workspace_is_a_warning() {
+    for (travel, says) in [
+        ("[-5000, 5000]", "protects little: the workspace takes at most "),
+        ("[-100, 100]", "is too little to cross the workspace: that takes up to "),
+    ] {
+        let found = findings(&[("travel = [-1000, 1500]", &format!("travel = {travel}"))]);
+        let finding = found.iter().find(|it| it.values[0].0 == "motors.travel").unwrap();
+        assert!(finding.problem.starts_with(says), "{finding}");
+        assert_eq!(finding.severity, Severity::Warning, "{finding}");
+    }
+}
+
 /// The placeholder of a wrong size must not be compared with the travel.
 #[test]
 fn a_size_with_a_mistake_gives_no_further_warning() {
