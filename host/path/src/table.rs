@@ -61,7 +61,7 @@ impl Row {
     }
 }
 
-/// Returns whether a line has no value: nothing, or the separators of an empty row of a spreadsheet.
+/// Returns whether a line has no value, as an empty row of a spreadsheet, which has separators.
 fn is_empty(line: &str) -> bool {
     line.chars().all(|c| c.is_whitespace() || c == '"' || SEPARATORS.contains(&c))
 }

@@ -56,8 +56,8 @@ impl StopReason {
                  beside the target, a cable is slack or another law holds it better",
             ),
             Self::TargetsSilent => Some(
-                "Start the program that sends the targets, or look whether it still does so. Between \
-                 two targets it has --timeout seconds, and a file likewise",
+                "Start the program that sends the targets, or look whether it still does so. \
+                 Between two targets it has --timeout seconds, and a file likewise",
             ),
             Self::TargetsRefused => Some(
                 "A message above names a refused place and its limit. Send places within the \

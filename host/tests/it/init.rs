@@ -166,9 +166,9 @@ fn a_simulated_ball_may_have_another_colour() {
 #[test]
 fn a_wrong_answer_is_asked_again() {
     let folder = folder();
-    // No triangle, whose answers are the new defaults, then one; no board, then the default; then a driver without 4
-    // microsteps; no stiffness, then one.
-    let sizes = "1\n0.3\n0.3\n\n0.4\n\n\n\n\npico3\n\ntmc2209\n4\n8\n\n";
+    // No triangle, whose answers are the new defaults, then one; no board, then the default; then a
+    // driver without 4 microsteps; no stiffness, then one.
+    let sizes = "1\n0.3\n0.3\n\n\n0.9\n\n\npico3\n\ntmc2209\n4\n8\n\n";
     let answers = format!("{sizes}steel\nstiff\n\n\n\n\n");
     let output = answer(folder.path(), &[], &answers);
     let text = stderr(&output);

@@ -2,6 +2,7 @@
 
 mod board;
 pub(super) mod size;
+mod targets;
 #[cfg(test)]
 mod tests;
 mod view;
@@ -22,7 +23,7 @@ use plumb_protocol::message::Refusal;
 use serde::Serialize;
 
 use super::quantity::Conversion;
-use super::{MotionError, REFERENCE, Rig, Simulation, WrongTarget};
+use super::{REFERENCE, Rig, Simulation};
 use crate::link::other_port;
 
 pub use self::board::BoardCheck;
@@ -69,7 +70,7 @@ pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>
 /// Returns the errors of the targets of `rig`, which the file at `path` with this `text` describes:
 /// none at all, or one that the rig does not allow. The file is not read.
 pub fn wrong_targets(path: &Path, text: &str, rig: &Rig) -> Vec<Finding> {
-    targets(&Document::new(path, text, REFERENCE), rig)
+    targets::findings(&Document::new(path, text, REFERENCE), rig)
 }
 
 /// Returns what is not plausible about `camera`, which a camera file with this `text` describes, as
@@ -167,7 +168,7 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
         reported.push(error.key.to_owned());
         findings.push(document.out_of_range(&[error.key], error.why));
     }
-    let no_place = no_place(document, rig);
+    let no_place = targets::no_place(document, rig);
     let keys = no_place.iter().flat_map(|finding| &finding.values);
     reported.extend(keys.map(|(key, _)| key.clone()));
     let mut refusals = board(&wiring, &config);
@@ -194,67 +195,11 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
     }));
     findings.extend(wiring::silent_drivers(document, &wiring));
     findings.extend(wiring::strapped(document, rig));
-    findings.extend(targets(document, rig));
+    findings.extend(targets::findings(document, rig));
     if rig.wrong_targets().is_empty() {
-        findings.extend(target_at_border(document, rig));
+        findings.extend(targets::at_border(document, rig));
     }
     findings
-}
-
-/// Returns the errors of the targets: none at all, or one outside the workspace or the triangle of
-/// the motors.
-fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
-    if rig.targets.is_empty() {
-        return vec![document.out_of_range(&["targets"], "has no target")];
-    }
-    if let Some(finding) = no_place(document, rig) {
-        return vec![finding];
-    }
-    let error = |WrongTarget { number, target, error }: WrongTarget| match error {
-        MotionError::Workspace(outside) => {
-            let problem = format!(
-                "has a target outside the workspace, number {number}, {target:?}: {outside}"
-            );
-            let keys = ["targets", "workspace.min", "workspace.max"];
-            document.finding(Severity::Error, &keys, problem)
-        }
-        _ => {
-            let problem = format!(
-                "put target {number}, {target:?}, outside the triangle of the motors: a cable is \
-                 slack there"
-            );
-            let keys = ["targets", size::motors_key(rig)];
-            document.finding(Severity::Error, &keys, problem)
-        }
-    };
-    rig.wrong_targets().into_iter().map(error).collect()
-}
-
-/// Returns the error of a rig where the ball can be at no place, so that every target is wrong.
-fn no_place(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
-    let error = rig.wrong_targets().first()?.error;
-    let (keys, problem) = match error {
-        MotionError::NoRoom { axis } => (
-            &["workspace.min", "workspace.max"][..],
-            format!("leave no room along {axis}: `min` must be below `max` in each coordinate"),
-        ),
-        MotionError::Line => (
-            &[size::motors_key(rig)][..],
-            "are on a line, seen from above, and no place is between them: they must be the \
-             corners of a triangle"
-                .to_owned(),
-        ),
-        _ => return None,
-    };
-    Some(document.finding(Severity::Error, keys, problem))
-}
-
-/// Returns the warning about the first target at the border of the workspace.
-fn target_at_border(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
-    let target = rig.target_at_border(rig.target_places())?;
-    let problem = format!("put target {} {target}", target.number);
-    let keys = ["targets", "workspace.min", "workspace.max"];
-    Some(document.finding(Severity::Warning, &keys, problem))
 }
 
 /// Returns the errors of the table `[camera]`.

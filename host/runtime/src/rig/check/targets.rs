@@ -1,0 +1,61 @@
+//! Targets of a rig file: places where the ball cannot be, or may be stopped.
+
+use super::size::motors_key;
+use super::{Document, Finding, Severity};
+use crate::rig::{MotionError, Rig, WrongTarget};
+
+/// Returns the errors of the targets: none at all, or one outside the workspace or the triangle of
+/// the motors.
+pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
+    if rig.targets.is_empty() {
+        return vec![document.out_of_range(&["targets"], "has no target")];
+    }
+    if let Some(finding) = no_place(document, rig) {
+        return vec![finding];
+    }
+    let error = |WrongTarget { number, target, error }: WrongTarget| match error {
+        MotionError::Workspace(outside) => {
+            let problem = format!(
+                "has a target outside the workspace, number {number}, {target:?}: {outside}"
+            );
+            let keys = ["targets", "workspace.min", "workspace.max"];
+            document.finding(Severity::Error, &keys, problem)
+        }
+        _ => {
+            let problem = format!(
+                "put target {number}, {target:?}, outside the triangle of the motors: a cable is \
+                 slack there"
+            );
+            let keys = ["targets", motors_key(rig)];
+            document.finding(Severity::Error, &keys, problem)
+        }
+    };
+    rig.wrong_targets().into_iter().map(error).collect()
+}
+
+/// Returns the error of a rig where the ball can be at no place, so that every target is wrong.
+pub(super) fn no_place(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
+    let error = rig.wrong_targets().first()?.error;
+    let (keys, problem) = match error {
+        MotionError::NoRoom { axis } => (
+            &["workspace.min", "workspace.max"][..],
+            format!("leave no room along {axis}: `min` must be below `max` in each coordinate"),
+        ),
+        MotionError::Line => (
+            &[motors_key(rig)][..],
+            "are on a line, seen from above, and no place is between them: they must be the \
+             corners of a triangle"
+                .to_owned(),
+        ),
+        _ => return None,
+    };
+    Some(document.finding(Severity::Error, keys, problem))
+}
+
+/// Returns the warning about the first target at the border of the workspace.
+pub(super) fn at_border(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
+    let target = rig.target_at_border(rig.target_places())?;
+    let problem = format!("put target {} {target}", target.number);
+    let keys = ["targets", "workspace.min", "workspace.max"];
+    Some(document.finding(Severity::Warning, &keys, problem))
+}
