@@ -15,7 +15,7 @@ use plumb_runtime::rig::Rig;
 use serde_json::{Value, json};
 
 use super::connection::connect;
-use super::print::tell;
+use super::print::{is_quiet, tell};
 use super::rig_args::{BoardArgs, PortArgs};
 use super::rig_path::RigArg;
 use super::{Failure, print};
@@ -194,8 +194,10 @@ pub(super) fn report<T: Transport>(
 ) -> Result<(), Failure> {
     let port = link.port();
     let report = BoardReport::from(telemetry);
-    state(&port, &report);
-    tell!("{port}: {} damaged frames since its start", report.bad_frames);
+    if !is_quiet() {
+        state(&port, &report);
+        tell!("{port}: {} damaged frames since its start", report.bad_frames);
+    }
     if is_json {
         print::result(line(&port, &report))?;
     }

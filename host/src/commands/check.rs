@@ -74,7 +74,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let count = |severity| findings.iter().filter(|finding| finding.severity == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     let plural = |count| if count == 1 { "" } else { "s" };
-    let (file, ends) = (with_variable(&args.rig.rig), [errors, warnings].map(plural));
+    // The tutorial's variable names a good file.
+    let file = match errors {
+        0 => args.file().to_string(),
+        _ => with_variable(&args.rig.rig),
+    };
+    let ends = [errors, warnings].map(plural);
     let count = format!("{file}: {errors} error{}, {warnings} warning{}", ends[0], ends[1]);
     match findings.is_empty() {
         true => note!("{count}"),

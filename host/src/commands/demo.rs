@@ -194,7 +194,11 @@ fn synthetic_camera(args: &Args, camera: &Camera) -> Result<SyntheticCamera, Fai
 }
 
 fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, Failure> {
-    let mut recording = TumFolder::open(folder, camera.intrinsics)?;
+    let mut recording = TumFolder::open(folder, camera.intrinsics).map_err(|error| {
+        Failure::from(error).with_advice(
+            "A background is the folder of a recording, with rgb.txt, depth.txt and their pictures",
+        )
+    })?;
     let frame = recording.next_frame()?;
     frame.ok_or_else(|| bad_input(format!("{}: no frame in this recording", folder.display())))
 }

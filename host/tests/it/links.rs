@@ -164,7 +164,7 @@ fn a_warning_of_a_driver_is_told_in_the_run_and_by_the_rehearsal() {
     let (output, line, mut emulator) = Run::start_with(drivers, &options).end_before();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(line["reached"] == true, "{line}");
-    assert!(stderr(&output).contains("warnings of the motor drivers: A hot\n"));
+    assert!(stderr(&output).contains("warnings of the motor drivers: A hot (cool the driver"));
     kill(Pid::from_raw(emulator.child.id() as i32), Signal::SIGINT).unwrap();
     let mut text = String::new();
     emulator.child.stderr.take().unwrap().read_to_string(&mut text).unwrap();

@@ -222,8 +222,6 @@ fn a_missing_rig_file_is_told_with_the_command_that_writes_one() {
         &["goto", "gone.toml", "1", "2", "3"],
         &["home", "gone.toml"],
         &["jog", "gone.toml", "A", "1"],
-        &["stop", "gone.toml"],
-        &["board", "status", "gone.toml"],
         &["check", "gone.toml"],
         &["calibrate", "gone.toml", "--board"],
         &["report", "gone.toml"],

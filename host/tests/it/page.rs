@@ -17,7 +17,11 @@ fn an_address_that_cannot_be_used_is_bad_input_and_nothing_moves() {
     let busy = format!("--page={}", taken.local_addr().unwrap());
     let output = plumb(&["demo", &busy, "--out", "run"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    assert!(stderr(&output).contains("try another port"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("write another port behind the option"),
+        "{}",
+        stderr(&output)
+    );
     assert!(!folder.path().join("run").exists(), "the run did not begin");
     // A port in a word of its own.
     let port = taken.local_addr().unwrap().port().to_string();

@@ -293,7 +293,9 @@ impl fmt::Display for PortUsers {
             self.0.iter().map(|PortUser { pid, name }| format!("{name}, process {pid}")).collect();
         write!(f, " ({})", names.join("; "))?;
         if !self.has("ModemManager") {
-            return f.write_str("; close it first");
+            f.write_str("; close it first")?;
+            let page = if self.has("plumb") { ", or use the page of that run" } else { "" };
+            return f.write_str(page);
         }
         write!(
             f,

@@ -59,6 +59,8 @@ pub(super) fn rig<I: BufRead, O: Write>(
             let port = if is_named(port) { port } else { "''" };
             bad_input(format!("--port {port}: {why}"))
         })?,
+        // An emulated board has a port of its own, which `--port` names.
+        None if args.simulated => usual.port,
         None => dialogue.ask("Serial port of the board", &usual.port, port_of)?,
     };
     Ok(NewRig {
@@ -181,7 +183,9 @@ fn motors<I: BufRead, O: Write>(
             let list: Vec<String> = driver.microsteps().iter().map(u8::to_string).collect();
             let question = format!("Microsteps in a full step ({})", list.join(", "));
             let parse = |text: &str| {
-                let microsteps = text.parse().map_err(|_| "must be a number".to_owned())?;
+                let number = text.strip_prefix("1/").unwrap_or(text);
+                let wrong = |_| format!("must be one of {}", list.join(", "));
+                let microsteps = number.parse().map_err(wrong)?;
                 driver.straps(microsteps).map_err(|error| error.to_string())?;
                 Ok(microsteps)
             };
