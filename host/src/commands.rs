@@ -48,6 +48,7 @@ pub(crate) mod verbose;
 #[cfg_attr(not(feature = "verify"), path = "commands/verify/absent.rs")]
 pub(crate) mod verify;
 mod viewers;
+mod words;
 
 use clap::ValueEnum;
 use plumb_runtime::rig::{LawName, LawSettings, Rig, Simulation, UnknownLaw};

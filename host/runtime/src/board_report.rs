@@ -92,6 +92,17 @@ pub fn driver_warnings(drivers: &[DriverReading; 3]) -> String {
     if text.is_empty() { NO_WARNINGS.to_owned() } else { text }
 }
 
+/// Returns what to do about the warnings of drivers, in words; `None` where there are none.
+pub fn warning_advice(drivers: &[DriverReading; 3]) -> Option<&'static str> {
+    if drivers.iter().any(|driver| driver.is_hot) {
+        Some("cool the driver, or give its motor less current, before it switches off")
+    } else if drivers.iter().any(|driver| driver.has_open_load) {
+        Some("check the wires of that motor; fast motion shows an open coil too")
+    } else {
+        None
+    }
+}
+
 /// Estimated tension over the ball's weight below which a cable counts as near slack. The estimate
 /// is wrong by 0.06 in the median (docs/understand/taut.md).
 pub const NEAR_SLACK: f64 = 0.15;

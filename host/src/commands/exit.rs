@@ -3,7 +3,6 @@
 mod class;
 mod suggestions;
 mod usage;
-mod words;
 
 use std::env;
 use std::error::Error;
@@ -23,9 +22,6 @@ use super::rig_path::RIG_VARIABLE;
 
 pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, INIT, exit_code_of};
 pub(crate) use usage::report_usage;
-pub(crate) use words::{
-    aim_hint, goto_command, is_file_name, is_list, is_port, port_in, shape_option,
-};
 
 /// Error that ends a command, and its exit code.
 pub(crate) struct Failure {

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use plumb_cameras::record::{Overflow, Recorder};
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::board_fault::BoardFault;
-use plumb_runtime::board_report::{NO_WARNINGS, driver_warnings};
+use plumb_runtime::board_report::{NO_WARNINGS, driver_warnings, warning_advice};
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
 use plumb_runtime::observer::{
     EventKind, EventRecord, FrameRecord, FrameRecorder, Observer, RunEvent, Tone,
@@ -131,15 +131,13 @@ impl Outputs {
     /// Prints the warnings of the drivers where they have changed.
     fn tell_warnings(&mut self, record: &FrameRecord) {
         let drivers = record.board.as_ref().and_then(|board| board.drivers);
-        let Some(warnings) = drivers.map(|drivers| driver_warnings(&drivers)) else { return };
+        let Some(drivers) = drivers else { return };
+        let warnings = driver_warnings(&drivers);
         if warnings == self.warnings {
             return;
         }
-        let advice = match drivers.is_some_and(|drivers| drivers.iter().any(|it| it.is_hot)) {
-            true => " (cool the driver, or give its motor less current, before it switches off)",
-            false if warnings == NO_WARNINGS => "",
-            false => " (check the wires of that motor; fast motion shows an open coil too)",
-        };
+        let advice = warning_advice(&drivers).map(|advice| format!(" ({advice})"));
+        let advice = advice.unwrap_or_default();
         self.tell(&format!("warnings of the motor drivers: {warnings}{advice}"));
         self.warnings = warnings;
     }

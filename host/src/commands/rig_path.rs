@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::exit::{aim_hint, goto_command, is_file_name, is_list, port_in};
 use super::number_list::place_in;
+use super::words::{aim_hint, goto_command, is_file_name, is_list, port_in};
 use super::{Failure, bad_input};
 
 /// Environment variable with the rig file of a command line that names none.

@@ -24,7 +24,6 @@ use plumb_runtime::targets::{TargetAddress, TargetFile, TargetSender, TargetStre
 use plumb_vision::detect::BallDetector;
 
 use super::connection::{explained, without_simulation};
-use super::exit::shape_option;
 use super::find_ball::find_ball;
 use super::interrupt::{interrupt_flag, interrupted_before};
 use super::operators::Operators;
@@ -36,6 +35,7 @@ use super::real_time::RealTime;
 use super::rig_args::PortArgs;
 use super::rig_path::{RigArg, split_rig};
 use super::run_camera::{RunCamera, read_camera, record_folder};
+use super::words::shape_option;
 use super::{Failure, Physics, bad_input, law, numbers};
 
 /// Drive the ball through the targets of a rig file
@@ -238,13 +238,7 @@ pub(super) fn drive(
     }
     let connected = Run::connect(&rig, transport);
     let mut run = connected.map_err(|error| explained(error, file, &options.port))?;
-    if let Some(time) = run.answer_time().filter(|time| *time >= SLOW_ANSWER) {
-        tell!(
-            "the link to the board is slow: an answer takes {:.1} s. The ball may swing, or be \
-             driven away from its target",
-            time.as_secs_f64()
-        );
-    }
+    tell_slow_link(&run);
     if let Some(targets) = moving {
         run.set_targets(Box::new(targets), TargetUse::Goal);
     }
@@ -289,6 +283,17 @@ pub(super) fn drive(
     let is_endless = goal.is_endless();
     PreparedRun { run, camera, detector, steering, stream, outputs, is_endless }
         .drive(&options.run, &interrupted)
+}
+
+/// Says that the board answers late, where it does.
+fn tell_slow_link(run: &Run<Serial>) {
+    if let Some(time) = run.answer_time().filter(|time| *time >= SLOW_ANSWER) {
+        tell!(
+            "the link to the board is slow: an answer takes {:.1} s. The ball may swing, or be \
+             driven away from its target",
+            time.as_secs_f64()
+        );
+    }
 }
 
 /// Names the first target that is nearer to the border of the workspace than the ball is held: the

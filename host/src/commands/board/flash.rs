@@ -23,10 +23,10 @@ use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
 use serde_json::json;
 
-use super::super::exit::is_port;
 use super::super::print::{result, tell};
 use super::super::rig_args::PortArgs;
 use super::super::rig_path::{RIG_VARIABLE, named, optional_rig_path};
+use super::super::words::is_port;
 use super::super::{Failure, bad_input};
 use super::{compare_release, firmware_line};
 use computer::ThisComputer;

@@ -9,14 +9,14 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use super::suggestions::{
     choice, command_of, has_option, similar, unexpected_word, unknown_command,
 };
-use super::words::{
-    DRIVES_THROUGH_LIST, aim_hint, goto_command, is_file_name, is_list, port_in, shape_option,
-};
 use super::{BAD_INPUT, Failure, bad_input};
 use crate::commands::joined;
 use crate::commands::number_list::place_in;
 use crate::commands::print::tell;
 use crate::commands::rig_path::{RIG_VARIABLE, absent_rig, no_rig};
+use crate::commands::words::{
+    DRIVES_THROUGH_LIST, aim_hint, goto_command, is_file_name, is_list, port_in, shape_option,
+};
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
 pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {

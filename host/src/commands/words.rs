@@ -7,14 +7,14 @@ use std::str::FromStr;
 use plumb_path::shape::ShapeKind;
 use plumb_runtime::link::is_pseudo_terminal;
 
-use crate::commands::number_list::place_in;
-use crate::commands::numbers::COORDINATE;
+use super::number_list::place_in;
+use super::numbers::COORDINATE;
 
 /// Endings of the names of lists of places.
 const LISTS: [&str; 5] = ["csv", "gcode", "nc", "ngc", "jsonl"];
 
 /// How a list of places is given to the program, for messages.
-pub(super) const DRIVES_THROUGH_LIST: &str =
+pub(crate) const DRIVES_THROUGH_LIST: &str =
     "`plumb run RIG --waypoints FILE` or `--path FILE` drives through it";
 
 /// Returns whether a file is a serial port by its name, or the port of an emulated board.
