@@ -2,6 +2,7 @@
 
 mod file_places;
 mod fitting_size;
+mod slowdown;
 
 use std::fmt;
 use std::path::Path;

@@ -371,7 +371,9 @@ mod tests {
         fs::create_dir_all(processes.join("10")).unwrap();
         for name in [&port, &by_id] {
             let users = PortUsers::within(&processes, name).to_string();
-            assert_eq!(users, " (plumb, process 8; minicom, process 70); close it first");
+            let expected = " (plumb, process 8; minicom, process 70); close it first, or use the \
+                            page of that run";
+            assert_eq!(users, expected);
         }
         add(&processes, "71", "ModemManager", &port);
         let users = PortUsers::within(&processes, &port).to_string();
