@@ -35,7 +35,7 @@ use super::real_time::RealTime;
 use super::rig_args::PortArgs;
 use super::rig_path::{RigArg, split_rig};
 use super::run_camera::{RunCamera, read_camera, record_folder};
-use super::words::shape_option;
+use super::words::{in_metres, shape_option};
 use super::{Failure, Physics, bad_input, law, numbers};
 
 /// Drive the ball through the targets of a rig file
@@ -178,8 +178,12 @@ pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
     let (file, words) = split_rig([args.rig, args.x, args.y, args.z], &NAMES, GOTO_USAGE)?;
     let mut target = [0.0; 3];
     for ((coordinate, word), name) in target.iter_mut().zip(&words).zip(NAMES) {
-        *coordinate = numbers::parse(word, &numbers::COORDINATE)
-            .map_err(|why| bad_input(format!("invalid value '{word}' for '{name}': {why}")))?;
+        *coordinate = numbers::parse(word, &numbers::COORDINATE).map_err(|why| {
+            let command = in_metres(file.to_str(), &words.join(" "));
+            let hint = command.map(|command| format!(" If these are millimetres: {command}"));
+            let hint = hint.unwrap_or_default();
+            bad_input(format!("invalid value '{word}' for '{name}': {why}{hint}"))
+        })?;
     }
     let mut rig = Rig::read(&file)?;
     rig.set_targets(&[target])?;

@@ -59,11 +59,21 @@ pub(crate) fn aim_hint(word: &str) -> Option<String> {
 /// Returns the command that drives to `place`, three numbers with spaces between them. Numbers that
 /// are too large for metres are taken for millimetres.
 pub(crate) fn goto_command(rig: Option<&str>, place: &str) -> String {
-    let rig = rig.map(|rig| format!("{rig} ")).unwrap_or_default();
-    match metres_of_millimetres(place) {
-        Some(place) => format!("`plumb goto {rig}{place}`, in metres, if these are millimetres"),
-        None => format!("`plumb goto {rig}{place}`"),
+    match in_metres(rig, place) {
+        Some(command) => format!("{command}, in metres, if these are millimetres"),
+        None => command_to(rig, place),
     }
+}
+
+/// Returns the command that drives to `place`, in metres, where its numbers must be millimetres;
+/// `None` for other ones.
+pub(crate) fn in_metres(rig: Option<&str>, place: &str) -> Option<String> {
+    metres_of_millimetres(place).map(|place| command_to(rig, &place))
+}
+
+fn command_to(rig: Option<&str>, place: &str) -> String {
+    let rig = rig.map(|rig| format!("{rig} ")).unwrap_or_default();
+    format!("`plumb goto {rig}{place}`")
 }
 
 /// Returns `place` in metres where it must be in millimetres; `None` for any other one.

@@ -129,6 +129,10 @@ fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
             &["goto", "rig.toml", "650 -300 40"],
             "write `plumb goto rig.toml 0.65 -0.3 0.04`, in metres, if these are millimetres",
         ),
+        (
+            &["goto", "rig.toml", "650", "300", "400"],
+            "If these are millimetres: `plumb goto rig.toml 0.65 0.3 0.4`",
+        ),
         (&["goto", "rig.toml", "circle"], "for a shape: `plumb run RIG --path circle`; usage:"),
         (&["goto", "way.csv"], "for a list of places: `plumb run RIG --waypoints FILE`"),
         (&["run", "rig.toml", "/dev/ttyACM0"], "for the board's port: --port /dev/ttyACM0"),
