@@ -58,6 +58,7 @@ use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 
 use exit::{FAILED, bad_input, failed, failed_because};
+use print::note;
 
 pub(crate) use address::joined;
 pub(crate) use exit::{Failure, report_usage};
@@ -77,7 +78,13 @@ impl DetectorName {
     fn detector(self, camera: &Camera) -> Box<dyn BallDetector> {
         let kind = match self {
             Self::Ball => DetectorKind::Ball,
-            Self::Red => DetectorKind::Red,
+            Self::Red => {
+                note!(
+                    "detector red: the paper's, for comparison. It needs depth, and takes other \
+                     red things for the ball; the default is `ball`"
+                );
+                DetectorKind::Red
+            }
         };
         kind.build(camera)
     }

@@ -148,7 +148,9 @@ impl EmulatedBoard {
         while self.now.0 + u64::from(TICK_US) <= end.0 {
             self.restart_if_due();
             self.deliver();
-            if self.emergency.contains(&self.now) {
+            // Without a configuration the board does not know the pin of the input.
+            let is_watched = self.state() != State::Unconfigured;
+            if is_watched && self.emergency.contains(&self.now) {
                 self.open_emergency([0; MOTORS]);
             }
             self.run_drivers();

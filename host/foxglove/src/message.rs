@@ -19,8 +19,8 @@ pub(crate) struct Observation {
     pub(crate) position_m: Option<[f64; 3]>,
     /// Covariance of the position, metres², row by row.
     pub(crate) covariance_m2: Option<[f64; 9]>,
-    /// The target, metres in the rig frame.
-    pub(crate) target_m: [f64; 3],
+    /// The target, metres in the rig frame; `None` before the first one.
+    pub(crate) target_m: Option<[f64; 3]>,
     /// Distance of the position from the target, metres.
     pub(crate) error_m: Option<f64>,
     /// Point of the path or of the moving target at the frame; `None` while the board follows none.
@@ -64,7 +64,7 @@ impl From<&FrameRecord> for Observation {
             score: ball.map(|ball| ball.score),
             position_m: record.position().map(Into::into),
             covariance_m2: covariance.map(|matrix| std::array::from_fn(|i| matrix[(i / 3, i % 3)])),
-            target_m: record.target.into(),
+            target_m: record.target.map(Into::into),
             error_m: record.error(),
             reference: record.path.map(Into::into),
         }
@@ -136,7 +136,7 @@ mod tests {
             time: 0.0,
             frame: None,
             observation: None,
-            target: Point3::origin(),
+            target: Some(Point3::origin()),
             board: Some(board),
             fault_cause: None,
             state: None,

@@ -74,16 +74,14 @@ impl Scene {
             id: id.to_owned(),
             ..SceneEntity::default()
         };
+        let target = record.target.map(|at| sphere(&at, 2.0 * self.reached, GREEN));
         // An entity replaces the one of its name: without a shape, the ball and the cables vanish.
         let mut entities = vec![
             SceneEntity {
                 spheres: ball.map(|at| sphere(&at, self.ball_diameter, RED)).into_iter().collect(),
                 ..entity("ball")
             },
-            SceneEntity {
-                spheres: vec![sphere(&record.target, 2.0 * self.reached, GREEN)],
-                ..entity("target")
-            },
+            SceneEntity { spheres: target.into_iter().collect(), ..entity("target") },
             SceneEntity {
                 lines: vec![line(Type::LineStrip, self.path.iter(), THICK, BLUE)],
                 ..entity("path")
@@ -174,7 +172,7 @@ mod tests {
             time: number as f64,
             frame: None,
             observation: None,
-            target: Point3::new(0.4, 0.4, 0.15),
+            target: Some(Point3::new(0.4, 0.4, 0.15)),
             board: None,
             fault_cause: None,
             state: None,

@@ -64,7 +64,7 @@ fn record(camera: &Camera) -> Option<FrameRecord> {
         time: 0.0,
         frame: Some(Arc::new(frame)),
         observation: None,
-        target: Point3::new(0.4, 0.4, 0.15),
+        target: Some(Point3::new(0.4, 0.4, 0.15)),
         board: None,
         fault_cause: None,
         state: None,

@@ -269,14 +269,15 @@ pub(crate) struct Update {
 }
 
 /// Measurement of one frame: frame number, time (s), position x, y, z (m), |e| (m), target x, y, z
-/// (m). The position and the error are `null` where the ball was not located.
+/// (m). The position and the error are `null` where the ball was not located, the target and the
+/// error before there is one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct Sample(
     pub(crate) u64,
     pub(crate) f64,
     pub(crate) [Option<f64>; 3],
     pub(crate) Option<f64>,
-    pub(crate) [f64; 3],
+    pub(crate) [Option<f64>; 3],
 );
 
 /// Frame with the ball in it.

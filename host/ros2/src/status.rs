@@ -100,7 +100,7 @@ impl RunStatus {
             self.has_moved = true;
         }
         if self.has_moved && self.present_target.is_some() {
-            self.present_target = Some(record.target);
+            self.present_target = record.target;
         }
         let newest = record.board.map(|board| board.state);
         // Telemetry from before a target says nothing about the drive to it.

@@ -96,7 +96,7 @@ pub enum ExaminationError {
         scatter_mm: f64,
     },
     /// The board stopped by itself.
-    #[error("the board has stopped by itself: {0}; remove the cause, then `plumb clear`")]
+    #[error("the board has stopped by itself: {0}")]
     Stopped(BoardFault),
     /// Somebody interrupted the examination.
     #[error("interrupted: the motors have stopped on the way")]

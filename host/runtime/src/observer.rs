@@ -87,8 +87,8 @@ pub struct FrameRecord {
     pub observation: Option<BallObservation>,
     /// The present target, metres in the rig frame. While the ball follows a path, it is the place
     /// on the path at the time of the frame. After a Hold it is the last measured position
-    /// once the board holds the ball, after a Stop the last target.
-    pub target: Point3<f64>,
+    /// once the board holds the ball, after a Stop the last target; `None` before the first one.
+    pub target: Option<Point3<f64>>,
     /// The newest report of the board; `None` before its first telemetry.
     pub board: Option<BoardReport>,
     /// Cause of the fault for which the board has stopped by itself; `None` where none is known.
@@ -126,7 +126,7 @@ impl FrameRecord {
 
     /// Returns the distance of the measured position from the target, metres.
     pub fn error(&self) -> Option<f64> {
-        self.position().map(|position| (position - self.target).norm())
+        Some((self.position()? - self.target?).norm())
     }
 }
 
@@ -179,7 +179,7 @@ pub(crate) mod tests {
         let (colour, depth) = (Image::filled(4, 4, [0; 3]), Image::filled(4, 4, 0));
         let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();
         let (observation, board, state) = (None, None, None);
-        let (number, time, target) = (0, 0.0, Point3::origin());
+        let (number, time, target) = (0, 0.0, Some(Point3::origin()));
         FrameRecord {
             number,
             time,

@@ -7,8 +7,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
-use plumb_protocol::message::Telemetry;
+use plumb_protocol::message::{State, Telemetry};
 use plumb_protocol::{Provenance, RELEASE};
+use plumb_runtime::board_fault::after_fault;
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, Transport};
 use plumb_runtime::rig::Rig;
@@ -97,6 +98,9 @@ fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<(), Failure
     compare_release(&port, &provenance);
     let report = BoardReport::from(&telemetry);
     state(&port, &report);
+    if let State::Fault(fault) = telemetry.state {
+        tell!("{port}: {} `plumb clear` clears it", after_fault(fault));
+    }
     counts(&port, &diagnostics);
     if is_json {
         print::result(whole_line(&port, &report, &provenance, &diagnostics))?;

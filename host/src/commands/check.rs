@@ -15,7 +15,7 @@ use super::exit::{BAD_INPUT, INIT, with_variable};
 use super::print::{self, note, tell};
 use super::rig_args::PortArgs;
 use super::rig_path::RigArg;
-use super::{DetectorName, FAILED, Failure};
+use super::{DetectorName, FAILED, Failure, Physics};
 use commissioning::RigLine;
 
 /// Check a rig: its files, then its wiring, cables and camera with small jogs
@@ -45,6 +45,9 @@ pub(crate) struct Args {
     /// Detector of the ball
     #[arg(long, value_enum, default_value = "ball")]
     detector: DetectorName,
+    /// Physics of the simulated rig, where the camera is simulated
+    #[arg(long, value_enum, default_value = "quasi-static")]
+    physics: Physics,
     /// Turn the motors and write the corrected rig file without asking
     #[arg(long)]
     yes: bool,

@@ -73,7 +73,10 @@ pub(super) fn explained(error: impl ExitClass + 'static, file: &Path, port: &Por
     let Some(fault) = fault else { return error.into() };
     let (error, file) = (ErrorChain(&error), file.display());
     let home = match BoardFault::from(fault).asks_for_home() {
-        true => format!("`plumb home {file}{port}` with the ball at a known place, then "),
+        true => format!(
+            "hang the ball (`plumb jog {file}{port}` winds the cables), `plumb home {file}{port}` \
+             with it at a known place, then "
+        ),
         false => String::new(),
     };
     failed(format!("{error}. Run `plumb clear {file}{port}`, then {home}this command again"))

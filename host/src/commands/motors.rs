@@ -9,10 +9,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
-use plumb_protocol::message::{Fault, State};
+use plumb_protocol::message::State;
 use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::{Link, LinkError, Serial};
-use plumb_runtime::rig::{BoardPort, Rig};
+use plumb_runtime::rig::{BoardPort, Driver, Rig};
 
 use super::board::report;
 use super::connection::connect;
@@ -53,8 +53,8 @@ pub(crate) struct HomeArgs {
 
 /// Clear the fault for which the board stopped by itself
 ///
-/// Nothing moves. Remove the cause first: the book's page "Faults" names it for each fault. After
-/// the fault of a driver the command looks for a second whether it comes back.
+/// Nothing moves. Remove the cause first: the book's page "Faults" names it for each fault. The
+/// command looks for a second whether the board stops again.
 #[derive(Parser)]
 #[command(after_help = examples!["plumb clear rig.toml", "plumb clear --port /dev/ttyACM0"])]
 pub(crate) struct ClearArgs {
@@ -80,24 +80,22 @@ pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
 
 pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
     serve(args.board.open()?, args.board.json, |link| {
-        let State::Fault(fault) = link.status()?.state else {
-            link.clear_fault()?;
-            return Ok("there was no fault");
-        };
+        let had_fault = matches!(link.status()?.state, State::Fault(_));
         link.clear_fault()?;
-        if let Fault::Driver(_) = fault {
-            check_drivers(link)?;
+        if !had_fault {
+            return Ok("there was no fault");
         }
+        check_stands(link)?;
         Ok("faults are cleared")
     })
 }
 
-/// Time in which the board sets its drivers up after a fault and reads each of them.
-const DRIVER_CHECK: Duration = Duration::from_secs(1);
+/// Time in which the board sets drivers on a UART up and reads each of them, with room: 0.2 s.
+const SETUP_CHECK: Duration = Duration::from_secs(1);
 
-/// Checks that no driver fails again once the board has read it.
-fn check_drivers(link: &mut Link<Serial>) -> Result<(), Failure> {
-    link.wait(DRIVER_CHECK)?;
+/// Checks that the board does not stop again, as where a driver fails once the board has read it.
+fn check_stands(link: &mut Link<Serial>) -> Result<(), Failure> {
+    link.wait(SETUP_CHECK)?;
     match link.status()?.state {
         State::Fault(fault) => {
             let (port, advice) = (link.port(), BoardFault::from(fault).advice());
@@ -111,6 +109,9 @@ pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&args.rig.rig)?;
     let mut link = connect(&args.rig.rig, &rig, &args.port)?;
     link.home()?;
+    if let Driver::Tmc2209Uart(_) = rig.motors.driver {
+        check_stands(&mut link)?;
+    }
     note!("{}: the zero of travel is here", link.port());
     let telemetry = link.status()?;
     report(&link, &telemetry, args.json)?;

@@ -187,12 +187,12 @@ fn a_trouble_of_drivers_that_tell_none_is_refused() {
 
 /// Without a rig file the emulated board learns its drivers from the host.
 #[test]
-fn a_trouble_of_drivers_that_the_board_has_not_is_told_as_without_effect() {
+fn a_trouble_of_drivers_that_the_board_has_not_yet_is_told_with_when_it_shows() {
     let options = ["--driver-trouble", "hot", "--driver-trouble-after", "0.1"];
     let mut emulator = Emulator::start_with(&options);
     let lines = BufReader::new(emulator.child.stderr.take().unwrap()).lines();
     let line = lines.map(Result::unwrap).find(|line| line.starts_with("rehearsal")).unwrap();
-    let says = "rehearsal, 0.1 s: --driver-trouble has no effect: no host has configured";
+    let says = "rehearsal, 0.1 s: the driver of motor A has a trouble: hot. It shows once a host ";
     assert!(line.starts_with(says) && line.contains("run_current = 0.8"), "{line}");
 }
 

@@ -214,7 +214,8 @@ struct LegObserver<'a, P> {
 
 impl<P: Probe> Observer for LegObserver<'_, P> {
     fn frame(&mut self, record: &FrameRecord) {
-        let (target, legs) = (record.target, &mut self.legs);
+        let Some(target) = record.target else { return };
+        let legs = &mut self.legs;
         if legs.last().is_none_or(|leg| leg.target != target) {
             legs.push(Leg { target, frames: 0, true_error_m: 0.0, reported_reached: false });
         }

@@ -103,7 +103,7 @@ fn a_hold_keeps_the_ball_where_it_is() {
     let place = |number: usize| seen.frames[number].position().expect("a ball");
     // The ramp takes 0.6 s.
     assert!((place(200) - place(70)).norm() < 0.02, "{} {}", place(70), place(200));
-    assert!((place(200) - seen.frames[200].target).norm() < 0.02);
+    assert!((place(200) - seen.frames[200].target.expect("a target")).norm() < 0.02);
     assert!((place(200) - Point3::from(FIRST)).norm() > 0.05, "{}", place(200));
 }
 
@@ -115,10 +115,11 @@ fn a_hold_in_motion_is_one_command_and_its_place_is_known_at_rest() {
     let ramp: Vec<State> = (42..held).map(|number| seen.state(number)).collect();
     assert!(ramp.len() > 10 && ramp.iter().all(|state| *state == State::Stopping), "{ramp:?}");
     let frame = |number: u64| &seen.frames[number as usize];
-    let target = frame(held - 1).target;
+    let target = frame(held - 1).target.expect("a target");
     assert!((target - Point3::from(FIRST)).norm() < 1e-9, "{target} while the ball comes to rest");
     assert_eq!((frame(held - 1).state, frame(held).state), (None, Some(State::Holding)));
-    let off = (frame(held).target - frame(held).position().expect("a ball")).norm();
+    let off =
+        (frame(held).target.expect("a target") - frame(held).position().expect("a ball")).norm();
     assert!(off < 1e-3, "{off}");
 }
 
@@ -234,7 +235,11 @@ fn a_fault_that_is_cleared_without_one_ends_nothing() {
     let commands = [(40, OperatorCommand::Hold), (45, clear), (200, OperatorCommand::End)];
     let (_, seen) = run(&IDEAL, &mut at_frames(&commands));
     let place = seen.frames[200].position().expect("a ball");
-    assert!((place - seen.frames[200].target).norm() < 0.02, "{:?}", seen.events);
+    assert!(
+        (place - seen.frames[200].target.expect("a target")).norm() < 0.02,
+        "{:?}",
+        seen.events
+    );
     let scenario = Scenario { moving: &[(30, SECOND)], ..IDEAL };
     let commands = [(60, clear), (400, OperatorCommand::End)];
     let (_, seen) = run(&scenario, &mut at_frames(&commands));

@@ -31,7 +31,7 @@ fn record(number: u64) -> FrameRecord {
         time: number as f64 / 30.0,
         frame: None,
         observation: None,
-        target: Point3::new(0.4, 0.4, 0.15),
+        target: Some(Point3::new(0.4, 0.4, 0.15)),
         board: None,
         fault_cause: None,
         state: None,

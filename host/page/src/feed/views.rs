@@ -18,14 +18,16 @@ pub(super) fn round(value: f64) -> f64 {
 pub(super) fn sample(record: &FrameRecord) -> Sample {
     let position = record.position().map(|p| <[f64; 3]>::from(p).map(round));
     let position = position.map_or([None; 3], |p| p.map(Some));
-    let target = <[f64; 3]>::from(record.target).map(round);
+    let target = record.target.map(|p| <[f64; 3]>::from(p).map(round));
+    let target = target.map_or([None; 3], |p| p.map(Some));
     Sample(record.number, round(record.time), position, record.error().map(round), target)
 }
 
 /// Returns a frame with the ball and the target in it.
 pub(super) fn frame_view(record: &FrameRecord, sight: Option<&Sight>) -> FrameView {
     let lens = record.frame.as_ref().map(|frame| frame.intrinsics());
-    let target = sight.zip(lens).and_then(|(sight, lens)| sight.pixel(lens, &record.target));
+    let target = sight.zip(lens).zip(record.target);
+    let target = target.and_then(|((sight, lens), target)| sight.pixel(lens, &target));
     FrameView {
         number: record.number,
         time: round(record.time),

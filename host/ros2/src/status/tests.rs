@@ -25,7 +25,7 @@ fn record(state: Option<State>) -> FrameRecord {
         time: 0.0,
         frame: None,
         observation: None,
-        target: target(0.4),
+        target: Some(target(0.4)),
         board: None,
         fault_cause: None,
         state,
@@ -117,11 +117,11 @@ fn a_target_that_moves_is_shown_and_does_not_count_as_a_set_point() {
     status.note_event(&RunEvent::TargetSet { number: 0, target: target(0.4) });
     let position = target(0.5);
     let path = Some(PathPoint { time: 0.1, pace: 1.0, position, velocity: Vector3::zeros() });
-    let moved = FrameRecord { target: position, path, ..record(Some(State::Following)) };
+    let moved = FrameRecord { target: Some(position), path, ..record(Some(State::Following)) };
     status.note_frame(&moved, now);
     assert!(status.run(now).values.contains(&KeyValue::new("target m", "0.500 0.300 0.200")));
     // A set point there ends the motion, also while the target rests.
-    let rests = FrameRecord { target: position, ..record(Some(State::Holding)) };
+    let rests = FrameRecord { target: Some(position), ..record(Some(State::Holding)) };
     status.note_frame(&rests, now);
     assert_eq!(status.present_target(), None);
     status.note_event(&RunEvent::TargetSet { number: 1, target: position });

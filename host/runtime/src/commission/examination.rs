@@ -384,7 +384,7 @@ impl<T: Transport> Examination<'_, '_, T> {
             path: None,
             frame: Some(Arc::new(frame)),
             observation,
-            target: self.start,
+            target: Some(self.start),
             board: None,
             fault_cause: None,
             state: None,

@@ -294,8 +294,8 @@ impl fmt::Display for PortUsers {
         write!(f, " ({})", names.join("; "))?;
         if !self.has("ModemManager") {
             f.write_str("; close it first")?;
-            let page = if self.has("plumb") { ", or use the page of that run" } else { "" };
-            return f.write_str(page);
+            let how = if self.has("plumb") { " (Ctrl-C there, or End on its page)" } else { "" };
+            return f.write_str(how);
         }
         write!(
             f,
@@ -371,8 +371,8 @@ mod tests {
         fs::create_dir_all(processes.join("10")).unwrap();
         for name in [&port, &by_id] {
             let users = PortUsers::within(&processes, name).to_string();
-            let expected = " (plumb, process 8; minicom, process 70); close it first, or use the \
-                            page of that run";
+            let expected = " (plumb, process 8; minicom, process 70); close it first (Ctrl-C \
+                            there, or End on its page)";
             assert_eq!(users, expected);
         }
         add(&processes, "71", "ModemManager", &port);

@@ -75,7 +75,7 @@ pub(super) struct RunCore {
     /// Counts and measurements over all targets.
     pub(super) stats: RunStats,
     /// Present target, metres in the rig frame.
-    target: Point3<f64>,
+    target: Option<Point3<f64>>,
     /// Position of the ball in the last frame that shows it, metres in the rig frame.
     last_position: Option<Point3<f64>>,
     /// Positions that were sent to the board last.
@@ -119,7 +119,7 @@ impl RunCore {
             ended_path: None,
             targets,
             stats: RunStats::default(),
-            target: Point3::origin(),
+            target: None,
             last_position: None,
             sent: SentPositions::default(),
             sending: None,
@@ -193,7 +193,7 @@ impl RunCore {
     fn begin_leg(&mut self, waypoint: Waypoint, now: f64) -> Drive {
         let (number, target) = (self.legs.count(), Point3::from(waypoint.target));
         let drive = Drive::new(waypoint, now, self.stats.frames);
-        self.target = target;
+        self.target = Some(target);
         self.emit(RunEvent::TargetSet { number, target });
         self.stats.error = None;
         drive
@@ -316,10 +316,10 @@ impl RunCore {
         } else {
             self.board.about_target().copied()
         };
-        let Some(drive) = self.goal.drive_mut() else { return };
+        let (Some(drive), Some(target)) = (self.goal.drive_mut(), self.target) else { return };
         let radius = self.settings.radius;
         let tolerance = drive.waypoint.tolerance_m.unwrap_or(radius);
-        let arrival = Arrival { target: self.target, radius, tolerance };
+        let arrival = Arrival { target, radius, tolerance };
         if arrival.is_reached(about.as_ref(), ball) {
             drive.note_reached(now);
         }

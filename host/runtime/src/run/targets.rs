@@ -301,9 +301,11 @@ impl TargetDrive {
         self.course?.at(f64::MAX).map(|moment| moment.position)
     }
 
-    /// Returns the target at the time `stamp` of a picture, while the board follows it.
+    /// Returns the target at the time `stamp` of a picture, while the board follows it, or holds the
+    /// ball there.
     pub(crate) fn point(&self, stamp: f64, telemetry: &Telemetry) -> Option<PathPoint> {
-        if telemetry.state != State::Following {
+        // The board holds the ball where the target rests.
+        if !matches!(telemetry.state, State::Following | State::Holding) {
             return None;
         }
         let known = self.tracker.at(stamp);

@@ -79,7 +79,7 @@ impl From<&FrameRecord> for LogRow {
             t_s: record.time,
             detection: record.observation.map(Into::into),
             position: record.position(),
-            target: Some(record.target),
+            target: record.target,
             error_m: record.error(),
             board: record.board_state(),
             motors_steps: board.map(|board| board.motors),

@@ -21,7 +21,7 @@ use super::super::interrupt::{interrupt_flag, interrupted_before};
 use super::super::old_file::{OldFile, ask};
 use super::super::print::tell;
 use super::super::run_camera::{RunCamera, read_camera};
-use super::super::{Failure, Physics, bad_input, failed};
+use super::super::{Failure, bad_input, failed};
 use super::{Args, words};
 
 /// Result of the jogs.
@@ -104,7 +104,7 @@ fn jog_and_look(
     let RunCamera { mut source, camera, mut follower, .. } = match chosen {
         SourceName::Simulated => {
             let motors = BoardReport::from(&link.status()?).motors;
-            RunCamera::simulated(rig, camera, Physics::QuasiStatic, motors)?
+            RunCamera::simulated(rig, camera, args.physics, motors)?
         }
         _ => {
             let advice = without_simulation(&args.rig.rig, rig, &args.port);

@@ -110,16 +110,18 @@ fn add(
 }
 
 impl Rehearsed {
-    /// Says what goes wrong now, or that it cannot: a host may have configured the board for other
-    /// drivers than the option needs.
+    /// Says what goes wrong now, or when that shows: the board has only the drivers for which a host
+    /// configures it.
     pub(super) fn tell(&self, board: &EmulatedBoard) {
         let time = self.time.0 as f64 * 1e-6;
         if board.has_driver_uart() || !self.needs_driver_uart {
             note!("rehearsal, {time:.1} s: {}", self.text);
         } else if !self.is_end {
             tell!(
-                "rehearsal, {time:.1} s: --driver-trouble has no effect: no host has configured \
-                 this board for TMC2209 on a UART. {NO_DRIVER_UART} with which the board is used"
+                "rehearsal, {time:.1} s: {}. It shows once a host configures this board for \
+                 TMC2209 on a UART, as a rig file with `driver = {{ tmc2209-uart = {{ run_current \
+                 = 0.8 }} }}` in [motors] does",
+                self.text
             );
         }
     }

@@ -27,6 +27,7 @@ use plumb_path::trajectory::PathError;
 use plumb_protocol::message::Refusal;
 #[cfg(feature = "ros2")]
 use plumb_ros2::{McapError, Ros2Error};
+use plumb_runtime::board_fault::after_fault;
 use plumb_runtime::commission::ExaminationError;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::replay::{DebugError, ReplayError};
@@ -134,7 +135,11 @@ impl ExitClass for LinkError {
     }
 
     fn advice(&self) -> Option<&'static str> {
-        matches!(self, Self::Refused { refusal: Refusal::Config(_), .. }).then_some(CHECK)
+        match self {
+            Self::Refused { refusal: Refusal::Config(_), .. } => Some(CHECK),
+            Self::Fault(fault) => Some(after_fault(*fault)),
+            _ => None,
+        }
     }
 }
 
@@ -162,6 +167,14 @@ impl ExitClass for ExaminationError {
             Self::Link(error) => error.exit_code(),
             Self::NotLive => BAD_INPUT,
             _ => FAILED,
+        }
+    }
+
+    fn advice(&self) -> Option<&'static str> {
+        match self {
+            Self::Stopped(fault) => Some(fault.advice()),
+            Self::Link(error) => error.advice(),
+            _ => None,
         }
     }
 }

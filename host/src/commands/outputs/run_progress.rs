@@ -25,12 +25,11 @@ impl TerminalLine {
             Some(path) => format!("from the path, speed {:3.0} %", path.pace * 100.0),
             None => "to go".to_owned(),
         };
-        let ball = match (record.position(), record.error()) {
-            (Some(p), Some(error)) => {
-                let (x, y, z, error_mm) = (p.x, p.y, p.z, error * 1e3);
-                format!("ball ({x:.3}, {y:.3}, {z:.3}) m, {error_mm:6.1} mm {goal}")
-            }
-            _ => "no ball".to_owned(),
+        let to_go = record.error().map(|error| format!(", {:6.1} mm {goal}", error * 1e3));
+        let to_go = to_go.unwrap_or_default();
+        let ball = match record.position() {
+            Some(p) => format!("ball ({:.3}, {:.3}, {:.3}) m{to_go}", p.x, p.y, p.z),
+            None => "no ball".to_owned(),
         };
         let board = record.board_state().map(|state| state.to_string()).unwrap_or_default();
         format!("{:7.2} s  {}{ball}  {board}", record.time, self.target())
@@ -97,7 +96,7 @@ mod tests {
             time: 4.1,
             frame: None,
             observation: None,
-            target: Point3::origin(),
+            target: Some(Point3::origin()),
             board: None,
             fault_cause: None,
             state: Some(State::Seeking),

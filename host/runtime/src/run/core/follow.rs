@@ -122,10 +122,11 @@ impl RunCore {
         }
         if let Some(rest) = targets.rest() {
             let rest = Point::from_metres(rest.into()).map_or(rest, |at| at.to_metres().into());
-            if message.is_some() && (rest - self.target).norm() > REST_M {
+            let is_new = self.target.is_none_or(|target| (rest - target).norm() > REST_M);
+            if message.is_some() && is_new {
                 self.actions.list.push(Action::Board(BoardAction::NoteNewRest));
             }
-            self.target = rest;
+            self.target = Some(rest);
             drive.waypoint.target = rest.into();
         }
     }

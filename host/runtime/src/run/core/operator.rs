@@ -87,7 +87,7 @@ impl RunCore {
         let is_held = self.board.about_target().is_some_and(|it| it.state == State::Holding);
         if matches!(self.goal, Goal::Settling) && is_held {
             self.goal = Goal::Held;
-            self.target = self.last_position.unwrap_or(self.target);
+            self.target = self.last_position.or(self.target);
         }
     }
 

@@ -67,7 +67,7 @@ impl RunCore {
             number: stats.frames,
             time: stats.time,
             observation,
-            target: path.map_or(self.target, |path| path.position),
+            target: path.map(|path| path.position).or(self.target),
             board: self.board.telemetry.as_ref().map(|telemetry| BoardReport {
                 drivers: self.board.drivers,
                 ..BoardReport::from(telemetry)

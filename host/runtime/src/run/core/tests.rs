@@ -182,7 +182,7 @@ impl Bench {
     /// Has the ball arrive at the present target.
     fn arrive(&mut self) {
         self.telemetry(State::Holding, true);
-        self.picture(self.core.target.into());
+        self.picture(self.core.target.unwrap_or_default().into());
         self.tick();
     }
 

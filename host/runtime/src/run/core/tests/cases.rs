@@ -45,7 +45,7 @@ fn a_target_that_moved_is_reached_where_the_board_holds_the_ball_at_its_rest() {
         bench.step(Input::Moving { arrivals, is_stopped: false });
         bench.telemetry(State::Holding, true);
         bench.view.subject.is_rest = is_rest;
-        bench.picture(bench.core.target.into());
+        bench.picture(bench.core.target.unwrap_or_default().into());
         bench.tick();
         matches!(bench.ending, Some(Ok(StopReason::Reached)))
     };
