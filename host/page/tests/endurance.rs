@@ -66,7 +66,7 @@ fn record(number: u64, images: &(ColourImage, DepthImage)) -> FrameRecord {
         time,
         frame: Some(frame(time, images)),
         observation: None,
-        target: Point3::origin(),
+        target: Some(Point3::origin()),
         board: None,
         fault_cause: None,
         state: None,

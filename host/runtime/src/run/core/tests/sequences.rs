@@ -106,7 +106,11 @@ impl Trial {
                 bench.telemetry(states[usize::from(state)], about);
             }
             Op::Picture(is_near) => {
-                let place = if is_near { bench.core.target.unwrap_or_default().into() } else { [0.4, 0.3, 0.5] };
+                let place = if is_near {
+                    bench.core.target.unwrap_or_default().into()
+                } else {
+                    [0.4, 0.3, 0.5]
+                };
                 bench.picture(place);
             }
             Op::Lost => {
@@ -122,7 +126,9 @@ impl Trial {
             }
             Op::Tick => {
                 let near = bench.core.picture.as_ref().and_then(Picture::position);
-                let near = near.is_some_and(|it| (it.mean - bench.core.target.unwrap_or_default()).norm() < 0.02);
+                let near = near.is_some_and(|it| {
+                    (it.mean - bench.core.target.unwrap_or_default()).norm() < 0.02
+                });
                 let holds = |it: &Telemetry| it.state == State::Holding;
                 let about = match bench.core.goal.is_moving() {
                     true => bench.view.about_rest(),
