@@ -21,7 +21,7 @@ pub struct TargetsSummary {
     pub left_out: LeftOut,
     /// Number of times that no target came for a second.
     pub pauses: u64,
-    /// Number of pictures with the ball while the board followed the targets, or held the ball where
+    /// Number of pictures with the ball while the board followed the targets or held the ball where
     /// they rest.
     pub followed: u64,
     /// Number of those of them with the ball at the target, within the radius of a reached one.

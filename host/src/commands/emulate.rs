@@ -40,8 +40,8 @@ pub(crate) struct Args {
     /// Rig file, whose simulated rig the board's motors move; PLUMB_RIG does not name it
     #[arg(value_name = "RIG", value_parser = rig_path)]
     rig: Option<PathBuf>,
-    /// Model of this emulation's own rig, for its last line; `plumb run`, `goto` and `check` simulate
-    /// theirs, with a --physics of their own
+    /// Model of this emulation's own rig, for its last line; `plumb run`, `goto` and `check`
+    /// simulate theirs, with a --physics of their own
     #[arg(long, value_enum, default_value = "quasi-static", requires = "rig")]
     physics: Physics,
     /// Create this symbolic link to the terminal, and remove it at the end; replaces a link that

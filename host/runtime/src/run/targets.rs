@@ -301,7 +301,7 @@ impl TargetDrive {
         self.course?.at(f64::MAX).map(|moment| moment.position)
     }
 
-    /// Returns the target at the time `stamp` of a picture, while the board follows it, or holds the
+    /// Returns the target at the time `stamp` of a picture, while the board follows it or holds the
     /// ball there.
     pub(crate) fn point(&self, stamp: f64, telemetry: &Telemetry) -> Option<PathPoint> {
         // The board holds the ball where the target rests.

@@ -110,8 +110,8 @@ fn add(
 }
 
 impl Rehearsed {
-    /// Says what goes wrong now, or when that shows: the board has only the drivers for which a host
-    /// configures it.
+    /// Says what goes wrong now, or when that shows: the board has only the drivers for which a
+    /// host configures it.
     pub(super) fn tell(&self, board: &EmulatedBoard) {
         let time = self.time.0 as f64 * 1e-6;
         if board.has_driver_uart() || !self.needs_driver_uart {
