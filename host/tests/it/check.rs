@@ -67,7 +67,7 @@ fn a_run_answers_a_mistake_in_the_words_of_the_check() {
         (
             "microsteps = 16",
             "microsteps = [16]",
-            "; allowed: 1, 2, 4, 8, 16, for example `motors.microsteps = 16`",
+            "; allowed: 1, 2, 4, 8, 16, for example `microsteps = 16`",
         ),
         (
             "max_rate = 400.0",

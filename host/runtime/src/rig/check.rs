@@ -1,6 +1,8 @@
 //! Check of a rig file and its camera file without a board: every mistake at once, as a finding.
 
+mod advice;
 mod board;
+mod example;
 pub(super) mod size;
 mod targets;
 #[cfg(test)]
@@ -341,8 +343,9 @@ impl<'a> Document<'a> {
     fn mistake(&self, mistake: &Mistake) -> Finding {
         let key = &mistake.key;
         let named = !key.is_empty();
-        // The keys of a table contradict each other: its header is no value.
-        let is_header = mistake.value == format!("[{key}]");
+        // The keys of a table contradict each other: its header is no value, nor its name there.
+        let is_header = mistake.value == format!("[{key}]")
+            || mistake.message.starts_with("wanted exactly") && key.ends_with(&mistake.value);
         let value = if is_header { String::new() } else { mistake.value.clone() };
         // The message of a number names its range, after the number itself.
         let range = mistake.message.split_once(" must be ");
@@ -364,35 +367,6 @@ impl<'a> Document<'a> {
             problem: problem.or(number).unwrap_or_else(|| mistake.message.clone()),
             allowed: allowed.unwrap_or_default(),
         }
-    }
-
-    /// Returns what is wrong with a value of another type, and what to write; `None` where the
-    /// message of the mistake is as good.
-    fn advice(&self, mistake: &Mistake) -> Option<String> {
-        if let Some(example) = self.choice(mistake) {
-            return Some(format!("has keys of its own: write, for example, `{example}`"));
-        }
-        let Mistake { key, value, message, .. } = mistake;
-        let bare = value.trim_matches(['"', '\'']);
-        if bare != value && self.is_number(key) && bare.parse::<f64>().is_ok() {
-            return Some(format!("must be a number without quotes: write {bare}"));
-        }
-        let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
-        (is_place && message.starts_with("invalid type"))
-            .then(|| format!("must be a list of places: write [{value}]"))
-    }
-
-    /// Returns what to write in place of a name alone that has required keys: of `motors.driver =
-    /// "coils"` it is `motors.driver.coils = { duty = 0.8 }`.
-    fn choice(&self, mistake: &Mistake) -> Option<String> {
-        let name = mistake.value.strip_prefix(['"', '\''])?.strip_suffix(['"', '\''])?;
-        let name = format!("{}.{name}", mistake.key);
-        let keys = self.keys.iter().filter(|key| key.is_required).filter_map(|key| {
-            let own = key.name.strip_prefix(&name)?.strip_prefix('.')?;
-            Some(format!("{own} = {}", key.value))
-        });
-        let keys = keys.collect::<Vec<_>>().join(", ");
-        (!keys.is_empty()).then(|| format!("{name} = {{ {keys} }}"))
     }
 
     /// Returns the description of a key in the reference page; `None` for an unknown key.
@@ -420,7 +394,7 @@ impl<'a> Document<'a> {
         let range = if key.range.is_empty() { &key.meaning } else { &key.range };
         let example = match key.value.as_str() {
             "" => String::new(),
-            value => format!(", for example `{name} = {value}`"),
+            value => self.example(name, value),
         };
         Some(format!("{range}{unit}{example}"))
     }

@@ -1,0 +1,54 @@
+//! What is told to write in place of a mistake.
+
+use super::*;
+
+/// Returns what follows "error: " of the only error about the paper's file with this replacement.
+fn error(old: &str, new: &str) -> String {
+    let found = findings(&[(old, new)]);
+    let errors: Vec<_> = found.iter().filter(|it| it.severity == Severity::Error).collect();
+    let [error] = &errors[..] else { panic!("{new}: {found:#?}") };
+    error.explanation()
+}
+
+#[test]
+fn a_law_or_driver_that_is_no_table_is_answered_with_its_line() {
+    let only = "only one such table may be there, and without one the law is `taut`";
+    let named = "write the line [law.taut] with its keys below it; ";
+    for (lines, says, end) in [
+        ("[law]\nname = \"taut\"", "`law.name = \"taut\"` is no key of this file: in", named),
+        ("[law.taut]\n[law.sign]\ngain = 1", "`law` has more than one table: keep one of", ""),
+        ("[law]", "`law` is empty: remove it, or write the line [law.NAME] with its keys", ""),
+    ] {
+        let text = error("[workspace]", &format!("{lines}\n[workspace]"));
+        assert!(text.starts_with(says) && text.ends_with(&format!("{end}{only}")), "{text}");
+    }
+    let text = error("targets = ", "law = \"taut\"\ntargets = ");
+    let says = "must be a table: remove this line, and at the end of the file ";
+    assert!(text.ends_with(&format!("{says}{named}{only}")), "{text}");
+    let driver = "driver = \"a4988\"";
+    let text = error(driver, "[motors.driver]\nname = \"dm542\"");
+    assert!(text.contains("write the name alone, for example `driver = \"dm542\"` bel"), "{text}");
+    let text = error(driver, "driver = {}");
+    assert!(text.contains("write the line [motors.driver.NAME] with its keys below it"), "{text}");
+}
+
+#[test]
+fn an_example_can_be_copied_to_where_its_key_belongs() {
+    let driver = "driver = \"a4988\"";
+    for (old, new, example) in [
+        ("max_rate = 400.0", "max_rate = fast", "`max_rate = 400.0`"),
+        ("max_rate = 400.0", "", "`max_rate = 400.0` below [motors]"),
+        (driver, "driver = \"coils\"", "`driver.coils = { duty = 0.8 }`"),
+        (driver, "driver = { coils = {} }", "`duty = 0.8` in the braces of `motors.driver.coils`"),
+        (driver, "driver = { coils = { duty = [] } }", "`duty = 0.8`"),
+        (driver, "driver.coils.duty = []", "`driver.coils.duty = 0.8`"),
+        ("targets = [[0.400, 0.400, 0.150]]", "", "`targets = [[0.4, 0.4, 0.15]]` at the top of"),
+    ] {
+        let text = error(old, new);
+        assert!(
+            text.contains(&format!("for example {example}"))
+                || text.contains(&format!("for example, {example}")),
+            "{new}: {text}"
+        );
+    }
+}
