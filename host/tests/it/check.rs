@@ -19,7 +19,7 @@ fn every_mistake_is_reported_with_exit_code_2() {
     assert_eq!(output.status.code(), Some(2), "{text}");
     for expected in [
         "`motors.microsteps = 17` is out of range",
-        "`motors.travel = [1500, -1000]` is out of range",
+        "`motors.travel = [1500, -1000]` must have the lower limit first: write [-1000, 1500]",
         "`law.interval.alpha = 0.7`, `law.interval.beta = 0.5` is out of range",
         "rig.toml: 3 errors, 0 warnings",
     ] {

@@ -351,8 +351,7 @@ impl<'a> Document<'a> {
         let range = mistake.message.split_once(" must be ");
         let range = range.filter(|(number, _)| number.parse::<f64>().is_ok());
         let range = range.map(|(_, range)| format!("must be {range}"));
-        let has_letters = value.starts_with(|c: char| c.is_ascii_alphabetic());
-        let number = (has_letters && self.is_number(key)).then(|| "must be a number".to_owned());
+        let number = self.number(key, &value);
         let problem = self.advice(mistake).or(range);
         // That of an unknown name lists the known ones.
         let has_names = mistake.message.starts_with("unknown variant");
@@ -367,6 +366,20 @@ impl<'a> Document<'a> {
             problem: problem.or(number).unwrap_or_else(|| mistake.message.clone()),
             allowed: allowed.unwrap_or_default(),
         }
+    }
+
+    /// Returns what is wrong with a word in the place of a number, or with text that begins with
+    /// one; `None` for other values.
+    fn number(&self, key: &str, value: &str) -> Option<String> {
+        let is_quoted_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
+        let problem = if value.starts_with(|c: char| c.is_ascii_alphabetic()) {
+            "must be a number"
+        } else if value.strip_prefix(['"', '\'']).is_some_and(is_quoted_number) {
+            "must be a number alone, without quotes, a unit or a fraction"
+        } else {
+            return None;
+        };
+        self.is_number(key).then(|| problem.to_owned())
     }
 
     /// Returns the description of a key in the reference page; `None` for an unknown key.

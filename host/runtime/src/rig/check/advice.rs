@@ -3,6 +3,7 @@
 use plumb_config::toml_file::Mistake;
 
 use super::Document;
+use super::targets::unreadable;
 use crate::rig::LawSettings;
 
 impl Document<'_> {
@@ -22,6 +23,9 @@ impl Document<'_> {
         }
         if let Some(whole) = value.strip_suffix(".0").filter(|_| message.contains("whole number")) {
             return Some(format!("must be a whole number, without a point: write {whole}"));
+        }
+        if let Some(places) = (key == "targets").then(|| unreadable(value)).flatten() {
+            return Some(places);
         }
         let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
         (is_place && message.starts_with("invalid type"))
@@ -56,8 +60,10 @@ impl Document<'_> {
         } else if has("found 0 elements") {
             (key.as_str(), "is empty: remove it, or ".to_owned())
         } else if has("variant, expected") || has("string or table") {
-            let problem = "must be a table: remove this line, and at the end of the file ";
-            (key.as_str(), problem.to_owned())
+            let named =
+                self.key(key).map(|it| format!("a name{}, or ", self.example(key, &it.value)));
+            let problem = "a table: remove this line, and at the end of the file ";
+            (key.as_str(), format!("must be {}{problem}", named.unwrap_or_default()))
         } else {
             return None;
         };

@@ -28,6 +28,11 @@ fn a_law_or_driver_that_is_no_table_is_answered_with_its_line() {
     let driver = "driver = \"a4988\"";
     let text = error(driver, "[motors.driver]\nname = \"dm542\"");
     assert!(text.contains("write the name alone, for example `driver = \"dm542\"` bel"), "{text}");
+    let text = error(driver, "driver = 3");
+    assert!(
+        text.contains("must be a name, for example `driver = \"a4988\"`, or a table"),
+        "{text}"
+    );
     let text = error(driver, "driver = {}");
     assert!(text.contains("write the line [motors.driver.NAME] with its keys below it"), "{text}");
 }
@@ -50,5 +55,31 @@ fn an_example_can_be_copied_to_where_its_key_belongs() {
                 || text.contains(&format!("for example, {example}")),
             "{new}: {text}"
         );
+    }
+}
+
+#[test]
+fn every_target_that_cannot_be_read_is_named_with_its_number() {
+    let targets = "[[0.4, 0.4, 0.15], [400, 400, 150], [0.4, 0.4]]";
+    let text = error("[[0.400, 0.400, 0.150]]", targets);
+    let says = "has a wrong place: target 2, [400, 400, 150], must be -100 to 100 m; is it in \
+                millimetres or centimetres?; target 3, [0.4, 0.4]: invalid length 2";
+    assert!(text.contains(says), "{text}");
+}
+
+#[test]
+fn a_number_in_the_wrong_form_is_answered_with_the_right_one() {
+    for (old, new, says) in [
+        (
+            "max_rate = 400.0",
+            "max_rate = \"110 steps/s\"",
+            "must be a number alone, without quotes",
+        ),
+        ("microsteps = 16", "microsteps = 16.0", "without a point: write 16"),
+        ("[-1000, 1500]", "[1500, -1000]", "the lower limit first: write [-1000, 1500]; allowed"),
+        ("[-1000, 1500]", "[10, 1500]", "must contain 0, where the board starts; allowed"),
+    ] {
+        let text = error(old, new);
+        assert!(text.contains(says), "{new}: {text}");
     }
 }
