@@ -131,8 +131,9 @@ pub(crate) fn check_text(
     if !source.iter().any(|key| is_below(key, &wrong)) {
         more.extend(camera(&document, &rig.camera, rig.simulation.is_some()));
     }
-    // A size with a placeholder in it tells nothing about the other tables.
-    let knows_size = !["size", "simulation"].iter().any(|table| is_below(table, &wrong));
+    // A size or a workspace with a placeholder in it tells nothing about the other tables.
+    let tables = ["size", "simulation", "workspace"];
+    let knows_size = !tables.iter().any(|table| is_below(table, &wrong));
     if knows_size && more.iter().all(|finding| finding.severity == Severity::Warning) {
         more.extend(size::findings(&document, &rig));
     }

@@ -83,3 +83,29 @@ fn a_number_in_the_wrong_form_is_answered_with_the_right_one() {
         assert!(text.contains(says), "{new}: {text}");
     }
 }
+
+#[test]
+fn a_workspace_with_a_mistake_is_compared_with_nothing() {
+    let workspace = "[workspace]                # within the triangle's sides, above the floor, \
+                     below the motors\nmin = [0.10, 0.10, 0.05]\nmax = [0.80, 0.50, 0.60]\n";
+    for (old, new, key) in [
+        ("min = [0.10, 0.10, 0.05]", "min = [100, 100, 50]", "workspace.min"),
+        (workspace, "", "workspace"),
+    ] {
+        assert_eq!(keys(&findings(&[(old, new)])), [vec![key], vec![]], "{new}");
+    }
+}
+
+#[test]
+fn the_cable_of_a_turn_for_that_of_a_step_is_one_warning() {
+    for (cable, says) in [
+        ("0.0942", "with 200 it is 0.000471"),
+        ("0.0008", "is not that of the simulated drums: by `simulation.pulley_radii` a step winds"),
+    ] {
+        let motors = "motors = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]]";
+        let size = format!("[size]\n{motors}\ncable_per_step = {cable}\n\n[camera]");
+        let found = findings(&[("[camera]", &size)]);
+        assert_eq!(keys(&found)[1], ["workspace.min", "size.cable_per_step"], "{found:#?}");
+        assert!(found.iter().any(|it| it.problem.contains(says)), "{found:#?}");
+    }
+}
