@@ -17,9 +17,11 @@ use crate::type_words::in_words;
 use syntax::{SyntaxMistake, lists_with_commas};
 
 pub use diagnosis::{Diagnosis, Mistake, diagnose};
+pub use items::{WrongItem, wrong_items};
 
 mod brackets;
 mod diagnosis;
+mod items;
 mod syntax;
 
 /// Most bytes of a file. Parsing takes about 60 times as much memory.

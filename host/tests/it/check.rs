@@ -19,7 +19,7 @@ fn every_mistake_is_reported_with_exit_code_2() {
     assert_eq!(output.status.code(), Some(2), "{text}");
     for expected in [
         "`motors.microsteps = 17` is out of range",
-        "`motors.travel = [1500, -1000]` is out of range",
+        "`motors.travel = [1500, -1000]` must have the lower limit first: write [-1000, 1500]",
         "`law.interval.alpha = 0.7`, `law.interval.beta = 0.5` is out of range",
         "rig.toml: 3 errors, 0 warnings",
     ] {
@@ -67,7 +67,7 @@ fn a_run_answers_a_mistake_in_the_words_of_the_check() {
         (
             "microsteps = 16",
             "microsteps = [16]",
-            "; allowed: 1, 2, 4, 8, 16, for example `motors.microsteps = 16`",
+            "; allowed: 1, 2, 4, 8, 16, for example `microsteps = 16`",
         ),
         (
             "max_rate = 400.0",

@@ -104,8 +104,42 @@ fn value_mistake(value: &str) -> Option<String> {
     if value.starts_with('[') && value.contains(';') && !value.contains(['"', '\'']) {
         return Some(format!("must have commas: write {}", value.replace(';', ",")));
     }
-    let number = without_groups(value)?;
-    Some(format!("must have nothing between its thousands: write {number}"))
+    if let Some(number) = without_groups(value) {
+        return Some(format!("must have nothing between its thousands: write {number}"));
+    }
+    if is_number_with_more(value) {
+        return Some("must be a number alone, without a unit or a fraction".to_owned());
+    }
+    other_signs(value)
+}
+
+/// Returns whether a value is a number with a unit or a divisor behind it: `110 steps/s`, `1/16`.
+fn is_number_with_more(value: &str) -> bool {
+    let digits = value.trim_start_matches(['-', '+']);
+    let more = digits.trim_start_matches(|c: char| c.is_ascii_digit());
+    let more = more.strip_prefix('.').unwrap_or(more);
+    let more = more.trim_start_matches(|c: char| c.is_ascii_digit());
+    let has_prefix = ["0x", "0o", "0b"].iter().any(|prefix| digits.starts_with(prefix));
+    let is_more = |c: char| c.is_alphabetic() || "/%°".contains(c);
+    digits.starts_with(|c: char| c.is_ascii_digit())
+        && !has_prefix
+        && more.trim_start().starts_with(is_more)
+}
+
+/// Returns the message about a value in the quotation marks of a word processor, or with the
+/// parentheses of a tuple; `None` for other values.
+fn other_signs(value: &str) -> Option<String> {
+    const QUOTES: [char; 8] = ['“', '”', '„', '‘', '’', '‚', '«', '»'];
+    if value.starts_with(QUOTES) {
+        let text = value.trim_matches(QUOTES);
+        return Some(format!("must be in plain quotation marks: write \"{text}\""));
+    }
+    (value.starts_with(['(', '[']) && value.contains('(') && !value.contains(['"', '\''])).then(
+        || {
+            let list = value.replace('(', "[").replace(')', "]");
+            format!("must be in square brackets: write {list}")
+        },
+    )
 }
 
 /// Returns the key `name` of a line with the table that it is in.
@@ -249,6 +283,12 @@ mod tests {
             ("1.000,5", "must have nothing between its thousands: write 1000.5"),
             ("-1'000", "must have nothing between its thousands: write -1000"),
             ("1 000 000", "must have nothing between its thousands: write 1000000"),
+            ("110 steps/s", "must be a number alone, without a unit or a fraction"),
+            ("-0.5m", "must be a number alone, without a unit or a fraction"),
+            ("1/16", "must be a number alone, without a unit or a fraction"),
+            ("“tmc2209”", "must be in plain quotation marks: write \"tmc2209\""),
+            ("(0.6, 0.2)", "must be in square brackets: write [0.6, 0.2]"),
+            ("[(1, 2), (3, 4)]", "must be in square brackets: write [[1, 2], [3, 4]]"),
         ] {
             assert_eq!(value_mistake(value).as_deref(), Some(answer), "{value}");
         }

@@ -1,6 +1,8 @@
 //! Check of a rig file and its camera file without a board: every mistake at once, as a finding.
 
+mod advice;
 mod board;
+mod example;
 pub(super) mod size;
 mod targets;
 #[cfg(test)]
@@ -129,8 +131,9 @@ pub(crate) fn check_text(
     if !source.iter().any(|key| is_below(key, &wrong)) {
         more.extend(camera(&document, &rig.camera, rig.simulation.is_some()));
     }
-    // A size with a placeholder in it tells nothing about the other tables.
-    let knows_size = !["size", "simulation"].iter().any(|table| is_below(table, &wrong));
+    // A size or a workspace with a placeholder in it tells nothing about the other tables.
+    let tables = ["size", "simulation", "workspace"];
+    let knows_size = !tables.iter().any(|table| is_below(table, &wrong));
     if knows_size && more.iter().all(|finding| finding.severity == Severity::Warning) {
         more.extend(size::findings(&document, &rig));
     }
@@ -341,15 +344,15 @@ impl<'a> Document<'a> {
     fn mistake(&self, mistake: &Mistake) -> Finding {
         let key = &mistake.key;
         let named = !key.is_empty();
-        // The keys of a table contradict each other: its header is no value.
-        let is_header = mistake.value == format!("[{key}]");
+        // The keys of a table contradict each other: its header is no value, nor its name there.
+        let is_header = mistake.value == format!("[{key}]")
+            || mistake.message.starts_with("wanted exactly") && key.ends_with(&mistake.value);
         let value = if is_header { String::new() } else { mistake.value.clone() };
         // The message of a number names its range, after the number itself.
         let range = mistake.message.split_once(" must be ");
         let range = range.filter(|(number, _)| number.parse::<f64>().is_ok());
         let range = range.map(|(_, range)| format!("must be {range}"));
-        let has_letters = value.starts_with(|c: char| c.is_ascii_alphabetic());
-        let number = (has_letters && self.is_number(key)).then(|| "must be a number".to_owned());
+        let number = self.number(key, &value);
         let problem = self.advice(mistake).or(range);
         // That of an unknown name lists the known ones.
         let has_names = mistake.message.starts_with("unknown variant");
@@ -366,33 +369,18 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Returns what is wrong with a value of another type, and what to write; `None` where the
-    /// message of the mistake is as good.
-    fn advice(&self, mistake: &Mistake) -> Option<String> {
-        if let Some(example) = self.choice(mistake) {
-            return Some(format!("has keys of its own: write, for example, `{example}`"));
-        }
-        let Mistake { key, value, message, .. } = mistake;
-        let bare = value.trim_matches(['"', '\'']);
-        if bare != value && self.is_number(key) && bare.parse::<f64>().is_ok() {
-            return Some(format!("must be a number without quotes: write {bare}"));
-        }
-        let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
-        (is_place && message.starts_with("invalid type"))
-            .then(|| format!("must be a list of places: write [{value}]"))
-    }
-
-    /// Returns what to write in place of a name alone that has required keys: of `motors.driver =
-    /// "coils"` it is `motors.driver.coils = { duty = 0.8 }`.
-    fn choice(&self, mistake: &Mistake) -> Option<String> {
-        let name = mistake.value.strip_prefix(['"', '\''])?.strip_suffix(['"', '\''])?;
-        let name = format!("{}.{name}", mistake.key);
-        let keys = self.keys.iter().filter(|key| key.is_required).filter_map(|key| {
-            let own = key.name.strip_prefix(&name)?.strip_prefix('.')?;
-            Some(format!("{own} = {}", key.value))
-        });
-        let keys = keys.collect::<Vec<_>>().join(", ");
-        (!keys.is_empty()).then(|| format!("{name} = {{ {keys} }}"))
+    /// Returns what is wrong with a word in the place of a number, or with text that begins with
+    /// one; `None` for other values.
+    fn number(&self, key: &str, value: &str) -> Option<String> {
+        let is_quoted_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
+        let problem = if value.starts_with(|c: char| c.is_ascii_alphabetic()) {
+            "must be a number"
+        } else if value.strip_prefix(['"', '\'']).is_some_and(is_quoted_number) {
+            "must be a number alone, without quotes, a unit or a fraction"
+        } else {
+            return None;
+        };
+        self.is_number(key).then(|| problem.to_owned())
     }
 
     /// Returns the description of a key in the reference page; `None` for an unknown key.
@@ -420,7 +408,7 @@ impl<'a> Document<'a> {
         let range = if key.range.is_empty() { &key.meaning } else { &key.range };
         let example = match key.value.as_str() {
             "" => String::new(),
-            value => format!(", for example `{name} = {value}`"),
+            value => self.example(name, value),
         };
         Some(format!("{range}{unit}{example}"))
     }

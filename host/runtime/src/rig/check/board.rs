@@ -7,7 +7,7 @@ use plumb_protocol::wiring::Wiring;
 
 use super::{Document, Finding, Severity};
 use crate::rig::motors::SENSE;
-use crate::rig::quantity::{Conversion, Current};
+use crate::rig::quantity::{Conversion, Current, TravelLimit};
 use crate::rig::{
     DeadlineSettings, Driver, GrowthRule, JogSettings, LawName, PathSettings, ReachedRule, Rig,
     TimingSettings, UartSettings,
@@ -134,7 +134,7 @@ pub(super) fn finding(
     board: BoardCheck<'_>,
 ) -> Finding {
     if field != ConfigField::MaxRate {
-        return document.out_of_range(names, "is out of range");
+        return document.out_of_range(names, out_of_range(rig, field));
     }
     let largest = largest_rate(rig, board);
     let problem = format!(
@@ -142,6 +142,19 @@ pub(super) fn finding(
          {largest} full steps/s"
     );
     document.finding(Severity::Error, names, problem)
+}
+
+/// Returns what is wrong with a field of `rig` that the board refuses.
+fn out_of_range(rig: &Rig, field: ConfigField) -> String {
+    match (field, rig.motors.travel.map(TravelLimit::get)) {
+        (ConfigField::Travel, [min, max]) if min > max => {
+            format!("must have the lower limit first: write [{max}, {min}]")
+        }
+        (ConfigField::Travel, [min, max]) if min > 0.0 || max < 0.0 => {
+            "must contain 0, where the board starts".to_owned()
+        }
+        _ => "is out of range".to_owned(),
+    }
 }
 
 /// Returns the highest rate that the board accepts with the other values of `rig`, whole full

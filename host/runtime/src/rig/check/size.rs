@@ -3,8 +3,10 @@
 use nalgebra::{Point2, Point3};
 
 use super::{Document, Finding, Severity};
+use crate::rig::new_rig::CABLE_PER_TURN_RANGE_M;
 use crate::rig::quantity::{Corner, TravelLimit};
-use crate::rig::{FULL_STEPS_PER_REVOLUTION, Rig};
+use crate::rig::{FULL_STEPS_PER_REVOLUTION, Rig, Simulation};
+use crate::rounding::round;
 
 /// Travel beyond which the limits protect little, in multiples of what the workspace takes.
 const LARGEST_TRAVEL: f64 = 2.0;
@@ -12,6 +14,9 @@ const LARGEST_TRAVEL: f64 = 2.0;
 /// Speed of a cable above which the board may ignore the ball's position as an outlier, m/s: 25 mm
 /// (`MAX_MOVE_UM` of firmware/core/src/servo/tracker.rs) at 30 pictures/s.
 const FASTEST_CABLE_M_S: f64 = 0.75;
+
+/// Largest difference of the cable of a step from that of the simulated drums, as a share.
+const LARGEST_DIFFERENCE: f64 = 0.2;
 
 /// Least area of the triangle of the motors, seen from above, m²: that of a simulated rig
 /// (`LEAST_AREA_M2` of firmware/emulator/src/plant/geometry.rs).
@@ -40,12 +45,11 @@ impl RoughSize {
             });
         }
         let simulation = rig.simulation.as_ref()?;
-        let radius = simulation.pulley_radii.iter().map(|radius| radius.get()).fold(0.0, f64::max);
         Some(Self {
             key: "simulation.motors",
             motors: simulation.motors(),
             floor: 0.0,
-            cable_per_step: std::f64::consts::TAU * radius / FULL_STEPS_PER_REVOLUTION,
+            cable_per_step: simulated_cable(simulation),
         })
     }
 
@@ -101,9 +105,43 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
         found.push(warning(&[size.key], problem));
     }
     found.extend(workspace_warnings(document, rig, &size));
-    found.extend(travel_warning(document, rig, &size));
-    found.extend(rate_warning(document, rig, &size));
+    let cable = cable_warning(document, rig);
+    // A wrong cable of a step makes wrong steps of every length.
+    if cable.is_none() {
+        found.extend(travel_warning(document, rig, &size));
+        found.extend(rate_warning(document, rig, &size));
+    }
+    found.extend(cable);
     found
+}
+
+/// Returns the warning about a cable of a step that no drum winds, or that is not the simulated
+/// drums'.
+fn cable_warning(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
+    let cable = rig.size.as_ref()?.cable_per_step.get();
+    let simulated = rig.simulation.as_ref().map(simulated_cable);
+    let unlike = simulated.filter(|own| (cable / own - 1.0).abs() > LARGEST_DIFFERENCE);
+    let is_beyond_drums = cable > CABLE_PER_TURN_RANGE_M[1] / FULL_STEPS_PER_REVOLUTION;
+    let problem = if is_beyond_drums && (simulated.is_none() || unlike.is_some()) {
+        let step = round(cable / FULL_STEPS_PER_REVOLUTION, 1e9);
+        format!(
+            "is the cable of one full step, and no drum winds so much: divide that of a turn by \
+             the full steps of a turn; with {FULL_STEPS_PER_REVOLUTION} it is {step}"
+        )
+    } else {
+        let own = round(unlike?, 1e6);
+        format!(
+            "is not that of the simulated drums: by `simulation.pulley_radii` a step winds {own} m"
+        )
+    };
+    Some(document.finding(Severity::Warning, &["size.cable_per_step"], problem))
+}
+
+/// Returns the cable that a full step of a simulated rig winds, metres; the longest of the three
+/// motors.
+fn simulated_cable(simulation: &Simulation) -> f64 {
+    let radius = simulation.pulley_radii.iter().map(|radius| radius.get()).fold(0.0, f64::max);
+    std::f64::consts::TAU * radius / FULL_STEPS_PER_REVOLUTION
 }
 
 fn workspace_warnings(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Vec<Finding> {

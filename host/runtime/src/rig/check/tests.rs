@@ -1,3 +1,5 @@
+mod advice;
+
 use std::fs;
 
 use plumb_config::toml_file::place;
@@ -94,7 +96,7 @@ fn a_message_names_file_line_key_value_range_and_an_example() {
     .map(ToString::to_string)
     .collect();
     let line = "rig.toml:16: error: `motors.microsteps = 17` is out of range; \
-                allowed: 1, 2, 4, 8, 16, for example `motors.microsteps = 16`";
+                allowed: 1, 2, 4, 8, 16, for example `microsteps = 16`";
     assert!(texts.iter().any(|text| text.ends_with(line)), "{texts:#?}");
     let rate = "`motors.max_rate = 4000.0`";
     assert!(texts.iter().any(|t| t.contains(rate) && t.contains("at most 1000 ")), "{texts:#?}");

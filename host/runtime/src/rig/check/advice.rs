@@ -1,0 +1,107 @@
+//! What to write in place of a mistake, for mistakes that people make in files that they edit.
+
+use plumb_config::toml_file::Mistake;
+
+use super::Document;
+use super::targets::unreadable;
+use crate::rig::LawSettings;
+
+impl Document<'_> {
+    /// Returns what is wrong with a value of another type, and what to write; `None` where the
+    /// message of the mistake is as good.
+    pub(super) fn advice(&self, mistake: &Mistake) -> Option<String> {
+        if let Some(example) = self.choice(mistake) {
+            return Some(format!("has keys of its own: write, for example, `{example}`"));
+        }
+        if let Some(advice) = self.one_table(mistake) {
+            return Some(advice);
+        }
+        let Mistake { key, value, message, .. } = mistake;
+        let bare = value.trim_matches(['"', '\'']);
+        if bare != value && self.is_number(key) && bare.parse::<f64>().is_ok() {
+            return Some(format!("must be a number without quotes: write {bare}"));
+        }
+        if let Some(whole) = value.strip_suffix(".0").filter(|_| message.contains("whole number")) {
+            return Some(format!("must be a whole number, without a point: write {whole}"));
+        }
+        if let Some(places) = (key == "targets").then(|| unreadable(value)).flatten() {
+            return Some(places);
+        }
+        let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
+        (is_place && message.starts_with("invalid type"))
+            .then(|| format!("must be a list of places: write [{value}]"))
+    }
+
+    /// Returns what to write in place of a name alone that has required keys: of `driver =
+    /// "coils"` it is `driver.coils = { duty = 0.8 }`.
+    fn choice(&self, mistake: &Mistake) -> Option<String> {
+        let name = mistake.value.strip_prefix(['"', '\''])?.strip_suffix(['"', '\''])?;
+        let full = format!("{}.{name}.", mistake.key);
+        let keys =
+            self.keys.iter().filter(|key| key.is_required).filter_map(|key| {
+                Some(format!("{} = {}", key.name.strip_prefix(&full)?, key.value))
+            });
+        let keys = keys.collect::<Vec<_>>().join(", ");
+        let written = self.written(&mistake.key).unwrap_or(&mistake.key);
+        (!keys.is_empty()).then(|| format!("{written}.{name} = {{ {keys} }}"))
+    }
+
+    /// Returns what is wrong with a key that takes exactly one of several tables, such as `law`,
+    /// and what to write; `None` for other keys, and where a table's name is misspelt.
+    fn one_table(&self, mistake: &Mistake) -> Option<String> {
+        let Mistake { key, value, message, .. } = mistake;
+        let meant = value.trim_matches(['"', '\'']);
+        let has = |text: &str| message.contains(text);
+        let (table, problem) = if message.starts_with("unknown variant") && !has("did you mean") {
+            let (table, _) = key.rsplit_once('.')?;
+            (table, format!("is no key of this file: in place of [{table}] "))
+        } else if has("more than 1 element") {
+            (key.as_str(), "has more than one table: keep one of them, or ".to_owned())
+        } else if has("found 0 elements") {
+            (key.as_str(), "is empty: remove it, or ".to_owned())
+        } else if has("variant, expected") || has("string or table") {
+            let named =
+                self.key(key).map(|it| format!("a name{}, or ", self.example(key, &it.value)));
+            let problem = "a table: remove this line, and at the end of the file ";
+            (key.as_str(), format!("must be {}{problem}", named.unwrap_or_default()))
+        } else {
+            return None;
+        };
+        let names = self.tables(table);
+        (!names.is_empty())
+            .then(|| format!("{problem}{}", self.line_to_write(table, &names, meant)))
+    }
+
+    /// Returns the advice to write the line of one of the tables `names` of `key`: that of the name
+    /// `meant`, if it is one. A name that needs no table is a value of `key`.
+    fn line_to_write(&self, key: &str, names: &[&str], meant: &str) -> String {
+        let default = match self.key(key) {
+            Some(described) if described.range.contains(&format!("\"{meant}\"")) => {
+                return format!(
+                    "write the name alone{}",
+                    self.example(key, &format!("\"{meant}\""))
+                );
+            }
+            Some(described) => format!("`{key}` is {}", described.value),
+            None => format!("the {key} is `{}`", LawSettings::default().name()),
+        };
+        let (name, list) = match names.contains(&meant) {
+            true => (meant, String::new()),
+            false => ("NAME", format!(" (NAME: {})", names.join(", "))),
+        };
+        format!(
+            "write the line [{key}.{name}] with its keys below it{list}; only one such table may \
+             be there, and without one {default}"
+        )
+    }
+
+    /// Returns the names of the tables of which `key` takes exactly one; none for other keys.
+    fn tables(&self, key: &str) -> Vec<&str> {
+        let prefix = format!("{key}.");
+        let below = self.keys.iter().filter_map(|key| key.name.strip_prefix(&prefix));
+        let names: Option<Vec<&str>> = below.map(|it| Some(it.split_once('.')?.0)).collect();
+        let mut names = names.unwrap_or_default();
+        names.dedup();
+        names
+    }
+}

@@ -1,0 +1,111 @@
+//! What is told to write in place of a mistake.
+
+use super::*;
+
+/// Returns what follows "error: " of the only error about the paper's file with this replacement.
+fn error(old: &str, new: &str) -> String {
+    let found = findings(&[(old, new)]);
+    let errors: Vec<_> = found.iter().filter(|it| it.severity == Severity::Error).collect();
+    let [error] = &errors[..] else { panic!("{new}: {found:#?}") };
+    error.explanation()
+}
+
+#[test]
+fn a_law_or_driver_that_is_no_table_is_answered_with_its_line() {
+    let only = "only one such table may be there, and without one the law is `taut`";
+    let named = "write the line [law.taut] with its keys below it; ";
+    for (lines, says, end) in [
+        ("[law]\nname = \"taut\"", "`law.name = \"taut\"` is no key of this file: in", named),
+        ("[law.taut]\n[law.sign]\ngain = 1", "`law` has more than one table: keep one of", ""),
+        ("[law]", "`law` is empty: remove it, or write the line [law.NAME] with its keys", ""),
+    ] {
+        let text = error("[workspace]", &format!("{lines}\n[workspace]"));
+        assert!(text.starts_with(says) && text.ends_with(&format!("{end}{only}")), "{text}");
+    }
+    let text = error("targets = ", "law = \"taut\"\ntargets = ");
+    let says = "must be a table: remove this line, and at the end of the file ";
+    assert!(text.ends_with(&format!("{says}{named}{only}")), "{text}");
+    let driver = "driver = \"a4988\"";
+    let text = error(driver, "[motors.driver]\nname = \"dm542\"");
+    assert!(text.contains("write the name alone, for example `driver = \"dm542\"` bel"), "{text}");
+    let text = error(driver, "driver = 3");
+    assert!(
+        text.contains("must be a name, for example `driver = \"a4988\"`, or a table"),
+        "{text}"
+    );
+    let text = error(driver, "driver = {}");
+    assert!(text.contains("write the line [motors.driver.NAME] with its keys below it"), "{text}");
+}
+
+#[test]
+fn an_example_can_be_copied_to_where_its_key_belongs() {
+    let driver = "driver = \"a4988\"";
+    for (old, new, example) in [
+        ("max_rate = 400.0", "max_rate = fast", "`max_rate = 400.0`"),
+        ("max_rate = 400.0", "", "`max_rate = 400.0` below [motors]"),
+        (driver, "driver = \"coils\"", "`driver.coils = { duty = 0.8 }`"),
+        (driver, "driver = { coils = {} }", "`duty = 0.8` in the braces of `motors.driver.coils`"),
+        (driver, "driver = { coils = { duty = [] } }", "`duty = 0.8`"),
+        (driver, "driver.coils.duty = []", "`driver.coils.duty = 0.8`"),
+        ("targets = [[0.400, 0.400, 0.150]]", "", "`targets = [[0.4, 0.4, 0.15]]` at the top of"),
+    ] {
+        let text = error(old, new);
+        assert!(
+            text.contains(&format!("for example {example}"))
+                || text.contains(&format!("for example, {example}")),
+            "{new}: {text}"
+        );
+    }
+}
+
+#[test]
+fn every_target_that_cannot_be_read_is_named_with_its_number() {
+    let targets = "[[0.4, 0.4, 0.15], [400, 400, 150], [0.4, 0.4]]";
+    let text = error("[[0.400, 0.400, 0.150]]", targets);
+    let says = "has a wrong place: target 2, [400, 400, 150], must be -100 to 100 m; is it in \
+                millimetres or centimetres?; target 3, [0.4, 0.4]: invalid length 2";
+    assert!(text.contains(says), "{text}");
+}
+
+#[test]
+fn a_number_in_the_wrong_form_is_answered_with_the_right_one() {
+    for (old, new, says) in [
+        (
+            "max_rate = 400.0",
+            "max_rate = \"110 steps/s\"",
+            "must be a number alone, without quotes",
+        ),
+        ("microsteps = 16", "microsteps = 16.0", "without a point: write 16"),
+        ("[-1000, 1500]", "[1500, -1000]", "the lower limit first: write [-1000, 1500]; allowed"),
+        ("[-1000, 1500]", "[10, 1500]", "must contain 0, where the board starts; allowed"),
+    ] {
+        let text = error(old, new);
+        assert!(text.contains(says), "{new}: {text}");
+    }
+}
+
+#[test]
+fn a_workspace_with_a_mistake_is_compared_with_nothing() {
+    let workspace = "[workspace]                # within the triangle's sides, above the floor, \
+                     below the motors\nmin = [0.10, 0.10, 0.05]\nmax = [0.80, 0.50, 0.60]\n";
+    for (old, new, key) in [
+        ("min = [0.10, 0.10, 0.05]", "min = [100, 100, 50]", "workspace.min"),
+        (workspace, "", "workspace"),
+    ] {
+        assert_eq!(keys(&findings(&[(old, new)])), [vec![key], vec![]], "{new}");
+    }
+}
+
+#[test]
+fn the_cable_of_a_turn_for_that_of_a_step_is_one_warning() {
+    for (cable, says) in [
+        ("0.0942", "with 200 it is 0.000471"),
+        ("0.0008", "is not that of the simulated drums: by `simulation.pulley_radii` a step winds"),
+    ] {
+        let motors = "motors = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]]";
+        let size = format!("[size]\n{motors}\ncable_per_step = {cable}\n\n[camera]");
+        let found = findings(&[("[camera]", &size)]);
+        assert_eq!(keys(&found)[1], ["workspace.min", "size.cable_per_step"], "{found:#?}");
+        assert!(found.iter().any(|it| it.problem.contains(says)), "{found:#?}");
+    }
+}
