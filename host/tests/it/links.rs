@@ -143,6 +143,19 @@ fn a_driver_s_fault_can_be_rehearsed() {
     assert!(texts.iter().all(|text| text.contains(again)), "{texts:?}");
 }
 
+/// The emergency stop takes the place of the driver's fault, and the driver still fails after it.
+#[test]
+fn a_clear_of_another_fault_sees_that_a_driver_fails_again() {
+    let drivers = "{ tmc2209-uart = { run_current = 0.8 } }";
+    let options = ["--driver-trouble", "silent", "--driver-trouble-after", "6"];
+    let options = [&options[..], &["--emergency-after", "6.5"]].concat();
+    let (output, _, emulator) = Run::start_with(drivers, &options).end_before();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    cleared(&emulator.port);
+    let status = plumb(&["board", "status", "--port", &emulator.port], Path::new("."));
+    assert!(stderr(&status).contains(": ready; motors at"), "{}", stderr(&status));
+}
+
 /// Clears the board's fault until that succeeds. Returns the messages of the attempts before.
 fn cleared(port: &str) -> Vec<String> {
     let mut texts = Vec::new();

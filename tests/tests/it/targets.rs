@@ -79,6 +79,19 @@ fn targets_that_cease_let_the_ball_rest_and_it_goes_on_when_they_come_again() {
     assert!(speed <= 0.3 && acceleration <= 1.1, "{speed} m/s, {acceleration} m/s²");
 }
 
+/// The board holds the ball at the target for nearly all of the time.
+#[test]
+fn a_ball_that_is_held_at_a_target_that_rests_has_caught_up() {
+    let sender = Sender::new(|_| CENTRE, 30.0, [1.0, 14.0], jitter(3));
+    let outcome = TargetRun::default().drive(sender);
+    outcome.check_reached("at rest");
+    let targets = outcome.targets();
+    assert!(targets.near > 200 && targets.spreads.is_some(), "{targets:?}");
+    let before = outcome.records.iter().filter(|record| record.time < 0.8);
+    let mut before = before.map(|record| (record.target, record.error()));
+    assert!(before.all(|it| it == (None, None)), "no target is known before the first one");
+}
+
 /// A target that rests, and is 15 mm further in its last line.
 fn last_step(time: f64) -> Point3<f64> {
     CENTRE + Vector3::new(0.0, if time < 8.0 { 0.0 } else { 0.015 }, 0.0)
