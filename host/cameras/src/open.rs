@@ -113,7 +113,6 @@ mod tests {
 
     use super::*;
     use crate::recording::OpenRecordingError;
-    use crate::tum::TumError;
     use plumb_config::error_chain::ErrorChain;
 
     #[test]
@@ -133,9 +132,10 @@ mod tests {
         let camera = camera_file::paper().unwrap();
         let Err(error) = open_camera(&settings, camera, None) else { panic!("opened") };
         let message = ErrorChain(&error).to_string();
-        assert!(message.starts_with("camera driver `recording`: no/such/folder"), "{message}");
+        let says = "camera driver `recording`: no/such/folder: there is no such recording";
+        assert_eq!(message, says);
         let cause = error.source().and_then(|cause| cause.downcast_ref::<OpenRecordingError>());
-        assert!(matches!(cause, Some(OpenRecordingError::Tum(TumError::Read(_)))), "{cause:?}");
+        assert!(matches!(cause, Some(OpenRecordingError::Absent(_))), "{cause:?}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use plumb_config::bounded_read::ReadError;
 use plumb_frame::camera::Camera;
 use plumb_frame::driver::{CameraDriver, OpenedSource};
 use plumb_frame::file_intrinsics::FileIntrinsics;
@@ -30,6 +31,12 @@ impl CameraDriver for RecordingDriver<'_> {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OpenRecordingError {
+    /// Nothing is at the path.
+    #[error("{}: there is no such recording", .0.display())]
+    Absent(PathBuf),
+    /// It cannot be known whether anything is at the path.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// A TUM folder cannot be opened.
     #[error(transparent)]
     Tum(#[from] TumError),
@@ -81,13 +88,14 @@ pub enum OpenRecordingError {
 /// librealsense2 its intrinsics too. A video file has no depth.
 ///
 /// # Errors
-/// As [`TumFolder::open`], [`OpenniSource::open`] and [`RealsenseSource::open`]; where `path` is a
-/// file and its library cannot be loaded; where it is a video file and the program is built without
-/// them; where it is a file of another kind.
+/// As [`check_exists`], [`TumFolder::open`], [`OpenniSource::open`] and [`RealsenseSource::open`];
+/// where `path` is a file and its library cannot be loaded; where it is a video file and the
+/// program is built without them; where it is a file of another kind.
 pub fn open_recording(
     path: &Path,
     intrinsics: impl Into<FileIntrinsics>,
 ) -> Result<OpenedSource, OpenRecordingError> {
+    check_exists(path)?;
     let intrinsics = intrinsics.into();
     if !path.is_file() {
         let source = TumFolder::open(path, intrinsics)?;
@@ -106,6 +114,18 @@ pub fn open_recording(
     let source = OpenniSource::open(&openni, &target, Settings::default(), intrinsics)?;
     let intrinsics = *source.intrinsics();
     Ok(OpenedSource::new(source, intrinsics))
+}
+
+/// Checks that there is a file or a folder at `path`.
+///
+/// # Errors
+/// Where there is none, or a folder above it may not be looked into.
+pub fn check_exists(path: &Path) -> Result<(), OpenRecordingError> {
+    match path.try_exists() {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(OpenRecordingError::Absent(path.to_owned())),
+        Err(error) => Err(ReadError::Io { path: path.to_owned(), error }.into()),
+    }
 }
 
 /// Checks that a folder has a list of pictures, and that a file is of a kind that is a recording.
@@ -163,7 +183,12 @@ pub fn played(recording: OpenedSource) -> OpenedSource {
 
 /// Returns whether `path` is a file of MCAP by its name: `plumb-ros2` reads it.
 pub fn is_mcap(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) && path.is_file()
+    has_mcap_ending(path) && path.is_file()
+}
+
+/// Returns whether the name of `path` is that of a file of MCAP, which need not exist.
+pub fn has_mcap_ending(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
 }
 
 /// Returns, for a person, what a file that is no recording may be, by the ending of its name in

@@ -339,6 +339,9 @@ pub(crate) struct Ended {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+    use std::mem::discriminant;
+
     use super::*;
 
     #[test]
@@ -350,6 +353,20 @@ mod tests {
         assert_eq!((view.jog_rate, view.jog_distance), (40.0, 60.0));
         rig.motors.max_rate = 30.0.try_into().unwrap();
         assert_eq!(RigView::of(&rig).jog_rate, 30.0);
+    }
+
+    #[test]
+    fn the_book_has_an_example_of_each_message_of_a_page() {
+        let book = include_str!("../../../docs/use/page.md");
+        let messages = book.split("### Examples").nth(1).unwrap().split("```").nth(1).unwrap();
+        let read: Vec<FromPage> =
+            messages.lines().skip(1).map(|line| serde_json::from_str(line).unwrap()).collect();
+        let kinds: HashSet<_> = read.iter().map(discriminant).collect();
+        // An unknown type is refused with the names of all of them.
+        let unknown = serde_json::from_str::<FromPage>(r#"{"type":"fly"}"#).unwrap_err();
+        let names =
+            unknown.to_string().split("expected one of").nth(1).unwrap().matches(", ").count();
+        assert_eq!(kinds.len(), names + 1, "{unknown}");
     }
 
     #[test]

@@ -309,7 +309,7 @@ fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
     }
     Columns::named(&first.fields).ok_or_else(|| PathFileError::Header {
         line: first.line,
-        found: first.text.clone(),
+        found: first.in_short(),
         wrong: match (table.spaces_mistake(first), &names) {
             (Some(spaces), _) => format!(": {spaces}"),
             (None, Some(names)) => format!(": {}", wrong_columns(&names.fields)),
@@ -442,6 +442,11 @@ mod tests {
             ("x,y,z\n0,4;1;1\n", "line by commas: separate all by semicolons"),
             ("x;y;z\n0.4,1,1\n", "line by semicolons: separate all by commas"),
             ("x,y,z\n0.4 1 1\n", "2: spaces do not separate columns: write 0.4,1,1"),
+            (",x,y,z\n0,1,1,1\n", "1: the columns are ',x,y,z', but must be 'x,y,z'"),
+            (",x,y,z\n0,1,1,1\n", "seconds): column 1 has no name (pandas writes its index"),
+            ("# t,x,y,z\n0,1,1,1\n0,1,1,1\n", "3: the time 0 s is not above"),
+            ("# x_mm,y,z\n1,1,1\n", "1: the columns are 'x_mm,y,z', but must be 'x,y,z'"),
+            ("a,b,c,d,e,f,g\n", "1: the columns are 'a,b,c,d, and 3 more', but must be 'x,y,z'"),
             ("time,x,y,z\n0,1,1,1\n", "seconds): 'time' is unknown: write t"),
             ("t_ms,x,y,z\n0,1,1,1\n", "): 't_ms' must be in seconds: convert it, and write t"),
             ("timestamp,x,y,z\n0,1,1,1\n", "seconds): 'timestamp' is unknown: write t"),

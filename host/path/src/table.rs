@@ -2,8 +2,10 @@
 //!
 //! Fields are separated by `;`, tabs or `,`: by the first of them that the first line has. Between
 //! `;` and tabs a number may have a decimal comma. A byte-order mark, empty lines and lines that
-//! begin with `#` are left out. A first line `sep=;` of a spreadsheet names the separator. The
-//! crate `csv` would count the lines without them, so that a message would name a wrong one.
+//! begin with `#` are left out; but the last of these before the first numbers may have the names
+//! of the columns, as `numpy.savetxt` writes them. A first line `sep=;` of a spreadsheet names the
+//! separator. The crate `csv` would count the lines without them, so that a message would name a
+//! wrong one.
 
 /// What to do about a table with decimal commas between commas, for messages.
 const DECIMAL_COMMAS: &str = "commas are the decimal sign and separate the columns too: write \
@@ -12,6 +14,9 @@ const DECIMAL_COMMAS: &str = "commas are the decimal sign and separate the colum
 
 /// What to do about a line with a separator behind its last column, for messages.
 const TRAILING: &str = "the line ends with a separator: remove it there";
+
+/// What to do about a first column without a name, for messages.
+const INDEX: &str = "column 1 has no name (pandas writes its index there: to_csv(…, index=False))";
 
 /// Units that a name of a column may have behind it: "x [m]", "t (s)", "y_m".
 const UNITS: [&str; 2] = ["m", "s"];
@@ -25,6 +30,9 @@ const NAMES: [&str; 6] = ["t", "x", "y", "z", "dwell", "tolerance"];
 /// Names that people give the column t.
 const TIME_NAMES: [&str; 3] = ["t", "time", "timestamp"];
 
+/// Largest number of columns, or of their mistakes, that a message lists.
+const MAX_SHOWN: usize = 4;
+
 /// Separators, in the order in which they are looked for.
 const SEPARATORS: [char; 3] = [';', '\t', ','];
 
@@ -33,6 +41,8 @@ const SEPARATORS: [char; 3] = [';', '\t', ','];
 pub struct Table {
     separator: char,
     rows: Vec<Row>,
+    /// Names of the columns in the last comment before the first line, if it has them.
+    commented: Option<Row>,
 }
 
 /// Line of a table.
@@ -47,6 +57,28 @@ pub struct Row {
 }
 
 impl Row {
+    /// Returns whether the line has names: its first field that is not empty begins with a letter.
+    fn has_names(&self) -> bool {
+        let first = self.fields.iter().find(|field| !field.is_empty());
+        first.is_some_and(|it| it.starts_with(char::is_alphabetic) && !is_number(it))
+    }
+
+    /// Returns whether all fields are known names of columns, x, y and z among them.
+    fn names_places(&self) -> bool {
+        let names: Vec<String> = self.fields.iter().map(|field| field.to_lowercase()).collect();
+        let bases: Vec<&str> = names.iter().map(|name| meant(base(name))).collect();
+        bases.iter().all(|name| NAMES.contains(name))
+            && ["x", "y", "z"].iter().all(|name| bases.contains(name))
+    }
+
+    /// Returns the text of the line, without the columns above [`MAX_SHOWN`] where there are many.
+    pub fn in_short(&self) -> String {
+        match self.fields.len() <= NAMES.len() {
+            true => self.text.clone(),
+            false => shortened(self.fields.clone(), ","),
+        }
+    }
+
     /// Returns what to write in place of a line in brackets, as programs print lists of numbers:
     /// "[0.6, 0.25, 0.3],". `None` for any other line.
     pub fn bracket_mistake(&self) -> Option<String> {
@@ -70,9 +102,9 @@ impl Table {
     /// Returns the lines of `text` that are neither empty nor a comment.
     pub fn of(text: &str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let lines = (1..).zip(text.lines().map(str::trim));
-        let lines = lines.filter(|(_, line)| !is_empty(line) && !line.starts_with('#'));
-        let mut lines: Vec<(u64, &str)> = lines.collect();
+        let lines = (1..).zip(text.lines().map(str::trim)).filter(|(_, line)| !is_empty(line));
+        let (comments, mut lines): (Vec<(u64, &str)>, Vec<_>) =
+            lines.partition(|(_, line)| line.starts_with('#'));
         let named = lines.first().and_then(|(_, line)| named_separator(line));
         if named.is_some() {
             lines.remove(0);
@@ -80,24 +112,26 @@ impl Table {
         let first = lines.first().map_or("", |(_, line)| line);
         let found = || SEPARATORS.into_iter().find(|&separator| first.contains(separator));
         let separator = named.or_else(found).unwrap_or(',');
-        let fields =
-            |line: &str| line.split(separator).map(|field| bare(field).to_owned()).collect();
-        let rows = lines.into_iter().map(|(line, text)| Row {
+        let row = |line, text: &str| Row {
             line,
-            fields: fields(text),
+            fields: text.split(separator).map(|field| bare(field).to_owned()).collect(),
             text: text.to_owned(),
-        });
-        Self { separator, rows: rows.collect() }
+        };
+        let rows: Vec<Row> = lines.into_iter().map(|(line, text)| row(line, text)).collect();
+        let is_above = |line: &u64| rows.first().is_some_and(|first| *line < first.line);
+        let comment = comments.into_iter().take_while(|(line, _)| is_above(line)).last();
+        let comment = comment.map(|(line, text)| row(line, text.trim_start_matches('#').trim()));
+        let columns = rows.first().map_or(0, |first| first.fields.len());
+        let commented = comment.filter(|it| it.fields.len() == columns && it.names_places());
+        Self { separator, rows, commented }
     }
 
-    /// Takes the first line where it has the names of the columns: where its first field begins
-    /// with a letter. The names are in lower case, and without a unit that is metres or seconds.
+    /// Takes the first line where it has the names of the columns, or else the comment above it
+    /// that has them. The names are in lower case, and without a unit that is metres or seconds.
     pub fn take_names(&mut self) -> Option<Row> {
-        let first = self.rows.first()?;
-        if !first.fields.first()?.starts_with(char::is_alphabetic) || is_number(&first.fields[0]) {
-            return None;
-        }
-        let Row { line, fields, text } = self.rows.remove(0);
+        let is_named = self.rows.first()?.has_names();
+        let names = if is_named { Some(self.rows.remove(0)) } else { self.commented.take() };
+        let Row { line, fields, text } = names?;
         let fields = fields.iter().map(|name| column_name(name)).collect();
         Some(Row { line, fields, text })
     }
@@ -217,9 +251,11 @@ pub fn places_of(found: &[String], known: &[&str], needed: usize) -> Option<Vec<
 /// columns `known`, and must have the first `needed` of them. Empty where there is none.
 pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
     let times = |name: &str| found.iter().filter(|it| *it == name).count();
-    let unknown = found.iter().filter(|name| !known.contains(&name.as_str()));
-    let unknown = unknown.map(|name| match with_unit(name) {
-        _ if name.is_empty() && found.last() == Some(name) => TRAILING.to_owned(),
+    let unknown = (1..).zip(found).filter(|(_, name)| !known.contains(&name.as_str()));
+    let unknown = unknown.map(|(column, name)| match with_unit(name) {
+        _ if name.is_empty() && column == found.len() => TRAILING.to_owned(),
+        _ if name.is_empty() && column == 1 => INDEX.to_owned(),
+        _ if name.is_empty() => format!("column {column} has no name"),
         None if is_time(name) && known.contains(&"t") => format!("'{name}' is unknown: write t"),
         Some((base, _)) if known.contains(&meant(base)) => {
             let base = meant(base);
@@ -238,7 +274,17 @@ pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
     let missing = missing.map(|name| format!("{name} is missing"));
     let twice = known.iter().filter(|name| times(name) > 1);
     let twice = twice.map(|name| format!("{name} is there {} times", times(name)));
-    unknown.chain(missing).chain(twice).collect::<Vec<_>>().join(", ")
+    shortened(unknown.chain(missing).chain(twice).collect(), ", ")
+}
+
+/// Returns `words` with `separator` between them, without those above [`MAX_SHOWN`].
+fn shortened(mut words: Vec<String>, separator: &str) -> String {
+    let more = words.len().saturating_sub(MAX_SHOWN);
+    words.truncate(MAX_SHOWN);
+    match more {
+        0 => words.join(separator),
+        _ => format!("{}, and {more} more", words.join(separator)),
+    }
 }
 
 /// Returns whether the name of a column, perhaps with a unit, is one that people give the time.
@@ -332,6 +378,8 @@ mod tests {
             "\u{feff}\"sep=;\"\nx;y;z\n0.5;-0.25;3\n",
             "sep=\t\nx\ty\tz\n0,5\t-0,25\t3\n",
             "\"x\",\"y\",\"z\"\n\"0.5\",\"-0.25\",\"3\"\n",
+            "# x,y,z\n5.000e-01,-2.500e-01,3.000e+00\n",
+            "# my path\n#X [m]; y; z\n\n0,5;-0,25;3\n# z;y;x\n",
         ] {
             assert_eq!(numbers(text), (names.clone(), row.clone()), "{text}");
         }
@@ -347,6 +395,24 @@ mod tests {
         let (_, rows) = numbers("1;1,000.5;1,0,0\n");
         assert_eq!(rows, [[Some(1.0), None, None]]);
         assert_eq!(numbers(""), (None, vec![]));
+    }
+
+    #[test]
+    fn a_comment_has_names_only_above_the_numbers_and_if_it_has_nothing_else() {
+        for text in [
+            "# x,y,z\nx,y,z\n1,2,3\n",
+            "# z,y,x\n# a comment\n1,2,3\n",
+            "# x,y,z,dwell\n1,2,3\n",
+            "# x,y,w\n1,2,3\n",
+            "# x,x,y\n1,2,3\n",
+            "1,2,3\n# z,y,x\n",
+        ] {
+            let names = numbers(text).0;
+            assert_eq!(names.is_some(), text.contains("\nx"), "{text}");
+        }
+        let mut table = Table::of("# a\n# t_ms,x,y,z\n0,1,2,3\n");
+        assert_eq!(table.take_names().unwrap().line, 2);
+        assert_eq!(table.take_names(), None);
     }
 
     #[test]
@@ -385,6 +451,8 @@ mod tests {
         assert_eq!(wrong("x[mm] w z"), format!("{convert}, 'w' is unknown, y is missing"));
         assert_eq!(wrong("x_mm y z"), "'x_mm' must be in metres: convert it, and write x");
         assert_eq!(wrong("x y z "), TRAILING);
+        assert_eq!(wrong(" x y z"), INDEX);
+        assert_eq!(wrong("x  y z"), "column 2 has no name");
         assert_eq!(wrong("z y x"), "");
         let time = wrong_names(&["time", "x"].map(str::to_owned), &["t", "x"], 2);
         assert_eq!(time, "'time' is unknown: write t");

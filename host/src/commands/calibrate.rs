@@ -262,8 +262,9 @@ fn from_motors(
         plumb_cameras::png::save(&path, view::last(frames)?.colour())?;
         tell!(
             "The picture is in {}. Read there the column and row where the cable leaves each \
-             motor, and give them in the order A, B, C: --pixel U,V --pixel U,V --pixel U,V",
-            path.display()
+             motor, and give them in the order A, B, C: --pixel U,V --pixel U,V --pixel U,V{}",
+            path.display(),
+            options.also_needed()
         );
         return Ok(None);
     };

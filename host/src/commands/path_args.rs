@@ -19,9 +19,11 @@ use plumb_path::trajectory::{
 };
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::PathPlan;
+use plumb_runtime::run_log::is_run_log;
 
 use super::number_list::point;
 use super::print::note;
+use super::words::time_doubt;
 use super::{Failure, bad_input, numbers};
 use file_places::{FilePlaces, is_place};
 use fitting_size::explain_place;
@@ -34,6 +36,10 @@ const DEFAULT_TOLERANCE: f64 = 0.005;
 
 /// Size of a shape where none is given, metres.
 const DEFAULT_SIZE: f64 = 0.2;
+
+/// What the log of a run is, and how its places become a path, for messages.
+const RUN_LOG: &str = "this is the log of a run, and no path: write a file with only its columns \
+                       x_m,y_m,z_m, or t_s,x_m,y_m,z_m";
 
 /// Seed of the shape spline where none is given.
 const DEFAULT_SEED: u64 = 1;
@@ -116,7 +122,7 @@ impl PathArgs {
                 (None, _) => format!("{path}: {}", file.explain(&error, &trajectory, rig)),
             })
         })?;
-        note_size(&trajectory);
+        note_size(&trajectory, &file.times);
         Ok(Some(plan))
     }
 
@@ -195,9 +201,12 @@ impl PathArgs {
         let text = read_text(file, MAX_BYTES)?;
         let contents = parse(&text).map_err(|error| {
             let is_json = text.trim_start().starts_with('{');
-            let other_kind = match is_rig_file(&text) {
-                true => Some("this is a rig file, and no path"),
-                false => is_json.then_some("these are moving targets in JSON, and no path"),
+            let other_kind = if is_rig_file(&text) {
+                Some("this is a rig file, and no path")
+            } else if is_run_log(&text) {
+                Some(RUN_LOG)
+            } else {
+                is_json.then_some("these are moving targets in JSON, and no path")
             };
             bad_input(match other_kind {
                 Some(is) => format!("{}: {is}", file.display()),
@@ -255,12 +264,14 @@ fn is_absent(path: &str) -> bool {
     matches!(Path::new(path).try_exists(), Ok(false))
 }
 
-/// Says how long a path is, and how long the ball takes for it.
-fn note_size(trajectory: &Trajectory) {
-    let length = trajectory.length();
+/// Says how long a path is, and how long the ball takes for it; with a doubt about the `times` of
+/// its file, seconds, where they are far apart.
+fn note_size(trajectory: &Trajectory, times: &[f64]) {
+    let span_s = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
+    let (length, doubt) = (trajectory.length(), time_doubt(times.len(), span_s));
     match trajectory.period() {
-        Some(lap) => note!("path: a lap of {length:.3} m takes {lap:.1} s"),
-        None => note!("path: {length:.3} m, {:.1} s", trajectory.duration()),
+        Some(lap) => note!("path: a lap of {length:.3} m takes {lap:.1} s{doubt}"),
+        None => note!("path: {length:.3} m, {:.1} s{doubt}", trajectory.duration()),
     }
 }
 

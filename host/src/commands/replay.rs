@@ -9,7 +9,7 @@ use std::time::Instant;
 use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
-use plumb_cameras::recording::{check_kind, is_mcap};
+use plumb_cameras::recording::{check_exists, check_kind, is_mcap};
 use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::bounded_read::ReadError;
 use plumb_config::error_chain::ErrorChain;
@@ -122,14 +122,11 @@ fn wrong_depth_scale(recording: &Path, file: &Path, camera: &Camera) -> Option<S
 fn check_recording(recording: &Path) -> Result<(), Failure> {
     let name = recording.display();
     let has = |file: &str| recording.join(file).exists();
-    let is_there = recording.try_exists().and_then(|is_there| {
+    check_exists(recording)?;
+    if recording.is_dir() {
         // A folder that may not be looked into has no file.
-        let file = recording.is_dir().then(|| recording.join(CAMERA_FILE).try_exists());
-        file.transpose().map(|_| is_there)
-    });
-    let unreadable = |error| ReadError::Io { path: recording.to_owned(), error };
-    if !is_there.map_err(unreadable)? {
-        return Err(bad_input(format!("{name}: there is no such recording")));
+        let unreadable = |error| ReadError::Io { path: recording.to_owned(), error };
+        recording.join(CAMERA_FILE).try_exists().map_err(unreadable)?;
     }
     if has("run.csv") && !has("rgb.txt") {
         return Err(bad_input(format!(

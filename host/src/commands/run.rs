@@ -35,7 +35,7 @@ use super::real_time::RealTime;
 use super::rig_args::PortArgs;
 use super::rig_path::{RigArg, split_rig};
 use super::run_camera::{RunCamera, read_camera, record_folder};
-use super::words::{in_metres, shape_option};
+use super::words::{in_metres, shape_option, time_doubt};
 use super::{Failure, Physics, bad_input, law, numbers};
 
 /// Drive the ball through the targets of a rig file
@@ -107,10 +107,6 @@ pub(crate) fn with_coordinates_needed(cli: Command) -> Command {
     let needed = |arg: Arg| if arg.is_positional() { arg.required(true) } else { arg };
     cli.mut_subcommand("goto", |goto| goto.mut_args(needed))
 }
-
-/// Mean time between two targets of a file above which their times seem to be in another unit,
-/// seconds.
-const LONG_PAUSE_S: f64 = 5.0;
 
 /// Usage of `plumb goto`.
 const GOTO_USAGE: &str = "plumb goto [OPTIONS] [RIG] <X> <Y> <Z>";
@@ -356,11 +352,7 @@ impl Goal {
 
 /// Returns the size of a file of targets, for a person.
 fn in_words(TargetFile { targets, span_s }: TargetFile) -> String {
-    let doubt = match span_s > LONG_PAUSE_S * targets as f64 {
-        true => " (is its `t` in milliseconds? It must be in seconds)",
-        false => "",
-    };
-    format!("{targets} in {span_s:.1} s{doubt}")
+    format!("{targets} in {span_s:.1} s{}", time_doubt(targets, span_s))
 }
 
 impl PreparedRun {

@@ -10,6 +10,10 @@ use plumb_runtime::link::is_pseudo_terminal;
 use super::number_list::place_in;
 use super::numbers::COORDINATE;
 
+/// Mean time between two places of a file above which their times seem to be in another unit,
+/// seconds.
+const LONG_PAUSE_S: f64 = 5.0;
+
 /// Endings of the names of lists of places.
 const LISTS: [&str; 5] = ["csv", "gcode", "nc", "ngc", "jsonl"];
 
@@ -84,6 +88,15 @@ fn metres_of_millimetres(place: &str) -> Option<String> {
         metres.filter(|it| COORDINATE.contains(*it)).map(|it| it.to_string()).collect();
     let is_far = numbers.iter().any(|number| !COORDINATE.contains(*number));
     (is_far && metres.len() == numbers.len()).then(|| metres.join(" "))
+}
+
+/// Returns the doubt about the unit of `t` in a file of so many places that take `span_s` seconds,
+/// as the end of a message; empty where there is none.
+pub(crate) fn time_doubt(places: usize, span_s: f64) -> &'static str {
+    match span_s > LONG_PAUSE_S * places as f64 {
+        true => " (is its `t` in milliseconds? It must be in seconds)",
+        false => "",
+    }
 }
 
 /// Returns whether a word of the command line names a file, and is no value.

@@ -111,6 +111,8 @@ fn motors_give_the_pose_from_pixels_that_are_read_in_the_kept_picture() {
     let output = plumb(&["calibrate", &rig, "--motors"], folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(folder.path().join("camera.motors.png").exists());
+    let says = "--pixel U,V. Give also --height M, the height of the motors above the origin";
+    assert!(stderr(&output).contains(says), "{}", stderr(&output));
 
     // u = 319.5 + 525 (y - 0.3) / (2.6 - x), v = 239.5 + 525 (0.45 - z) / (2.6 - x)
     let measure = |pixels: [&str; 3]| {

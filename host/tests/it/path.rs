@@ -44,6 +44,8 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     let rig = rig_file(folder.path(), patient);
     fs::write(folder.path().join("bad.csv"), "x,y,z\n0.5,0.3,0.3\n0.5,o.3,0.3\n").unwrap();
     fs::write(folder.path().join("aims.jsonl"), "{\"t\": 0, \"target\": [1, 1, 1]}\n").unwrap();
+    let log = "frame,t_s,u_px,v_px,radius_px,score,x_m,y_m,z_m\n0,0.1,1,2,3,1,0.5,0.3,0.3\n";
+    fs::write(folder.path().join("run.csv"), log).unwrap();
     fs::write(folder.path().join("one.csv"), "x,y,z\n0.5,0.3,0.3\n").unwrap();
     fs::write(folder.path().join("fast.csv"), "t,x,y,z\n0,0.5,0.3,0.3\n0.3,0.5,0.3,0.4\n").unwrap();
     fs::write(folder.path().join("arc.nc"), "G0 X500 Y300 Z300\nG2 X510 I5 J0\n").unwrap();
@@ -62,6 +64,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("inch.nc", &[], "; is it in millimetres (G21)?"),
         ("up.nc", &[], "up.nc:2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
         ("aims.jsonl", &[], "aims.jsonl: these are moving targets in JSON, and no path"),
+        ("run.csv", &[], "run.csv: this is the log of a run, and no path: write a file with only"),
         ("bad.csv", &[], "bad.csv:3: column y: 'o.3' is no finite number"),
         ("one.csv", &[], "one.csv: the path needs 2 places or more, but has 1"),
         ("fast.csv", &[], "fast.csv: from line 2 to line 3, the path is not possible at"),
@@ -116,6 +119,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     let minute = "t,x,y,z\n0,0.5,0.3,0.3\n60,0.5,0.3,0.4\n";
     fs::write(folder.path().join("minute.csv"), minute).unwrap();
     assert!(run("minute.csv").contains("there is no such serial port"), "{}", run("minute.csv"));
+    assert!(run("minute.csv").contains(" m, 60.0 s (is its `t` in milliseconds? It must be in"));
     // Places that are no path have no speed, shape and time.
     let places = ["--waypoints", "way.csv"];
     for (goal, options) in [

@@ -102,6 +102,7 @@ fn a_file_that_exists_and_an_address_in_use_are_bad_input() {
     for (arguments, cause) in [
         (vec!["--virtual-time", "--mcap", "run.mcap"], "exists already"),
         (vec![address.as_str()], "write another port behind the option"),
+        (vec!["--virtual-time", "--mcap", "run.bag"], "must end in .mcap: the file is an MCAP"),
         (vec!["--virtual-time", "--mcap", "none/run.mcap"], "cannot create none/run.mcap"),
         (vec!["--foxglove=192.0.2.7"], "it is none of this computer: choose 127.0.0.1"),
         (vec!["--foxglove=here"], "127.0.0.1:8765"),

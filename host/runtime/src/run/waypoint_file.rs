@@ -14,6 +14,7 @@ use plumb_path::table::{Row, Table, is_time, places_of, wrong_names};
 use super::Waypoint;
 use crate::rig::MotionRules;
 use crate::rig::quantity::Distance;
+use crate::run_log::is_run_log;
 
 pub use mistake::{WaypointError, WaypointMistake};
 
@@ -56,7 +57,7 @@ fn parse_waypoints(
         Ok(columns) => columns,
         Err(names) => {
             let wrong = table.spaces_mistake(&names).unwrap_or_else(|| wrong_columns(&names));
-            let (line, found) = (names.line, names.text);
+            let (line, found) = (names.line, names.in_short());
             return Err(WaypointError::Names { path, line, found, wrong });
         }
     };
@@ -91,6 +92,8 @@ fn other_kind(text: &str) -> Option<&'static str> {
         Some(GCODE)
     } else if text.trim_start().starts_with('{') {
         Some("these are moving targets in JSON: give them with --targets")
+    } else if is_run_log(text) {
+        Some("this is the log of a run: write a file with only its columns x_m,y_m,z_m")
     } else if is_rig_file(text) {
         Some("this is a rig file, and no list of waypoints: `plumb run RIG` drives to its targets")
     } else {
@@ -245,10 +248,16 @@ mod tests {
             ),
             ("x,y,z\n[1, 1, 1]\n", "way.csv:2: brackets do not belong to a table: write 1, 1, 1"),
             ("[1,1,1],\n[1,1,1]\n", "write 1,1,1 (1 more line too)"),
+            (",x,y,z\n0,1,1,1\n", "way.csv:1: the columns are ',x,y,z', but must be x, y, z"),
+            (",x,y,z\n0,1,1,1\n", "tolerance in metres: column 1 has no name (pandas writes"),
+            ("# x,y,z,dwell\n1,1,1,-1\n", "way.csv:2: column 4 (dwell): '-1': -1 must be 0 to"),
             ("x;y;w\n0,4;0,3;0,2\n", "way.csv:1: the columns are 'x;y;w', but"),
             ("x;y;w\n0,4;0,3;0,2\n", "tolerance in metres: 'w' is unknown, z is missing"),
             ("G0 X1 Y2\n", "way.csv: this is G-code, a path: give it with --path"),
             ("{\"t\": 0, \"target\": [0.4, 0.3, 0.2]}\n", "in JSON: give them with --targets"),
+            ("frame,t_s,u_px,v_px\n0,0,,\n", "way.csv: this is the log of a run: write a file"),
+            ("a,b,c,d,e,f,g\n", "way.csv:1: the columns are 'a,b,c,d, and 3 more', but must"),
+            ("a,b,c,d,e,f,g\n", "'c' is unknown, 'd' is unknown, and 6 more"),
             ("[board]\nport = \"x\"\n", "way.csv: this is a rig file, and no list of waypoints"),
             ("x,y,y\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,y'"),
             ("x,y,dwell\n0.4,0.3,0.2\n", "way.csv:1: the columns are 'x,y,dwell'"),

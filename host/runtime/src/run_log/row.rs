@@ -129,6 +129,11 @@ fn near_slack_text(tensions: Option<[f64; 3]>) -> String {
     if letters.is_empty() { "none".to_owned() } else { letters }
 }
 
+/// Returns whether a text is the log of a run, by the names of its first columns.
+pub fn is_run_log(text: &str) -> bool {
+    text.starts_with(&LogRow::HEADER[..3].join(","))
+}
+
 impl LogRow {
     /// Names of the columns, with their units.
     pub const HEADER: [&'static str; 35] = [

@@ -45,6 +45,13 @@ const DEFAULT_SEED: u64 = 1;
 /// calibrated-motors, calibrated-ball (the camera's pose by that way of `plumb calibrate`),
 /// paper-task. The ball follows paths at 2, 5, 10 and 20 cm/s: path (rigid cables), path-elastic;
 /// with the laws, broyden, the models and oracle.
+///
+/// Columns of a suite with targets: converged (share of the runs in which the ball arrived and
+/// stayed), median, p90, p99 and max (time to the target over the oracle's), slack (share of the
+/// runs with a cable slack for more than 20 ms), hold (mean distance from the target afterwards,
+/// and its 99th percentile), false (share of the runs that told "reached" with the ball elsewhere),
+/// median s (time to the target), lost s (that time less the oracle's: its median and 99th
+/// percentile), told s (time from the arrival until the board tells "reached": the same two).
 #[derive(Parser)]
 #[command(
     after_help = examples![

@@ -119,6 +119,18 @@ impl MotorOptions {
         Ok(())
     }
 
+    /// Returns what to give besides the pixels, as the end of a message; empty where the places of
+    /// the motors are measured.
+    pub(super) fn also_needed(&self) -> &'static str {
+        match self.measures() {
+            Ok(_) => "",
+            Err(_) => {
+                ". Give also --height M, the height of the motors above the origin, or --motor \
+                 X,Y,Z three times"
+            }
+        }
+    }
+
     pub(super) fn measures(&self) -> Result<MotorMeasures, Failure> {
         let needed = "give --height (of the motors above the origin) or --motor three times";
         match (self.height, self.measured.len()) {

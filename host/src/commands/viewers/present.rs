@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use plumb_cameras::record::Overflow;
+use plumb_cameras::recording::has_mcap_ending;
 use plumb_config::error_chain::ErrorChain;
 use plumb_foxglove::{FoxgloveOutput, FoxgloveSettings};
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
@@ -20,9 +21,13 @@ use super::{DEFAULT_ADDRESS, ViewerOptions};
 /// Frames that may wait for the disk: a second at 30 Hz, some 45 MB.
 const CAPACITY: usize = 30;
 
-/// Reads the path of the MCAP file.
+/// Reads the path of the MCAP file. Its name must be that of one: who reads it knows it by that.
 pub(super) fn file(text: &str) -> Result<PathBuf, String> {
-    Ok(text.into())
+    let path = PathBuf::from(text);
+    match has_mcap_ending(&path) {
+        true => Ok(path),
+        false => Err("must end in .mcap: the file is an MCAP".to_owned()),
+    }
 }
 
 /// Reads an address with a port, or one without, which gets the viewers' usual port.
