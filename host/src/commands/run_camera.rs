@@ -128,9 +128,8 @@ fn check_simulated_ball(rig: &Rig, place: Point3<f64>, motors: [f64; 3]) -> Resu
          simulated rig is outside its workspace, {outside}"
     ))
     .with_advice(
-        "A board keeps its motors' positions from one run to the next. If it last moved another \
-         rig, restart it: end `plumb emulate` and start it again. If not, jog the ball back with \
-         `plumb jog`",
+        "A board keeps its motors' positions from one run to the next, also those of another rig. \
+         `plumb home` puts the ball of a simulated rig back at its start",
     ))
 }
 

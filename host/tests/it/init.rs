@@ -351,5 +351,9 @@ fn a_simulated_rig_at_a_board_that_another_rig_moved_is_told_before_it_moves() {
         text.contains("there the ball of this simulated rig is outside its workspace"),
         "{text}"
     );
-    assert!(text.contains("If it last moved another rig, restart it"), "{text}");
+    assert!(text.ends_with("`plumb home` puts the ball of a simulated rig back at its start\n"));
+    let home = plumb(&["home", "small/rig.toml", "--port", &emulator.port], folder.path());
+    assert_eq!(home.status.code(), Some(0), "{}", stderr(&home));
+    let output = run("small/rig.toml");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
