@@ -141,11 +141,13 @@ pub enum CalibrationError {
     /// The samples lie on a line: the camera may be turned about it.
     #[error(
         "{what} lie on a line (they are only {} mm off it): the camera may be turned about that \
-         line. Move at least one of them {} mm or more to the side", mm(.off), mm(.needed)
+         line. {advice} {} mm or more to the side", mm(.off), mm(.needed)
     )]
     OnALine {
         /// Kind of the samples, "the places of the ball".
         what: &'static str,
+        /// What to do, up to the distance.
+        advice: &'static str,
         /// Root mean square of the distance from the line, metres.
         off: f64,
         /// Distance that is needed, metres.

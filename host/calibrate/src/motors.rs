@@ -105,7 +105,8 @@ pub fn pose_from_motors(
     let off = rigid::spread(&seen)[1];
     if off < MIN_OFF_LINE_M {
         let what = "the motors, as the camera sees them,";
-        return Err(CalibrationError::OnALine { what, off, needed: 0.1 });
+        let advice = "Check the pixels first. If they are right, move at least one motor";
+        return Err(CalibrationError::OnALine { what, advice, off, needed: 0.1 });
     }
     let own = from_frame_convention(&seen);
     check_letters(&seen, &own)?;

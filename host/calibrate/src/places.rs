@@ -133,7 +133,8 @@ fn check(places: &[BallPlace]) -> Result<(), CalibrationError> {
     let [_, off_line, off_plane] = rigid::spread(&known);
     if off_line < MIN_OFF_LINE_M {
         let what = "the places of the ball";
-        return Err(CalibrationError::OnALine { what, off: off_line, needed: 0.1 });
+        let advice = "Move at least one of them";
+        return Err(CalibrationError::OnALine { what, advice, off: off_line, needed: 0.1 });
     }
     let sd = places.iter().map(|place| place.known_sd).fold(0.0, f64::max);
     if off_plane < MIN_OFF_PLANE_M.max(MIN_OFF_PLANE_SD * sd) {

@@ -3,10 +3,11 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use plumb_config::book::page;
 use plumb_frame::driver::CameraDriver;
 use plumb_openni::OpenniSettings;
 use plumb_realsense::RealsenseSettings;
-use plumb_webcam::WebcamSettings;
+use plumb_webcam::{NotBuilt, WebcamSettings};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -124,6 +125,20 @@ registry! {
     Webcam = "webcam" webcam: WebcamSettings;
     /// A camera that another node of ROS 2 publishes.
     Ros2 = "ros2" ros2: Ros2CameraSettings;
+}
+
+/// Returns how a Kinect is read, for a person who takes it for a source.
+pub fn kinect() -> String {
+    format!(
+        "a Kinect is read as openni, where OpenNI2 has the driver of libfreenect or libfreenect2, \
+         or as stream, where another program sends its pictures ({})",
+        page("cameras")
+    )
+}
+
+/// Returns what a person must do where the program cannot read `source`; `None` where it can.
+pub fn not_built(source: SourceName) -> Option<NotBuilt> {
+    (source == SourceName::Webcam && !cfg!(feature = "webcam")).then_some(NotBuilt)
 }
 
 /// Contradiction in the table `[camera]`.

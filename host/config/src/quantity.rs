@@ -153,9 +153,15 @@ fn shown(value: f64) -> String {
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
 
+/// Largest number of amperes that a person may mean as such. No motor of a rig has more.
+const MAX_AMPERES: f64 = 10.0;
+
 /// Returns the end of a message about a number in a usual other unit; empty where it is in none.
 fn hint(value: f64, range: &Range) -> String {
-    let meant = range.other_units().filter(|other| range.contains(value / other.count));
+    let is_meant = |other: &OtherUnit| {
+        range.contains(value / other.count) && (other.unit != "A" || value > MAX_AMPERES)
+    };
+    let meant = range.other_units().filter(|other| is_meant(other));
     match &meant.map(|other| other.name).collect::<Vec<_>>()[..] {
         [] if range.unit == "1/m" && range.contains(value.recip()) => {
             "; is it the size of a unit? Write its inverse".to_owned()
@@ -287,6 +293,7 @@ mod tests {
         assert!(scale.ends_with("1/m; is it the size of a unit? Write its inverse"), "{scale}");
         let current = Range::above_zero(5.0, "A");
         assert_eq!(message(&current, 800.0), "800 must be above 0, to 5 A; is it in milliamperes?");
+        assert_eq!(message(&current, 5.5), "5.5 must be above 0, to 5 A");
         let speed = message(&Range::above_zero(5.0, "m/s"), 40.0);
         let asked = "is it in millimetres a second or centimetres a second?";
         assert_eq!(speed, format!("40 must be above 0, to 5 m/s; {asked}"));

@@ -131,10 +131,11 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     }
     args.place_options.check()?;
     args.motor_options.check()?;
-    if args.motors && !camera.intrinsics.has_depth() {
+    // A picture alone needs no depth.
+    if args.motors && !camera.intrinsics.has_depth() && !args.motor_options.is_for_picture()? {
         return Err(bad_input(
             "--motors needs depth, and the camera file says that there is none: take --board or \
-             --ball",
+             --ball. `plumb calibrate --motors` alone keeps a picture",
         ));
     }
     let clicks = Clicks::start(&args.motor_options, &camera_file)?;
@@ -260,12 +261,7 @@ fn from_motors(
     let Some(pixels) = options.pixels()? else {
         let path = output::beside(&rig.camera.file, "motors");
         plumb_cameras::png::save(&path, view::last(frames)?.colour())?;
-        tell!(
-            "The picture is in {}. Read there the column and row where the cable leaves each \
-             motor, and give them in the order A, B, C: --pixel U,V --pixel U,V --pixel U,V{}",
-            path.display(),
-            options.also_needed()
-        );
+        tell!("The picture is in {}. {}", path.display(), after_picture(view, options));
         return Ok(None);
     };
     let measures = options.measures()?;
@@ -274,6 +270,20 @@ fn from_motors(
     let calibration = pose_from_motors(&seen, &measures, frame.intrinsics())?;
     let outline = calibration.samples.iter().map(|sample| sample.known).collect();
     Ok(Some(Found { way: Way::Motors, calibration, frame, outline }))
+}
+
+/// Returns what to do with the picture of the motors, for a person.
+fn after_picture(view: &View, options: &MotorOptions) -> String {
+    if !view.camera().intrinsics.has_depth() {
+        return "The pose from the motors needs depth, which this camera does not have: take \
+                --board or --ball for the pose"
+            .to_owned();
+    }
+    format!(
+        "Read there the column and row where the cable leaves each motor, and give them in the \
+         order A, B, C: --pixel U,V --pixel U,V --pixel U,V. Or choose them in a browser: --page{}",
+        options.also_needed()
+    )
 }
 
 /// Writes the sheet with the board.

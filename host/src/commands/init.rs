@@ -1,5 +1,6 @@
 //! `plumb init`: a new rig file and camera file, by questions or from options.
 
+mod advice;
 mod colour;
 mod dialogue;
 mod questions;
@@ -15,10 +16,11 @@ use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Stiffness;
-use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
+use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles};
 use serde::Serialize;
 use thiserror::Error;
 
+use self::advice::{next_step, notes};
 use self::dialogue::Dialogue;
 use super::exit::exit_code_of;
 use super::number_list::sides;
@@ -178,6 +180,9 @@ enum CameraName {
     Recording,
     /// Another program
     Stream,
+    /// No source, but a camera that several of them read
+    #[value(hide = true)]
+    Kinect,
 }
 
 /// Line of JSON.
@@ -257,73 +262,6 @@ fn sender(camera: &NewCamera, folder: &Path) -> Option<String> {
         StreamAddress::StandardInput => "another program writes them to standard input".to_owned(),
         _ => format!("another program sends them to {address}, where a run listens"),
     })
-}
-
-/// Returns what a person must know of the board and its drivers before they get current.
-fn notes(rig: &NewRig) -> Vec<String> {
-    let mut notes = Vec::new();
-    match rig.driver {
-        DriverKind::Tmc2209Uart => {
-            let page = page("uart-drivers");
-            notes.push(format!(
-                "0.8 A is a guess: set `run_current` to the motors' data sheet ({page})"
-            ));
-            if rig.board.board().has_free_drivers {
-                notes.push(format!(
-                    "each driver takes its address from its straps: of motor A MS1 and MS2 low, of \
-                     B MS1 high, of C MS2 high ({page})"
-                ));
-            }
-        }
-        DriverKind::Tb6600 | DriverKind::Dm542 => notes.push(format!(
-            "a current switches these drivers off, so that a crash of the board leaves the motors \
-             on; they need a 5 V buffer ({})",
-            page("opto")
-        )),
-        _ => {}
-    }
-    if matches!(rig.camera, NewCamera::Webcam) && !cfg!(feature = "webcam") {
-        notes.push(format!(
-            "this program is built without webcams: build one that has them ({}), or let a script \
-             send the pictures (--stream, {})",
-            page("webcam"),
-            page("stream")
-        ));
-    }
-    if rig.board.board().chip.has_latching_inputs() {
-        notes.push(format!(
-            "inputs of an RP2350 may stay at about 2 V with the chip's pull-downs: resistors to \
-             ground must be 8.2 kΩ or less ({})",
-            page("pico2")
-        ));
-    }
-    notes
-}
-
-/// Returns what to do with the files, for a person.
-fn next_step(rig: &NewRig, path: &Path) -> String {
-    let path = path.display().to_string();
-    let path = if path.contains(' ') { format!("\"{path}\"") } else { path };
-    if rig.camera == NewCamera::Simulated {
-        return format!(
-            "`plumb emulate --link board &`, then `plumb run {path} --port board`; `kill %1` ends \
-             the emulated board"
-        );
-    }
-    let lens = match rig.camera {
-        NewCamera::Webcam | NewCamera::Stream(_) => {
-            format!("\n  `plumb calibrate {path} --lens` finds the lens of the camera")
-        }
-        _ => String::new(),
-    };
-    format!(
-        "read the comments in both files; then
-  `plumb check {path} --file-only` looks for mistakes in them
-  `plumb board flash --rig {path}` puts the firmware on the board
-  `plumb jog {path}` turns each motor by keys, before a ball hangs on it{lens}
-  `plumb calibrate {path} --board` finds the camera's pose
-  `plumb check {path}` turns each motor a little and names what is wired wrongly"
-    )
 }
 
 /// Writes both files, or none.

@@ -37,6 +37,7 @@ pub(crate) fn split_rig(
             let names = names.join(" ");
             return Err(bad_input(format!("too many numbers: {names} are needed; usage: {usage}")));
         }
+        check_rig_first(&words, usage)?;
         let rig = words.remove(0);
         let rig = rig_path(&rig)
             .map_err(|why| bad_input(format!("invalid value '{rig}' for '[RIG]': {why}")))?;
@@ -58,6 +59,18 @@ pub(crate) fn split_rig(
         Some(rig) => Ok((rig.into(), words)),
         None => Err(no_rig("", usage)),
     }
+}
+
+/// Checks that the rig file does not stand behind the values: `goto 0.4 0.4 0.2 rig.toml`.
+///
+/// # Errors
+/// Where the last of `words` is a rig file by its name, and the first one is no file.
+pub(crate) fn check_rig_first(words: &[String], usage: &str) -> Result<(), Failure> {
+    let [first, .., last] = words else { return Ok(()) };
+    if is_file_name(last) && !is_file_name(first) && !Path::new(first).exists() {
+        return Err(bad_input(format!("put the rig file {last} first; usage: {usage}")));
+    }
+    Ok(())
 }
 
 /// Returns how a command that is to be typed names the rig file where the command line has none:

@@ -110,6 +110,7 @@ fn motors_give_the_pose_from_pixels_that_are_read_in_the_kept_picture() {
     fs::write(&file, text.replace("[1.737, 0.286, 0.225]", place)).unwrap();
     let output = plumb(&["calibrate", &rig, "--motors"], folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("Or choose them in a browser: --page"), "{}", stderr(&output));
     assert!(folder.path().join("camera.motors.png").exists());
     let says = "--pixel U,V. Give also --height M, the height of the motors above the origin";
     assert!(stderr(&output).contains(says), "{}", stderr(&output));
@@ -216,16 +217,25 @@ fn motors_without_a_measured_place_are_refused_before_the_pictures() {
 }
 
 #[test]
-fn motors_are_refused_where_the_camera_has_no_depth_before_the_pictures() {
+fn without_depth_motors_give_a_picture_and_no_pose() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let camera = folder.path().join("camera.toml");
     let text = fs::read_to_string(&camera).unwrap();
     fs::write(&camera, text.replace("depth_scale = 5000.0", "depth_scale = \"none\"")).unwrap();
+    let motors = ["calibrate", &rig, "--motors", "--height", "0.665"];
+    let pixels = ["--pixel", "1,2", "--pixel", "3,4", "--pixel", "5,6"];
+    for more in [&pixels[..], &["--page=127.0.0.1:0"]] {
+        let output = plumb(&[&motors[..], more].concat(), folder.path());
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.starts_with("plumb: --motors needs depth"), "{text}");
+    }
     let output = plumb(&["calibrate", &rig, "--motors"], folder.path());
     let text = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(text.contains("--motors needs depth"), "{text}");
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("take --board or --ball for the pose"), "{text}");
+    assert!(folder.path().join("camera.motors.png").exists());
 }
 
 #[test]

@@ -59,6 +59,7 @@ fn entries(folder: &Path) -> usize {
 fn the_files_are_right_for_every_driver_and_camera() {
     let folder = folder();
     fs::create_dir(folder.path().join("recording")).unwrap();
+    fs::write(folder.path().join("recording/rgb.txt"), "").unwrap();
     let cameras: [&[&str]; 7] = [
         &["--camera", "openni"],
         &["--camera", "realsense"],
@@ -239,6 +240,36 @@ fn no_value_is_called_a_guess_after_the_calibration() {
 }
 
 #[test]
+fn what_limits_the_current_of_the_drivers_is_told() {
+    let folder = folder();
+    for (driver, told) in [
+        ("coils", "H-bridges limit no current"),
+        ("motor-hats", "times `duty`, divided by the resistance of a coil"),
+        ("tmc2209-uart", "for R150 add `sense_resistor = 0.15`"),
+    ] {
+        let output = plumb(&["init", driver, "--yes", "--driver", driver], folder.path());
+        assert!(stderr(&output).contains(told), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn the_lens_of_a_camera_through_openni2_is_a_step() {
+    let folder = folder();
+    let text = stderr(&plumb(&["init", "--yes", "--camera", "openni"], folder.path()));
+    assert!(text.contains("--lens") && text.contains("`intrinsics = \"device\"`"), "{text}");
+}
+
+#[test]
+fn answers_that_name_no_camera_and_no_recording_say_what_to_write() {
+    let folder = folder();
+    let answers = format!("{}kinect\nrecording\n\n.\n", "\n".repeat(11));
+    let text = stderr(&answer(folder.path(), &[], &answers));
+    for says in ["a Kinect is read as openni", "write the path of a TUM folder", ".: has no rgb"] {
+        assert!(text.contains(says), "{says}: {text}");
+    }
+}
+
+#[test]
 fn an_input_that_ends_early_leaves_no_file() {
     let folder = folder();
     for answers in ["", "0.6\n0.9\n", "0.6\n0.9\n0.9\n0.7\nx\n"] {
@@ -252,7 +283,7 @@ fn an_input_that_ends_early_leaves_no_file() {
 #[test]
 fn options_that_contradict_each_other_are_refused_with_a_reason() {
     let folder = folder();
-    let cases: [(&[&str], &str); 12] = [
+    let cases: [(&[&str], &str); 14] = [
         (&["--driver", "a4988", "--microsteps", "12"], "at 12 microsteps: choose"),
         (&["--driver", "drv8825", "--microsteps", "32"], "must be 1 to 16 microsteps"),
         (&["--port", "COM3"], "that is a port of Windows"),
@@ -265,6 +296,8 @@ fn options_that_contradict_each_other_are_refused_with_a_reason() {
         (&["--height", "0.1"], "must be 0.4 to 3.5 m"),
         (&["--camera", "recording"], "needs --recording"),
         (&["--recording", "absent"], "absent: "),
+        (&["--recording", "."], ".: has no rgb.txt"),
+        (&["--camera", "kinect"], "a Kinect is read as openni"),
     ];
     for (options, reason) in cases {
         let output = plumb(&[&["init", "--yes"], options].concat(), folder.path());

@@ -209,6 +209,8 @@ fn a_word_that_is_no_file_is_told_as_taken_for_the_rig_file() {
         ),
         (&["run", "--timeout", "30", "s"], "; write 30 alone, in s\n"),
         (&["jog", "A"], "the distance is missing"),
+        (&["jog", "A", "200", "rig.toml"], "put the rig file rig.toml first; usage: "),
+        (&["goto", "0.6", "0.3", "0.4", "rig.toml"], "put the rig file rig.toml first; usage: "),
         (&["goto", "650,300,400"], "`plumb goto 0.65 0.3 0.4`, in metres"),
     ] {
         let output = program(arguments, folder.path()).env("PLUMB_RIG", &rig).output().unwrap();

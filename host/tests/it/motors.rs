@@ -78,8 +78,9 @@ fn a_jog_beyond_its_limits_moves_nothing() {
     let text = text.split("\n[simulation]").next().unwrap().replace("[camera]", camera);
     std::fs::write(&real, text).unwrap();
     let real = real.to_str().unwrap();
-    let cases: [(&[&str], i32, &str); 11] = [
+    let cases: [(&[&str], i32, &str); 12] = [
         (&["jog", "A", "201"], 2, "jog.max_distance"),
+        (&["jog", "A", "-200.5"], 2, "distance -200.5: one jog is at most 200 steps"),
         (&["jog", "A", "20", "--rate", "51"], 2, "jog.max_rate"),
         (&["jog", "A", "nan"], 2, "distance nan"),
         (&["jog", "A", "20cm"], 2, "as in 20mm"),

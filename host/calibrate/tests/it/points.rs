@@ -198,4 +198,5 @@ fn a_wrong_side_and_wrong_letters_are_reported() {
     let line = seen_motors([[0.85, 0.6, 0.6], [0.85, 0.0, 0.6], [0.85, 0.3, 0.6]]);
     let error = pose_from_motors(&line, &MotorMeasures::Height(0.665), &INTRINSICS).unwrap_err();
     assert!(matches!(error, CalibrationError::OnALine { .. }), "{error}");
+    assert!(error.to_string().contains("Check the pixels first."), "{error}");
 }

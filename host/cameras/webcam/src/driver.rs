@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::Path;
 
+use plumb_config::book::page;
 use plumb_config::quantity::{CameraGain, CameraTime, pixels, rate};
 use plumb_frame::camera::Camera;
 use plumb_frame::driver::{CameraDriver, DriverListing, FoundCamera, OpenedSource};
@@ -97,8 +98,11 @@ impl TryFrom<String> for PixelFormat {
 /// Refusal of a program that is built without OpenCV's module `videoio`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
-    "this program is built without webcams and video files; build it again with \
-     `cargo build --release -p plumb --features webcam`"
+    "this program is built without webcams and video files: build one that has them, with `cargo \
+     build --release -p plumb --features webcam` in its sources ({}); or let a script send the \
+     pictures, as `stream` ({})",
+    page("webcam"),
+    page("stream")
 )]
 pub struct NotBuilt;
 

@@ -14,7 +14,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::camera_file;
-use plumb_cameras::settings::{CameraSettings, SourceName};
+use plumb_cameras::recording::check_kind;
+use plumb_cameras::settings::{CameraSettings, SourceName, not_built};
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::reference::{Key, keys};
@@ -205,17 +206,26 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
     findings
 }
 
-/// Returns the errors of the table `[camera]`.
+/// Returns the error of the table `[camera]`, or the warning about it.
 fn camera(document: &Document<'_>, settings: &CameraSettings, simulation: bool) -> Option<Finding> {
     if let Err(error) = settings.source(simulation) {
         let keys = ["camera.source", "camera.recording"];
         let key = if settings.source.is_some() { &keys[..1] } else { &keys[1..] };
         return Some(document.finding(Severity::Error, key, format!("is wrong: {error}")));
     }
+    if let Some(why) = settings.source(simulation).ok().and_then(not_built) {
+        let problem = format!("cannot be opened: {why}");
+        return Some(document.finding(Severity::Warning, &["camera.source"], problem));
+    }
     let recording: &PathBuf = settings.recording.as_ref()?;
-    let problem = format!("names no file: {} does not exist", recording.display());
-    let missing = || document.finding(Severity::Error, &["camera.recording"], problem);
-    (!recording.exists()).then(missing)
+    let problem = match check_kind(recording) {
+        _ if !recording.exists() => {
+            format!("names no file: {} does not exist", recording.display())
+        }
+        Ok(()) => return None,
+        Err(error) => format!("names no recording: {}", ErrorChain(&error)),
+    };
+    Some(document.finding(Severity::Error, &["camera.recording"], problem))
 }
 
 /// Returns the errors of the camera file at `path`, which the rig file `rig` names.

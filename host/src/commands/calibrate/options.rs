@@ -110,6 +110,11 @@ impl MotorOptions {
         pixels.map(Some).map_err(|_| bad_input(format!("--pixel: 3 are needed; given: {n}")))
     }
 
+    /// Returns whether there are neither pixels nor a page: a picture is kept, and no pose found.
+    pub(super) fn is_for_picture(&self) -> Result<bool, Failure> {
+        Ok(self.pixels()?.is_none() && self.page.is_none())
+    }
+
     /// Checks that the places of the motors are measured, where their pixels are given, and that
     /// there are as many places as motors.
     pub(super) fn check(&self) -> Result<(), Failure> {

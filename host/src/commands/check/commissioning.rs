@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::super::connection::{check_state, configured, without_simulation};
 use super::super::interrupt::{interrupt_flag, interrupted_before};
 use super::super::old_file::{OldFile, ask};
-use super::super::print::tell;
+use super::super::print::{note, tell};
 use super::super::run_camera::{RunCamera, read_camera};
 use super::super::{Failure, bad_input, failed};
 use super::{Args, words};
@@ -120,7 +120,7 @@ fn jog_and_look(
         source: &mut *source,
         detector: &mut *args.detector.detector(&camera),
         observers: &mut observers,
-        progress: &mut |text| tell!("{text}"),
+        progress: &mut |text| note!("{text}"),
         interrupted,
     };
     Ok(Examination::run(rig, link, &mut parts)?)

@@ -4,7 +4,10 @@ use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use plumb_cameras::recording::check_kind;
+use plumb_cameras::settings::kinect;
 use plumb_cameras::stream::AddressError;
+use plumb_config::error_chain::ErrorChain;
 use plumb_config::quantity::Range;
 use plumb_runtime::link::windows_port;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
@@ -226,8 +229,9 @@ fn camera<I: BufRead, O: Write>(
         (None, None, Some(_)) => CameraName::Stream,
         (None, None, None) => {
             let names = "openni, realsense, webcam, ros2, recording, stream";
-            let parse = |text: &str| {
-                CameraName::from_str(text, true).map_err(|_| format!("must be one of {names}"))
+            let parse = |text: &str| match CameraName::from_str(text, true) {
+                Ok(CameraName::Kinect) => Err(kinect()),
+                name => name.map_err(|_| format!("must be one of {names}")),
             };
             dialogue.ask(&format!("Camera ({names})"), "openni", parse)?
         }
@@ -253,11 +257,16 @@ fn camera<I: BufRead, O: Write>(
             };
             Ok(NewCamera::Stream(address))
         }
+        CameraName::Kinect => Err(bad_input(format!("--camera kinect: {}", kinect()))),
     }
 }
 
 /// Default address of a stream: a Unix socket beside the rig file.
 const STREAM: &str = "unix:camera.sock";
+
+/// Answer to an empty path of a recording.
+const NO_PATH: &str = "write the path of a TUM folder, or of an .oni, .bag, .db3, .mcap or video \
+                       file";
 
 /// Returns the recording at `path`, or at the path that the dialogue asks for.
 fn recorded<I: BufRead, O: Write>(
@@ -269,7 +278,10 @@ fn recorded<I: BufRead, O: Write>(
         None if !dialogue.is_interactive() => {
             Err(bad_input("--camera recording needs --recording PATH"))
         }
-        None => Ok(dialogue.ask("Path of the recording", "", |text| recording(Path::new(text)))?),
+        None => Ok(dialogue.ask("Path of the recording", "", |text| match text {
+            "" => Err(NO_PATH.to_owned()),
+            path => recording(Path::new(path)),
+        })?),
     }
 }
 
@@ -277,5 +289,6 @@ fn recorded<I: BufRead, O: Write>(
 fn recording(path: &Path) -> Result<NewCamera, String> {
     let absolute: Result<PathBuf, _> = path.canonicalize();
     let absolute = absolute.map_err(|error| format!("{}: {error}", path.display()))?;
+    check_kind(path).map_err(|error| ErrorChain(&error).to_string())?;
     Ok(NewCamera::Recording(absolute))
 }

@@ -18,7 +18,7 @@ use super::super::connection::connect;
 use super::super::interrupt::interrupt_flag;
 use super::super::print::{self, note, tell};
 use super::super::rig_args::PortArgs;
-use super::super::rig_path::{RIG_VARIABLE, split_rig};
+use super::super::rig_path::{RIG_VARIABLE, check_rig_first, split_rig};
 use super::super::{FAILED, Failure, bad_input, board, failed, numbers};
 use super::dialogue;
 use super::keys::NAMES;
@@ -133,6 +133,9 @@ fn split(words: [Option<String>; 3]) -> Result<(PathBuf, Option<[String; 2]>), F
     let count = words.iter().flatten().count();
     let names: &[&str] = if count < 2 { &[] } else { &["MOTOR", "DISTANCE"] };
     let rig = words[0].as_deref().filter(|_| count == names.len() + 1);
+    if let [Some(motor), Some(distance), Some(last)] = &words {
+        check_rig_first(&[motor, distance, last].map(String::clone), USAGE)?;
+    }
     if let Some(motor) = rig.filter(|word| !Path::new(word).exists()).and_then(motor) {
         let name = NAMES[motor];
         // Where a variable names the rig file, a wrong number of words is the mistake.
@@ -181,8 +184,10 @@ fn parse(motor: &str, distance: &str, rig: &Rig) -> Result<Move, Failure> {
     let steps = if is_mm { number * 1e-3 / cable_per_step(rig, index)? } else { number };
     let limit = rig.jog.max_distance.get();
     if steps.abs() > limit {
+        // A number of steps is the one that is typed.
+        let steps = if is_mm { format!("{steps:.2} steps; ") } else { String::new() };
         return Err(named(format!(
-            "{steps:.0} steps; one jog is at most {limit} steps (jog.max_distance in the rig file)"
+            "{steps}one jog is at most {limit} steps (jog.max_distance in the rig file)"
         )));
     }
     Ok(Move { motor: index as u8, steps })

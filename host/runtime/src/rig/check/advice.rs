@@ -1,5 +1,6 @@
 //! What to write in place of a mistake, for mistakes that people make in files that they edit.
 
+use plumb_cameras::settings::kinect;
 use plumb_config::toml_file::Mistake;
 
 use super::Document;
@@ -18,6 +19,9 @@ impl Document<'_> {
         }
         let Mistake { key, value, message, .. } = mistake;
         let bare = value.trim_matches(['"', '\'']);
+        if key == "camera.source" && bare.to_lowercase().starts_with("kinect") {
+            return Some(format!("is no source: {}", kinect()));
+        }
         if bare != value && self.is_number(key) && bare.parse::<f64>().is_ok() {
             return Some(format!("must be a number without quotes: write {bare}"));
         }

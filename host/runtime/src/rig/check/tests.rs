@@ -282,6 +282,24 @@ fn a_wrong_source_of_pictures_is_one_mistake() {
 }
 
 #[test]
+fn a_camera_and_a_folder_that_are_no_source_are_answered_with_the_way_that_works() {
+    for (line, says) in [
+        ("source = \"Kinect\"", "is no source: a Kinect is read as openni"),
+        ("recording = \"/\"", "names no recording: /: has no rgb.txt"),
+    ] {
+        let found = findings(&[("[camera]\n", &format!("[camera]\n{line}\n"))]);
+        assert!(found.iter().any(|it| it.to_string().contains(says)), "{found:#?}");
+    }
+}
+
+#[test]
+fn a_webcam_that_the_program_cannot_read_is_a_warning() {
+    let found = findings(&[("[camera]\n", "[camera]\nsource = \"webcam\"\n")]);
+    let is_told = keys(&found)[1].contains(&"camera.source");
+    assert_eq!(is_told, not_built(SourceName::Webcam).is_some(), "{found:#?}");
+}
+
+#[test]
 fn a_travel_that_does_not_fit_the_workspace_is_a_warning() {
     for (travel, says) in [
         ("[-5000, 5000]", "protects little: the workspace takes at most "),
