@@ -71,7 +71,7 @@ impl Row {
             && ["x", "y", "z"].iter().all(|name| bases.contains(name))
     }
 
-    /// Returns the text of the line, without the columns above [`MAX_SHOWN`] where there are many.
+    /// Returns the text of the line, without the last columns where there are many.
     pub fn in_short(&self) -> String {
         match self.fields.len() <= NAMES.len() {
             true => self.text.clone(),
