@@ -281,7 +281,7 @@ fn after_picture(view: &View, options: &MotorOptions) -> String {
     }
     format!(
         "Read there the column and row where the cable leaves each motor, and give them in the \
-         order A, B, C: --pixel U,V --pixel U,V --pixel U,V. Or choose them in a browser: --page{}",
+         order A, B, C: --pixel U,V --pixel U,V --pixel U,V{}. Or choose them in a browser: --page",
         options.also_needed()
     )
 }
