@@ -110,6 +110,10 @@ fn value_mistake(value: &str) -> Option<String> {
     if is_number_with_more(value) {
         return Some("must be a number alone, without a unit or a fraction".to_owned());
     }
+    let items = || value.split([',', '[', ']']).map(str::trim);
+    if value.starts_with('[') && !value.contains(['"', '\'']) && items().any(is_number_with_more) {
+        return Some("must have numbers alone, without units or fractions".to_owned());
+    }
     other_signs(value)
 }
 
@@ -288,6 +292,7 @@ mod tests {
             ("1/16", "must be a number alone, without a unit or a fraction"),
             ("“tmc2209”", "must be in plain quotation marks: write \"tmc2209\""),
             ("(0.6, 0.2)", "must be in square brackets: write [0.6, 0.2]"),
+            ("[[0.6, 0.2 m, 0.3]]", "must have numbers alone, without units or fractions"),
             ("[(1, 2), (3, 4)]", "must be in square brackets: write [[1, 2], [3, 4]]"),
         ] {
             assert_eq!(value_mistake(value).as_deref(), Some(answer), "{value}");

@@ -3,7 +3,7 @@
 use plumb_runtime::commission::{Doubt, Fault, Measurement, Output, Report};
 use plumb_runtime::rig::Stiffness;
 
-use super::super::print::tell;
+use super::super::print::{note, tell};
 
 /// Question before the first jog.
 pub(super) const QUESTION: &str = "\
@@ -19,11 +19,11 @@ const WORTH_CALIBRATING_DEG: f64 = 5.0;
 pub(super) fn tell_report(report: &Report, file: Stiffness) {
     let [x, y, z] = [0, 1, 2].map(|axis| report.ball[axis]);
     let place = if report.is_inside { "inside" } else { "OUTSIDE" };
-    tell!("the ball is seen at ({x:.3}, {y:.3}, {z:.3}) m, {place} the workspace");
+    note!("the ball is seen at ({x:.3}, {y:.3}, {z:.3}) m, {place} the workspace");
     for (output, response) in Output::ALL.into_iter().zip(&report.responses) {
         let [x, y, z] = [0, 1, 2].map(|axis| response.out.moved[axis] * 1e3);
         let steps = response.out.steps;
-        tell!("output {output}, {steps:.0} steps: the ball moves by ({x:.1}, {y:.1}, {z:.1}) mm");
+        note!("output {output}, {steps:.0} steps: the ball moves by ({x:.1}, {y:.1}, {z:.1}) mm");
     }
     for fault in &report.faults {
         tell!("fault: {fault}");
@@ -102,7 +102,7 @@ fn tell_verdict(report: &Report) {
     } else if !report.is_right() {
         tell!("Mend this, and check again: a fault can hide another one.");
     } else if report.is_inside {
-        tell!("the rig is right: each output turns its motor the right way, and the ball follows");
+        note!("the rig is right: each output turns its motor the right way, and the ball follows");
     } else {
         tell!(
             "the motors are right, but the ball is seen outside the workspace: hang it inside \

@@ -101,7 +101,8 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     let mut found = Vec::new();
     if !size.is_in_rig_frame() {
         let problem = "is not as the rig frame demands: y_B < y_C < y_A, and C at smaller x than \
-                       A and B; the ball is then driven away from its target";
+                       A and B. If the motors do stand so, the ball is driven away from its \
+                       target; if not, correct these places";
         found.push(warning(&[size.key], problem));
     }
     found.extend(workspace_warnings(document, rig, &size));

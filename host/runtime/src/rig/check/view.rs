@@ -93,7 +93,22 @@ impl<'a> View<'a> {
             let problem = format!("have the ratio {aspect:.2}: the pixels are not square");
             found.push(self.warning(&["intrinsics.fx", "intrinsics.fy"], problem));
         }
+        found.extend(self.upright());
         found
+    }
+
+    /// Warns of a middle of the lens that belongs to a picture higher than wide. Where the file
+    /// says the size of its pictures, they may be so.
+    fn upright(&self) -> Option<Finding> {
+        let [width, height] = self.size;
+        let is_known = matches!(self.camera.calibrated_for, CalibratedFor::Size(_));
+        (!is_known && height > width).then(|| {
+            let problem = format!(
+                "are the middle of a picture of about {width:.0} x {height:.0} pixels, higher than \
+                 wide: are they exchanged?"
+            );
+            self.warning(&["intrinsics.cx", "intrinsics.cy"], problem)
+        })
     }
 
     /// Returns the pixel of a place in the rig frame for a camera with this pose; `None` behind it.
@@ -234,6 +249,7 @@ mod tests {
         for (replaced, named) in [
             (&[("fx = 525.0", "fx = 5")][..], "`intrinsics.fx = 5` makes a field of view of 17"),
             (&[("fy = 525.0", "fy = 300.0")], "have the ratio 1.75"),
+            (&[("cx = 319.5", "cx = 239.5"), ("cy = 239.5", "cy = 319.5")], "are they exchanged?"),
             (&[("1.737, 0.286, 0.225", "90, 0.286, 0.225")], "is it in metres?"),
             (&[("1.737, 0.286, 0.225", "1.737, 5, 0.225")], "do not see the workspace"),
             (&[("1.737, 0.286, 0.225", "1.737, 1.286, 0.225")], "of the workspace, and the ball"),
