@@ -42,6 +42,8 @@ pub(crate) struct RunStatus {
     has_moved: bool,
     /// Distance of the measured position from the target, metres; `None` without a position.
     error: Option<f64>,
+    /// Whether the last picture shows the ball.
+    is_ball_seen: bool,
     last_frame: Option<Instant>,
     frames: u64,
     lost: u64,
@@ -68,6 +70,7 @@ impl RunStatus {
             present_target: None,
             has_moved: false,
             error: None,
+            is_ball_seen: false,
             last_frame: None,
             frames: 0,
             lost: 0,
@@ -95,7 +98,7 @@ impl RunStatus {
         self.has_begun = true;
         self.frames += 1;
         self.last_frame = Some(now);
-        self.error = record.error();
+        (self.error, self.is_ball_seen) = (record.error(), record.position().is_some());
         if record.path.is_some() {
             self.has_moved = true;
         }
@@ -194,7 +197,7 @@ impl RunStatus {
         if silent >= SILENCE {
             return (Level::Error, format!("no picture for {:.0} s", silent.as_secs_f64()));
         }
-        if self.last_frame.is_some() && self.error.is_none() {
+        if self.last_frame.is_some() && !self.is_ball_seen {
             return (Level::Warn, "the ball is not in view".to_owned());
         }
         let state = self
