@@ -163,13 +163,14 @@ fn a_stop_works_for_both_kinds_of_clients_and_under_a_flood_of_targets() {
     let answer = plain.call_again("stop").0;
     assert_eq!(answer["success"], true, "{answer}");
     let flood_s = begin.elapsed().as_secs_f64();
+    // While it floods: the answer to the stop replaces what was refused before it.
+    let refused = plain.until_status("/hall/left: commands", "/hall/left/resume");
+    assert_eq!(refused["values"]["targets"], "refused since a stop", "{refused}");
     flooding.send(&json!({"calm": true}));
     let flooded = flooding.next("flooded").as_u64().unwrap() as f64;
     println!("{:.0} targets a second", flooded / flood_s);
     // Twenty times as many as may go to the board, also on a busy machine.
     assert!(flooded > 20.0 * MAX_RATE * flood_s, "{flooded} in {flood_s} s");
-    let refused = plain.until_status("/hall/left: commands", "/hall/left/resume");
-    assert_eq!(refused["values"]["targets"], "refused since a stop", "{refused}");
     // The other way to call a service.
     assert_eq!(flooding.call_again("resume").0["success"], true);
     thread::sleep(ANEW);
