@@ -125,8 +125,8 @@ impl OtherUnit {
     }
 }
 
-/// Returns whether `word` is the name of a unit, which is `plural` for several, in the singular or
-/// the plural, also as it is spelt in America.
+/// Returns whether `word` is the name of a unit, in the plural as `plural` or in the singular. The
+/// American spelling "meter" counts too.
 fn is_name(plural: &str, word: &str) -> bool {
     let word = word.to_lowercase().replace("meter", "metre");
     plural == word || plural.strip_suffix('s') == Some(&word)

@@ -77,7 +77,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let count = |severity| findings.iter().filter(|finding| finding.severity == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     let plural = |count| if count == 1 { "" } else { "s" };
-    // The tutorial's variable names a good file.
+    // Where a variable names the file, that matters only for a file with a mistake.
     let file = match errors {
         0 => args.file().to_string(),
         _ => with_variable(&args.rig.rig),

@@ -12,7 +12,7 @@ use crate::type_words::in_words;
 pub struct WrongItem {
     /// Its number in the list, from 1.
     pub number: usize,
-    /// The item, as it is written.
+    /// Text of the item in the list.
     pub value: String,
     /// Description.
     pub message: String,

@@ -5,8 +5,8 @@ use plumb_config::toml_file::place;
 use super::Document;
 
 impl Document<'_> {
-    /// Returns the end of a sentence with an example of the key `name`, as it is written where it
-    /// stands or belongs.
+    /// Returns the end of a sentence: an example of the key `name` that can be copied to its line.
+    /// Where the file does not have the key, the text says below which table it belongs.
     pub(super) fn example(&self, name: &str, value: &str) -> String {
         if let Some(written) = self.written(name) {
             return format!(", for example `{written} = {value}`");
