@@ -64,27 +64,24 @@ fn setup(args: &Args) -> Result<(Wiring, Config), Failure> {
     Ok((Wiring::example(), RigLimits::default().config(law.config()?, mean, 0.010)))
 }
 
-/// Begins a co-simulation in the workspace that is returned.
-fn begin_with(args: &Args) -> Result<(Cosim, Workspace), Failure> {
-    let (wiring, config) = setup(args)?;
-    let workspace = config.workspace;
-    Ok((Cosim::new(wiring, config)?, workspace))
-}
-
 /// Begins a co-simulation, and carries out its first request.
 #[cfg(test)]
 pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
-    let request = r#"{"t": 0, "dt": 0.01, "position": [0.5, 0.3, 0.3]}"#;
-    let request: Request = serde_json::from_str(request)?;
-    begin_with(args)?.0.step(&request, args.samples).map(drop)?;
-    Ok(())
+    begin_with(args, r#"{"t": 0, "dt": 0.01, "position": [0.5, 0.3, 0.3]}"#)
 }
 
 /// Carries out a request as the first one of a co-simulation with the default limits.
 #[cfg(test)]
 pub(crate) fn begin_request(line: &str) -> Result<(), Failure> {
+    begin_with(&Args { rig: None, law: None, samples: 1 }, line)
+}
+
+/// Begins a co-simulation with the request of `line`.
+#[cfg(test)]
+fn begin_with(args: &Args, line: &str) -> Result<(), Failure> {
+    let (wiring, config) = setup(args)?;
     let request: Request = serde_json::from_str(line)?;
-    begin_with(&Args { rig: None, law: None, samples: 1 })?.0.step(&request, 1).map(drop)?;
+    Cosim::new(wiring, config)?.step(&request, args.samples).map(drop)?;
     Ok(())
 }
 
@@ -103,7 +100,9 @@ fn limits(workspace: &Workspace, rig: Option<&Path>) -> String {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let (mut cosim, workspace) = begin_with(&args)?;
+    let (wiring, config) = setup(&args)?;
+    let workspace = config.workspace;
+    let mut cosim = Cosim::new(wiring, config)?;
     let mut input = std::io::stdin().lock();
     for number in 1_u64.. {
         let wrong = |error: &(dyn Error + 'static)| {
