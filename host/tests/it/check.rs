@@ -3,7 +3,14 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use crate::common::{Emulator, folder, json, plumb, rig_file, stderr};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::process::Stdio;
+
+use nix::pty::openpty;
+use nix::sys::signal::Signal;
+
+use crate::common::{Emulator, folder, json, patient, plumb, program, rig_file, send, stderr};
 
 #[test]
 fn every_mistake_is_reported_with_exit_code_2() {
@@ -154,4 +161,47 @@ fn a_file_with_an_error_is_not_tried_on_the_rig() {
     let output = plumb(&["check", &rig, "--yes", "--port", "absent"], folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(!stderr(&output).contains("absent"), "{}", stderr(&output));
+}
+
+/// Without a terminal nobody can be asked; a person may say no.
+#[test]
+fn a_check_without_a_yes_moves_nothing_and_says_why() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let check = ["check", &rig, "--port", &emulator.port];
+    let output = program(&check, folder.path()).output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    let nobody = "? Nobody can be asked on this input: say yes with --yes\n";
+    assert!(text.ends_with(nobody), "{text}");
+    let terminal = openpty(None, None).unwrap();
+    File::from(terminal.master.try_clone().unwrap()).write_all(b"n\n").unwrap();
+    let output = program(&check, folder.path()).stdin(terminal.slave).output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(
+        text.ends_with("plumb: nothing has moved: the check goes on after a yes only\n"),
+        "{text}"
+    );
+}
+
+/// The board's process is stopped, so that the check waits for its greeting when the signal comes.
+#[test]
+fn a_signal_before_a_check_moves_nothing_and_says_so() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    send(&emulator.child, Signal::SIGSTOP);
+    let check = ["check", &rig, "--port", &emulator.port, "--yes", "-vv"];
+    let mut check = program(&check, folder.path()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(check.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let waits = lines.find(|line| line.contains("no answer from the board: sending"));
+    assert!(waits.is_some(), "the check has ended");
+    send(&check, Signal::SIGINT);
+    assert!(lines.any(|line| line.contains("Ctrl-C again")));
+    send(&emulator.child, Signal::SIGCONT);
+    let last = lines.last().unwrap();
+    assert_eq!(last, "plumb: interrupted before the check began: nothing was moved");
+    assert_eq!(check.wait().unwrap().code(), Some(1));
 }

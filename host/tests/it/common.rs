@@ -16,6 +16,13 @@ pub(crate) fn plumb(arguments: &[&str], folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_plumb")).args(arguments).current_dir(folder).output().unwrap()
 }
 
+/// Runs the program with bad input. Returns what it prints for people.
+pub(crate) fn refusal(arguments: &[&str], folder: &Path) -> String {
+    let output = plumb(arguments, folder);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+    stderr(&output)
+}
+
 /// The program, with every signal's usual effect: one that these tests are started with may be
 /// ignored, as SIGHUP is behind `nohup`, and a program inherits that.
 pub(crate) fn program(arguments: &[&str], folder: &Path) -> Command {

@@ -17,6 +17,7 @@ mod inputs;
 mod killed;
 mod left_behind;
 mod links;
+mod mistaken_files;
 mod mistyped;
 mod motors;
 mod no_ball;

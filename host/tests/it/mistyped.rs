@@ -1,52 +1,12 @@
-//! Command lines that a person mistypes, and files in the place of others: what the answer says.
+//! Command lines that a person mistypes: what the answer says.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::ffi::OsStr;
-use std::fs;
-use std::io::{BufRead, BufReader, Write};
 use std::os::unix::ffi::OsStrExt;
-use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
-use nix::pty::openpty;
-use nix::sys::signal::Signal;
-
-use crate::common::{Emulator, folder, json, patient, plumb, program, rig_file, send, stderr};
-
-/// Runs the program with bad input. Returns what it prints for people.
-fn refusal(arguments: &[&str], folder: &Path) -> String {
-    let output = plumb(arguments, folder);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
-    stderr(&output)
-}
-
-#[test]
-fn a_camera_file_and_a_rig_file_are_told_apart() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), |text| text);
-    fs::create_dir(folder.path().join("recording")).unwrap();
-    let camera = "camera.toml: this is a camera file; give the rig file\n";
-    for arguments in [
-        &["goto", "camera.toml", "0.4", "0.3", "0.2"][..],
-        &["emulate", "camera.toml"],
-        &["run", "camera.toml"],
-    ] {
-        assert_eq!(refusal(arguments, folder.path()), format!("plumb: {camera}"));
-    }
-    let checked = refusal(&["check", "camera.toml", "--file-only"], folder.path());
-    assert!(checked.starts_with("camera.toml: error: this is a camera file; give"), "{checked}");
-    assert!(!checked.contains("remove it"), "{checked}");
-    for (arguments, says) in [
-        (&["replay", "recording", "--camera", "rig.toml"][..], "give the camera file"),
-        (&["board", "flash", &rig], "rig.toml: this is a rig file, and no UF2 file: give it with"),
-        (&["run", &rig, "--path", "rig.toml"], "this is a rig file, and no path"),
-        (&["run", &rig, "--waypoints", "rig.toml"], "a rig file, and no list of waypoints"),
-    ] {
-        let text = refusal(arguments, folder.path());
-        assert!(text.contains("rig.toml: this is a rig file") && text.contains(says), "{text}");
-    }
-}
+use crate::common::{Emulator, folder, json, patient, plumb, program, refusal, rig_file, stderr};
 
 #[test]
 fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
@@ -181,24 +141,6 @@ fn the_usage_says_that_a_variable_can_name_the_rig_file() {
 }
 
 #[test]
-fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), |text| text);
-    let port = "/dev/plumb-gone";
-    for (variable, value, arguments, says) in [
-        ("PLUMB_RIG", "gone.toml", &["jog", "A", "1"][..], "gone.toml (named by PLUMB_RIG): "),
-        ("PLUMB_RIG", "gone.toml", &["jog", "gone.toml", "A", "1"], "plumb: gone.toml: cannot"),
-        ("PLUMB_PORT", port, &["jog", &rig, "A", "1"], "plumb-gone (named by PLUMB_PORT): there"),
-    ] {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
-        command.args(arguments).env(variable, value).current_dir(folder.path());
-        let output = command.output().unwrap();
-        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-        assert!(stderr(&output).contains(says), "{}", stderr(&output));
-    }
-}
-
-#[test]
 fn a_word_that_is_no_file_is_told_as_taken_for_the_rig_file() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
@@ -220,27 +162,6 @@ fn a_word_that_is_no_file_is_told_as_taken_for_the_rig_file() {
 }
 
 #[test]
-fn a_missing_rig_file_is_told_with_the_command_that_writes_one() {
-    let folder = folder();
-    for arguments in [
-        &["run", "gone.toml"][..],
-        &["hold", "gone.toml"],
-        &["goto", "gone.toml", "1", "2", "3"],
-        &["home", "gone.toml"],
-        &["jog", "gone.toml", "A", "1"],
-        &["check", "gone.toml"],
-        &["calibrate", "gone.toml", "--board"],
-        &["report", "gone.toml"],
-        &["emulate", "gone.toml"],
-        &["cosim", "gone.toml"],
-    ] {
-        let text = refusal(arguments, folder.path());
-        let says = "`plumb init` writes a rig file and its camera file\n";
-        assert!(text.ends_with(says), "{arguments:?}: {text}");
-    }
-}
-
-#[test]
 fn a_word_that_is_no_text_does_not_hide_the_mistake() {
     let folder = folder();
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
@@ -248,117 +169,6 @@ fn a_word_that_is_no_text_does_not_hide_the_mistake() {
     let output = command.env("PLUMB_RIG", "gone.toml").current_dir(folder.path()).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("gone.toml (named by PLUMB_RIG): "), "{}", stderr(&output));
-}
-
-/// A name that is too long fails as a folder without permission does.
-#[test]
-fn a_file_that_cannot_be_looked_at_is_not_told_as_missing() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), |text| text);
-    let long = "x".repeat(300);
-    for arguments in [
-        &["run", &rig, "--port", "/dev/null", "--targets", &long][..],
-        &["replay", &long],
-        &["report", "--run", &long],
-    ] {
-        let text = refusal(arguments, folder.path());
-        assert!(text.contains("cannot be read: File name too long"), "{arguments:?}: {text}");
-    }
-}
-
-#[test]
-fn a_real_rig_at_an_emulated_board_is_told_of_a_simulated_one() {
-    let folder = folder();
-    let webcam = "file = \"camera.toml\"\nsource = \"webcam\"\nwebcam.device = \"/dev/nix\"";
-    let rig = rig_file(folder.path(), |text| {
-        let text = text[..text.find("\n[simulation]").unwrap()].to_owned();
-        text.replace("file = \"camera.toml\"", webcam)
-    });
-    let emulator = Emulator::start();
-    let says = format!(
-        "has no [simulation]: its pictures come from a real camera or from another program. A \
-         simulated rig for this board: `plumb init trial --simulated`, then `plumb run \
-         trial/rig.toml --port {}`\n",
-        emulator.port
-    );
-    for command in [&["run", &rig][..], &["hold", &rig], &["check", &rig, "--yes"]] {
-        let arguments = [command, &["--port", &emulator.port]].concat();
-        let text = refusal(&arguments, folder.path());
-        assert!(text.ends_with(&says), "{command:?}: {text}");
-    }
-    let text = refusal(&["run", &rig, "--port", "/dev/ttyNOSUCH"], folder.path());
-    assert!(
-        text.ends_with("Without a board: `plumb init trial --simulated` writes a simulated rig\n")
-    );
-}
-
-#[test]
-fn folders_and_devices_in_the_place_of_files_are_named() {
-    let folder = folder();
-    let path = folder.path();
-    let recorded = path.join("runs/run-0001");
-    fs::create_dir_all(&recorded).unwrap();
-    fs::write(recorded.join("run.csv"), "").unwrap();
-    fs::create_dir(path.join("r2")).unwrap();
-    fs::write(path.join("way.csv"), "x,y,z\n").unwrap();
-    fs::write(path.join("r2/rig.toml"), "").unwrap();
-    for (arguments, says) in [
-        (&["replay", "nix", "--camera", "c.toml"][..], "nix: there is no such recording"),
-        (
-            &["replay", "way.csv"],
-            "way.csv: is no recording, but a list. Of pictures: give the folder that it is in. Of",
-        ),
-        (&["replay", "r2"], "r2: has no rgb.txt or color.txt or colour.txt: a recording is"),
-        (&["man", "way.csv"], "way.csv: is a file, but must be a folder: name"),
-        (&["replay", "r2/rig.toml"], "a .bag or .db3 file of librealsense2, or an .mcap file of"),
-        (&["plot", "r2", "runs/run-0001", "--out", "both.png"], "both.png: must end in .svg"),
-        (&["bench", "control", "--svg", "all.pdf"], "all.pdf: must end in .svg"),
-        (
-            &["replay", "runs/run-0001"],
-            "this is a run's folder, and no recording: `plumb run --rec",
-        ),
-        (&["run", "r2"], "r2 is a folder, but must be a regular file: its rig file is r2/rig.toml"),
-        (&["calibrate", "r2", "--board"], "r2 is a folder, but must be a regular file"),
-        (&["emulate", "r2"], "r2 is a folder, but must be a regular file: its rig file is"),
-        (&["board", "status", "r2"], "r2 is a folder, but must be a regular file: its rig file"),
-        (
-            &["goto", "r2", "0.4", "0.3", "0.2"],
-            "r2 is a folder, but must be a regular file: its rig file is r2/rig.toml",
-        ),
-        (&["plot", "runs/run-0001", "--out", "x.png"], "--out is for the errors of several runs"),
-        (&["init", "--yes", "--sides", "61,88,93"], "is it in centimetres?"),
-        (&["init", "--yes", "--height", "66"], "is it in centimetres?"),
-        (&["check", "absent.toml", "--file-only"], "absent.toml: error: cannot be read: No such"),
-    ] {
-        let text = refusal(arguments, path);
-        assert!(text.contains(says), "{says}: {text}");
-    }
-    let output = plumb(&["init", "new", "--yes", "--driver", "TMC2209"], path);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert!(fs::read_to_string(path.join("new/rig.toml")).unwrap().contains("\"tmc2209\""));
-}
-
-#[test]
-fn a_folder_of_an_earlier_run_is_refused_before_the_camera_is_prepared() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), |text| text);
-    fs::create_dir(folder.path().join("out")).unwrap();
-    fs::write(folder.path().join("out/run.csv"), "").unwrap();
-    let emulator = Emulator::start();
-    let run = ["run", &rig, "--port", &emulator.port, "--out", "out"];
-    let text = refusal(&run, folder.path());
-    assert!(text.contains("out") && !text.contains("preparing"), "{text}");
-}
-
-#[test]
-fn a_second_board_at_one_link_is_told_that_the_first_one_can_be_used() {
-    let folder = folder();
-    let link = folder.path().join("board");
-    let link = link.to_str().unwrap();
-    let _first = Emulator::start_with(&["--link", link]);
-    let text = refusal(&["emulate", "--link", link], folder.path());
-    let says = format!("an emulated board runs there, and `--port {link}` uses it");
-    assert!(text.contains(&says), "{text}");
 }
 
 #[test]
@@ -377,65 +187,6 @@ fn the_port_of_an_emulated_board_in_the_place_of_a_file_is_told_with_its_option(
         let text = refusal(&["run", &rig, port], folder.path());
         assert!(text.ends_with(&format!("; for the board's port: --port {port}\n")), "{text}");
     }
-}
-
-#[test]
-fn a_rig_file_and_a_list_may_be_called_like_a_shape() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), |text| text);
-    let waypoints = ["run", &rig, "--waypoints", "circle"];
-    let text = refusal(&waypoints, folder.path());
-    let says = "--waypoints circle: there is no such file; for a shape: --path circle\n";
-    assert!(text.ends_with(says), "{text}");
-    fs::write(folder.path().join("circle"), "").unwrap();
-    let text = refusal(&waypoints, folder.path());
-    assert!(!text.contains("--path"), "{text}");
-    fs::rename(&rig, folder.path().join("circle")).unwrap();
-    let output = plumb(&["check", "circle", "--file-only"], folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-}
-
-/// Without a terminal nobody can be asked; a person may say no.
-#[test]
-fn a_check_without_a_yes_moves_nothing_and_says_why() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), patient);
-    let emulator = Emulator::start();
-    let check = ["check", &rig, "--port", &emulator.port];
-    let output = program(&check, folder.path()).output().unwrap();
-    let text = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    let nobody = "? Nobody can be asked on this input: say yes with --yes\n";
-    assert!(text.ends_with(nobody), "{text}");
-    let terminal = openpty(None, None).unwrap();
-    fs::File::from(terminal.master.try_clone().unwrap()).write_all(b"n\n").unwrap();
-    let output = program(&check, folder.path()).stdin(terminal.slave).output().unwrap();
-    let text = stderr(&output);
-    assert_eq!(output.status.code(), Some(1), "{text}");
-    assert!(
-        text.ends_with("plumb: nothing has moved: the check goes on after a yes only\n"),
-        "{text}"
-    );
-}
-
-/// The board's process is stopped, so that the check waits for its greeting when the signal comes.
-#[test]
-fn a_signal_before_a_check_moves_nothing_and_says_so() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), patient);
-    let emulator = Emulator::start();
-    send(&emulator.child, Signal::SIGSTOP);
-    let check = ["check", &rig, "--port", &emulator.port, "--yes", "-vv"];
-    let mut check = program(&check, folder.path()).stderr(Stdio::piped()).spawn().unwrap();
-    let mut lines = BufReader::new(check.stderr.take().unwrap()).lines().map(Result::unwrap);
-    let waits = lines.find(|line| line.contains("no answer from the board: sending"));
-    assert!(waits.is_some(), "the check has ended");
-    send(&check, Signal::SIGINT);
-    assert!(lines.any(|line| line.contains("Ctrl-C again")));
-    send(&emulator.child, Signal::SIGCONT);
-    let last = lines.last().unwrap();
-    assert_eq!(last, "plumb: interrupted before the check began: nothing was moved");
-    assert_eq!(check.wait().unwrap().code(), Some(1));
 }
 
 #[test]
