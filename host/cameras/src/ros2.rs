@@ -32,7 +32,7 @@ pub struct Ros2CameraSettings {
     /// Address of the only network interface for ROS 2. Default: all of them, or 127.0.0.1 where
     /// ROS 2's variables ask for it.
     pub interface: Option<IpAddr>,
-    /// Time from exposure to the earliest arrival of a picture, seconds, above 0, to 10. Default:
+    /// Time from exposure to arrival of the fastest picture, seconds, above 0, to 10. Default:
     /// 0.045.
     pub latency: Option<CameraTime>,
     /// Origin of the intrinsics. Default: `"device"`, which the topic `info` has.

@@ -316,7 +316,7 @@ impl Subject for Feed {
         news.add_event(Tone::Note, text);
         self.shared.publish(news);
         if let Some(operator) = &self.operator {
-            // The end of the run and a Stop that holds ramp the motors down too.
+            // The end of the run and a Stop in force ramp the motors down too.
             let _not_needed = operator.send(OperatorCommand::RampDown);
         }
     }

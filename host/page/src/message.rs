@@ -256,7 +256,7 @@ pub(crate) struct Update {
     pub(crate) board: Option<BoardView>,
     /// The present target and what became of it.
     pub(crate) goal: Option<Goal>,
-    /// The Stop that holds.
+    /// The Stop in force.
     pub(crate) stop: Option<StopView>,
     /// Events since the client's last update, oldest first.
     pub(crate) events: Vec<Event>,
@@ -294,7 +294,7 @@ pub(crate) struct FrameView {
     pub(crate) target: Option<[f64; 2]>,
 }
 
-/// Stop that holds.
+/// Stop in force.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct StopView {
     /// Number that a Resume must name.

@@ -14,7 +14,7 @@ export class Controls {
   #send;
   #rig = null;
   #isEnabled = false;
-  /** Stop that holds; null where the ball may be moved. */
+  /** Stop in force; null where the ball may be moved. */
   #stop = null;
   /** Gesture that moves the target: its timer, and the number of places that were sent. */
   #gesture = null;
@@ -93,7 +93,7 @@ export class Controls {
 
   /**
    * Enables the controls that make sense in a state of the board, which is null if it is unknown,
-   * and with the Stop that holds, which is null if there is none; all are off if not `enabled`.
+   * and with the Stop in force, which is null if there is none; all are off if not `enabled`.
    */
   update(enabled, board, stop) {
     this.#isEnabled = enabled;

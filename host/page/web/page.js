@@ -131,7 +131,7 @@ function showState() {
   controls.update(isLive && run.commands, board, run.stop);
 }
 
-/** Says who has stopped the rig, and when; `stop` is null where no Stop holds. */
+/** Says who has stopped the rig, and when; `stop` is null where no Stop is in force. */
 function showStop(stop) {
   byId("stopped").hidden = !stop;
   if (!stop) return;

@@ -54,7 +54,7 @@ impl MovingStatus {
             (Some(refusal), _) => (Level::Warn, refusal),
             (None, None) => (Level::Ok, "no moving target yet"),
             (None, Some(silence)) if silence > RECENT => {
-                (Level::Ok, "no target for a second: the ball goes to the last one and waits")
+                (Level::Ok, "no target for a second: the ball goes to where it came to rest")
             }
             (None, Some(_)) => (Level::Ok, "targets come"),
         };
@@ -77,7 +77,7 @@ mod tests {
         assert_eq!(status.report(at(900)).message, "targets come");
         assert_eq!(
             status.report(at(1100)).message,
-            "no target for a second: the ball goes to the last one and waits"
+            "no target for a second: the ball goes to where it came to rest"
         );
         assert!(status.note_refusal("late".to_owned(), at(1200)));
         assert!(!status.note_refusal("too late".to_owned(), at(1300)));

@@ -214,8 +214,8 @@ impl NodeLoop {
         }
     }
 
-    /// Ends the Stop that holds for a request that came at `arrival`, if its number had been
-    /// published before. Returns the answer: success, also where no Stop holds, and its text.
+    /// Ends the Stop in force for a request that came at `arrival`, if its number had been
+    /// published before. Returns the answer: success, also where no Stop is in force, and its text.
     fn resume(&self, arrival: Instant) -> (bool, String) {
         let mut state = self.feed.state();
         state.has_news = true;
@@ -239,7 +239,7 @@ impl NodeLoop {
         }
     }
 
-    /// Publishes the Stop that holds, or that none does, where that has changed.
+    /// Publishes the Stop in force, or that none does, where that has changed.
     fn publish_stop(&mut self) {
         let stop = self.feed.state().ledger.stop();
         let number = |stop: &Option<Stop>| stop.as_ref().map(|stop| stop.number);

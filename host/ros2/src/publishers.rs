@@ -85,7 +85,7 @@ impl Publishers {
         let _dropped = self.diagnostics.publish(DiagnosticArray { header, status });
     }
 
-    /// Publishes the report about the Stop that holds. Readers that come later get it too.
+    /// Publishes the report about the Stop in force. Readers that come later get it too.
     pub(crate) fn publish_stop(&self, report: Report) {
         let _dropped = self.stop.publish(self.status("stop", report));
     }

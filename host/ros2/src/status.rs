@@ -224,10 +224,10 @@ impl RunStatus {
     }
 }
 
-/// Returns the report about the Stop that holds: with the number that a Resume names.
+/// Returns the report about the Stop in force: with the number that a Resume names.
 pub(crate) fn stop_report(stop: Option<&Stop>) -> Report {
     let Some(Stop { number, by, since, refused }) = stop else {
-        let message = "no stop holds".to_owned();
+        let message = "no stop is in force".to_owned();
         return Report { level: Level::Ok, message, values: vec![KeyValue::new("number", 0)] };
     };
     // A clock before 1970 is wrong anyway.

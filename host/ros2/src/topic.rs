@@ -81,7 +81,7 @@ impl<M: TypedMessage + DeserializeOwned + 'static> Topic<M> {
 /// wall clock.
 pub(crate) fn arrival(info: &MessageInfo) -> Instant {
     // In this order an interruption in between makes the arrival late, as one before both does. An
-    // early one would count as that of the least delayed message.
+    // early one would count as that of the fastest message.
     let (wall, now) = (wall_clock::now(), Instant::now());
     let received = info.received_timestamp().and_then(|it| u64::try_from(it.to_nanos()).ok());
     let waited = received.map_or(Duration::ZERO, |received| waited(received, wall));

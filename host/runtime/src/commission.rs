@@ -2,10 +2,10 @@
 //! wiring, the cables or the camera's pose.
 //!
 //! Paying out one cable moves the ball in a direction that follows from the place of its motor
-//! only: away from the line between the other two motors, and down. These are the signs Σ of
-//! dp/du. [`Examination::run`] measures the three directions and looks for the smallest number of
-//! faults that explains them ([`Report::of`]). It needs no model of the rig; the rough size in the
-//! rig file makes it more exact.
+//! only: down, away from the motor, and towards the line between the other two. These are the
+//! signs Σ of dp/du. [`Examination::run`] measures the three directions and looks for the smallest
+//! number of faults that explains them ([`Report::of`]). It needs no model of the rig; the rough
+//! size in the rig file makes it more exact.
 //!
 //! Then one motor turns to and fro, and the swing of the ball tells whether the cables are stiff
 //! ([`Measurement`]).

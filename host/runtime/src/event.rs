@@ -96,8 +96,12 @@ pub enum TargetsEvent {
          `path.max_speed` of the rig file allow?)"
     )]
     Lagging,
-    /// No target that can be used has come for a second. The ball goes on to the last one.
-    #[error("targets: none that can be used for a second; the ball goes to the last one and waits")]
+    /// No target that can be used has come for a second. The target has come to rest beyond its
+    /// last place.
+    #[error(
+        "targets: none that can be used for a second; the ball goes to where the target came to \
+         rest, and waits"
+    )]
     Ceased,
     /// Targets come again.
     #[error("targets: they come again")]

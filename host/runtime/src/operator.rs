@@ -7,7 +7,7 @@
 //!
 //! [`OperatorSender::targets`] sends targets that move, which need no answers.
 //!
-//! A Stop holds: what moves the ball is refused, whoever sends it, before an
+//! A Stop is in force: what moves the ball is refused, whoever sends it, before an
 //! [`OperatorCommand::Resume`] with the number of the Stop. A Resume moves nothing, and what was
 //! sending begins anew ([`BEGINS_ANEW_AFTER`]). Each page or program is a source of its own
 //! ([`OperatorSender::source`]).

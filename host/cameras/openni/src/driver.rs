@@ -32,7 +32,7 @@ pub struct OpenniSettings {
     /// Frame rate, frames/s, 1 to 1000. Default: 30.
     #[serde(deserialize_with = "rate")]
     pub rate: u16,
-    /// Time from exposure to the earliest arrival of a frame, seconds, above 0, to 10. Default:
+    /// Time from exposure to arrival of the fastest frame, seconds, above 0, to 10. Default:
     /// 0.045.
     pub latency: Option<CameraTime>,
     /// Origin of the intrinsics. Default: `"file"`.

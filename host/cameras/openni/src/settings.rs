@@ -67,7 +67,7 @@ pub struct Settings {
     pub height: u16,
     /// Pairs per second.
     pub rate: u16,
-    /// Time from exposure to the earliest arrival of a picture, seconds; see
+    /// Time from exposure to arrival of the fastest picture, seconds; see
     /// [`HostClock`](plumb_frame::clock::HostClock).
     pub latency: f64,
     /// File for the device's own `.oni` recording.

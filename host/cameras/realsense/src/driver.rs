@@ -36,7 +36,7 @@ pub struct RealsenseSettings {
     pub exposure: Option<CameraTime>,
     /// Whether the infrared projector is on. Default: as the camera has it.
     pub emitter: Option<bool>,
-    /// Time from exposure to the earliest arrival of a frame, seconds, above 0, to 10. Default:
+    /// Time from exposure to arrival of the fastest frame, seconds, above 0, to 10. Default:
     /// 0.045.
     pub latency: Option<CameraTime>,
     /// Origin of the intrinsics. Default: `"device"`, which the maker calibrated.

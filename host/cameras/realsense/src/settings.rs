@@ -36,7 +36,7 @@ pub struct Settings {
     pub exposure: Option<f64>,
     /// Whether to switch the infrared projector on; `None` does not change it.
     pub emitter: Option<bool>,
-    /// Time from exposure to the earliest arrival of a picture, seconds; see
+    /// Time from exposure to arrival of the fastest picture, seconds; see
     /// [`HostClock`](plumb_frame::clock::HostClock).
     pub latency: f64,
     /// File for the library's own recording.

@@ -44,7 +44,7 @@ pub struct WebcamSettings {
     pub exposure: Option<CameraTime>,
     /// Gain, in the units of the camera's driver, within ±1e6. Default: as the camera has it.
     pub gain: Option<CameraGain>,
-    /// Time from exposure to the earliest arrival of a frame, seconds, above 0, to 10. Default:
+    /// Time from exposure to arrival of the fastest frame, seconds, above 0, to 10. Default:
     /// 0.05.
     pub latency: Option<CameraTime>,
 }

@@ -34,7 +34,7 @@ pub struct Settings {
     pub exposure: Option<f64>,
     /// Gain in the driver's units; `None` leaves it as it is.
     pub gain: Option<f64>,
-    /// Time from exposure to the earliest arrival of a picture, seconds; see
+    /// Time from exposure to arrival of the fastest picture, seconds; see
     /// [`HostClock`](plumb_frame::clock::HostClock).
     pub latency: f64,
 }

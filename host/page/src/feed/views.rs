@@ -40,7 +40,7 @@ pub(super) fn frame_view(record: &FrameRecord, sight: Option<&Sight>) -> FrameVi
     }
 }
 
-/// Returns the Stop that holds.
+/// Returns the Stop in force.
 pub(super) fn stop_view(stop: Stop) -> StopView {
     StopView {
         number: stop.number,

@@ -17,7 +17,7 @@ const HEARD: Duration = Duration::from_millis(500);
 /// late.
 const JUDGING: Duration = Duration::from_secs(4);
 
-/// Time in which the least delayed picture counts.
+/// Time in which the fastest picture counts.
 const WINDOW: Duration = Duration::from_millis(200);
 
 /// Stamp of a picture and its arrival.
@@ -28,7 +28,7 @@ struct Taken {
     arrival: Instant,
 }
 
-/// The least delayed picture of a window.
+/// The fastest picture of a window.
 #[derive(Debug, Clone, Copy)]
 struct Window {
     begin: Instant,
@@ -46,7 +46,7 @@ pub(super) enum Finding {
     Wrong(f64),
 }
 
-/// Estimate of the rate of the clock of the stamps, from the least delayed pictures.
+/// Estimate of the rate of the clock of the stamps, from the fastest pictures.
 #[derive(Debug, Default)]
 pub(super) struct ClockRate(Vec<Window>);
 
@@ -137,7 +137,7 @@ impl Period {
 #[derive(Debug)]
 pub(super) struct ExposureClock {
     sender: SenderClock,
-    /// Time from exposure to the earliest arrival of a picture, seconds.
+    /// Time from exposure to arrival of the fastest picture, seconds.
     latency: f64,
     /// Zero of the host's clock.
     zero: Instant,

@@ -34,7 +34,7 @@ const CHECK: Duration = Duration::from_millis(100);
 /// moves.
 const HEARING: Duration = Duration::from_secs(1);
 
-/// Time from exposure to the earliest arrival of a picture where nothing else is set, seconds.
+/// Time from exposure to arrival of the fastest picture where nothing else is set, seconds.
 const LATENCY: f64 = 0.045;
 
 /// Camera of another node in ROS 2, with depth aligned to colour.

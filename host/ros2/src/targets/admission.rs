@@ -26,7 +26,7 @@ pub(crate) enum TargetRefusal {
     /// A coordinate is no number.
     #[error("a coordinate of the target is no number")]
     NoNumber,
-    /// A Stop holds.
+    /// A Stop is in force.
     #[error("{stopped}, with the service `{resume}`")]
     Stopped {
         /// The Stop.
@@ -79,8 +79,8 @@ impl Admission {
     /// has sent it at `sent`.
     ///
     /// # Errors
-    /// Where it is in another frame or no number, while a Stop holds, and after its Resume until
-    /// the publisher begins anew.
+    /// Where it is in another frame or no number, while a Stop is in force, and after its Resume
+    /// until the publisher begins anew.
     pub(crate) fn admit(
         &self,
         message: &PointStamped,

@@ -34,7 +34,7 @@ pub enum SendCommandError {
     /// The run has ended.
     #[error("the run has ended")]
     Ended,
-    /// A Stop holds.
+    /// A Stop is in force.
     #[error(transparent)]
     Stopped(#[from] Stopped),
     /// A Resume ends nothing.
@@ -126,12 +126,12 @@ impl OperatorSender {
     /// Queues a command and wakes the control loop. Returns the number of the command, from 1
     /// upwards, which names it in its [`RunEvent`](crate::observer::RunEvent::Command).
     ///
-    /// A Stop holds from the moment in which it is queued, and a Resume ends it at once.
+    /// A Stop is in force from the moment in which it is queued, and a Resume ends it at once.
     ///
     /// # Errors
     /// Where too many commands wait, or the run has ended. A command that moves the ball is refused
-    /// while a Stop holds, and after its Resume until the source begins anew. A Resume is refused
-    /// where it names no Stop that holds.
+    /// while a Stop is in force, and after its Resume until the source begins anew. A Resume is
+    /// refused where it names no Stop in force.
     pub fn send(&self, command: OperatorCommand) -> Result<u64, SendCommandError> {
         let queue = &mut lock(&self.queue);
         if queue.has_ended {
@@ -153,7 +153,7 @@ impl OperatorSender {
     /// targets](Self::targets) now. `continuity` says whether a gesture begins with it.
     ///
     /// # Errors
-    /// While a Stop holds, and after its Resume until the source begins anew.
+    /// While a Stop is in force, and after its Resume until the source begins anew.
     pub fn admit_target(&self, continuity: Continuity) -> Result<(), SendCommandError> {
         self.admit(&mut lock(&self.queue), continuity, &"a moving target")
     }
@@ -175,7 +175,7 @@ impl OperatorSender {
         may_move.then_some(()).ok_or(SendCommandError::MustBeginAnew)
     }
 
-    /// Returns the Stop that holds; `None` where the ball may be moved.
+    /// Returns the Stop in force; `None` where the ball may be moved.
     pub fn stop(&self) -> Option<Stop> {
         lock(&self.queue).latch.stop().cloned()
     }
@@ -262,7 +262,7 @@ impl OperatorReceiver {
         waiting.pop_front_if(|submitted| !only_urgent || submitted.command.is_urgent())
     }
 
-    /// Returns whether a Stop holds, or waits.
+    /// Returns whether a Stop is in force, or waits.
     pub(crate) fn is_stopped(&self) -> bool {
         let queue = lock(&self.queue);
         let waits = || queue.waiting.iter().any(|it| it.command == OperatorCommand::Stop);

@@ -121,7 +121,7 @@ impl OperatorCommand {
     }
 
     /// Returns whether the command moves the ball or has the board act on the motors. Such a
-    /// command is refused while a Stop holds.
+    /// command is refused while a Stop is in force.
     pub(crate) fn moves_the_ball(self) -> bool {
         match self {
             Self::Target(_) | Self::Hold | Self::Jog { .. } => true,

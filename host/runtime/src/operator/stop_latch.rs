@@ -1,4 +1,4 @@
-//! The Stop that holds a rig until a Resume names it, and the rule for a source of commands after
+//! The Stop in force a rig until a Resume names it, and the rule for a source of commands after
 //! the Resume.
 
 use std::collections::VecDeque;
@@ -10,7 +10,7 @@ use thiserror::Error;
 /// Number of events that wait for the control loop. Of more the oldest are dropped.
 const MAX_EVENTS: usize = 64;
 
-/// A Stop that holds: nothing moves the ball before a [`Resume`](super::OperatorCommand::Resume)
+/// A Stop in force: nothing moves the ball before a [`Resume`](super::OperatorCommand::Resume)
 /// with its number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stop {
@@ -24,11 +24,11 @@ pub struct Stop {
     pub refused: u64,
 }
 
-/// Event of the Stop that holds. Its text is for people.
+/// Event of the Stop in force. Its text is for people.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum StopEvent {
-    /// A Stop holds from now on. The board has been asked to ramp the motors down.
+    /// A Stop is in force from now on. The board has been asked to ramp the motors down.
     #[error("stopped by {} (command {}): nothing moves the ball before a Resume", .0.by, .0.number)]
     Stopped(Stop),
     /// Something that moves the ball was refused. There is one such event for each Stop.
@@ -66,7 +66,7 @@ impl StopEvent {
     }
 }
 
-/// Refusal for a Stop that holds.
+/// Refusal for a Stop in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("the rig is stopped (command {0}): Resume first")]
 pub struct Stopped(pub u64);
@@ -74,18 +74,18 @@ pub struct Stopped(pub u64);
 /// Reason why a Resume ends nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ResumeError {
-    /// It names another Stop than the one that holds.
-    #[error("another Stop holds: that of command {holds}")]
+    /// It names another Stop than the one in force.
+    #[error("another Stop is in force: that of command {holds}")]
     OtherStop {
-        /// Number of the Stop that holds.
+        /// Number of the Stop in force.
         holds: u64,
     },
-    /// No Stop holds.
+    /// No Stop is in force.
     #[error("the rig is not stopped")]
     NotStopped,
 }
 
-/// The Stop that holds, if there is one, and the last Resume. It is apart from the state of the
+/// The Stop in force, if there is one, and the last Resume. It is apart from the state of the
 /// board: a fault and its clearing leave it.
 #[derive(Debug, Default)]
 pub(super) struct StopLatch {
@@ -99,7 +99,7 @@ pub(super) struct StopLatch {
 }
 
 impl StopLatch {
-    /// Returns the Stop that holds.
+    /// Returns the Stop in force.
     pub(super) fn stop(&self) -> Option<&Stop> {
         self.stop.as_ref()
     }
@@ -114,8 +114,8 @@ impl StopLatch {
         self.resumed
     }
 
-    /// Notes a Stop, which holds from now on. A Stop before it is replaced: a Resume must name the
-    /// newest one.
+    /// Notes a Stop, which is in force from now on. A Stop before it is replaced: a Resume must
+    /// name the newest one.
     pub(super) fn latch(&mut self, number: u64, by: &Arc<str>) {
         let (by, since) = (Arc::clone(by), SystemTime::now());
         let refused = self.stop.as_ref().map_or(0, |stop| stop.refused);
@@ -124,10 +124,10 @@ impl StopLatch {
         self.stop = Some(stop);
     }
 
-    /// Checks that no Stop holds. Counts what is refused for it.
+    /// Checks that no Stop is in force. Counts what is refused for it.
     ///
     /// # Errors
-    /// [`Stopped`] with the number of the Stop that holds.
+    /// [`Stopped`] with the number of the Stop in force.
     pub(super) fn admit(&mut self, by: &Arc<str>, what: &dyn ToString) -> Result<(), Stopped> {
         let Some(stop) = &mut self.stop else { return Ok(()) };
         let number = stop.number;
@@ -142,7 +142,7 @@ impl StopLatch {
     /// Ends the Stop `named`, at `now`, by the Resume `number` of `by`.
     ///
     /// # Errors
-    /// Where no Stop holds, or another one.
+    /// Where no Stop is in force, or another one.
     pub(super) fn resume(
         &mut self,
         named: u64,

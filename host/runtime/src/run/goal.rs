@@ -13,7 +13,7 @@
 //!   any -------- the board stops by itself ------------> Faulted -- the fault is cleared -> Idle
 //! ```
 //!
-//! The Stop that holds the rig is apart from the goal
+//! The Stop in force the rig is apart from the goal
 //! ([`StopEvent`](crate::operator::StopEvent)): a fault and its clearing leave it.
 
 use std::collections::VecDeque;

@@ -269,7 +269,7 @@ fn a_frame_whose_depth_comes_late_is_old() {
         let frame = camera.next_frame().ok()??;
         Some(camera.now() - frame.time())
     };
-    // The latency of 45 ms and the delay, less that of the least delayed of ten colour pictures.
+    // The latency of 45 ms and the delay, less that of the fastest of ten colour pictures.
     let ages: Vec<f64> = (0..40).map(|_| age()).skip(10).flatten().collect();
     assert!(ages.len() >= 20 && ages.iter().all(|age| *age > 0.135), "{ages:?}");
 }

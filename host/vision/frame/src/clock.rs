@@ -15,8 +15,8 @@ const DRIFT: f64 = 1e-3;
 /// Mapping of a device's time stamps to the host's clock.
 ///
 /// Time stamps are regular; arrivals are delayed by the transfer and by the load of the host. The
-/// offset between the clocks is that of the least delayed picture, less `latency`: the time from
-/// exposure to the earliest arrival, which no time stamp contains. It may grow by 1 ms a second,
+/// offset between the clocks is that of the fastest picture, less `latency`: its time from
+/// exposure to arrival, which no time stamp contains. It may grow by 1 ms a second,
 /// because clocks drift apart. So a delay that lasts stays visible as age: one of 0.5 s is still
 /// 0.44 s after a minute.
 #[derive(Debug, Clone)]
@@ -30,7 +30,7 @@ pub struct HostClock {
 struct Last {
     /// Time stamp, seconds on the device's clock.
     stamp: f64,
-    /// Offset (arrival minus time stamp) of the least delayed picture, seconds.
+    /// Offset (arrival minus time stamp) of the fastest picture, seconds.
     least: f64,
 }
 
@@ -46,7 +46,7 @@ impl HostClock {
     /// both in seconds.
     ///
     /// The mapping starts again where the device's clock was set back: where a time stamp is before
-    /// the last one. A clock that was set ahead makes the picture the least delayed one.
+    /// the last one. A clock that was set ahead makes the picture the fastest one.
     pub fn taken(&mut self, stamp: f64, arrival: f64) -> f64 {
         let offset = arrival - stamp;
         let least = match self.last.filter(|last| stamp >= last.stamp) {

@@ -27,7 +27,7 @@ pub(crate) enum Kind {
     Clear,
     /// A page that vanishes in a jog again and again.
     Vanishing,
-    /// Motions of a caller that does not ask whether a Stop holds.
+    /// Motions of a caller that does not ask whether a Stop is in force.
     Unasked,
 }
 

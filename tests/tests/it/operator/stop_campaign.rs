@@ -1,4 +1,4 @@
-//! A Stop holds, whoever sends what: campaign over seeds, in virtual time.
+//! A Stop is in force, whoever sends what: campaign over seeds, in virtual time.
 
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};

@@ -27,7 +27,7 @@ pub(in crate::run) enum Input {
     Operator(Submitted),
     /// A command that a later Stop or End replaced before it was taken.
     Replaced(Submitted),
-    /// A Stop holds, or a Resume has ended it.
+    /// A Stop is in force, or a Resume has ended it.
     Stop(StopEvent),
     /// A frame, and the ball in it.
     Picture(Picture),

@@ -53,8 +53,8 @@ impl RunCore {
         self.refuse(submitted, CommandRefusal::Replaced);
     }
 
-    /// Takes in that a Stop holds, or holds no longer. A motion that was begun before a Resume does
-    /// not go on after it.
+    /// Takes in that a Stop is in force, or is no longer. A motion that was begun before a Resume
+    /// does not go on after it.
     pub(super) fn note_stop(&mut self, event: StopEvent) {
         if let StopEvent::Resumed { number, stop, .. } = &event {
             let command = OperatorCommand::Resume { stop: stop.number };

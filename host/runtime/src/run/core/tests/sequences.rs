@@ -62,7 +62,7 @@ struct Trial {
 impl Trial {
     fn apply(&mut self, op: Op) {
         let bench = &mut self.bench;
-        // The operator's queue refuses what moves the ball while a Stop holds.
+        // The operator's queue refuses what moves the ball while a Stop is in force.
         let moves = matches!(op, Op::Target | Op::Hold | Op::Jog);
         match op {
             _ if moves && self.is_stopped => {}
