@@ -109,13 +109,14 @@ impl fmt::Display for PathSummary {
         write!(
             f,
             "path: {:.1}{} s followed in {:.1} s, {:.0} % of its speed; distance from it \
-             {rms_mm:.1} mm rms, at most {p99_mm:.1} mm in 99 % of the pictures, and at most \
+             {rms_mm:.1} mm rms, at most {p99_mm:.1} mm in 99 % of {} pictures, and at most \
              {max_mm:.1} mm",
             self.path_time_s,
             self.duration_s.map(|whole| format!(" of {whole:.1}")).unwrap_or_default(),
             self.time_s,
             // The start is known to a picture.
-            (self.speed_kept * 100.0).min(100.0)
+            (self.speed_kept * 100.0).min(100.0),
+            self.frames
         )
     }
 }

@@ -33,6 +33,8 @@ pub enum StopReason {
     TargetsBroken,
     /// The stream of targets had none in a possible place for the time of the timeout.
     TargetsRefused,
+    /// The stream of targets had some, and the board has followed none for the time of the timeout.
+    TargetsNotFollowed,
     /// The stream of targets had none for the time of the timeout.
     TargetsSilent,
     /// The link, the camera or an observer failed; the messages of the error and its causes.
@@ -58,6 +60,10 @@ impl StopReason {
             Self::TargetsSilent => Some(
                 "Start the program that sends the targets, or look whether it still does so. \
                  Between two targets it has --timeout seconds, and a file likewise",
+            ),
+            Self::TargetsNotFollowed => Some(
+                "The board follows a target once it knows where the ball is. Look whether the ball \
+                 is in view, and whether the link to the board is slow",
             ),
             Self::TargetsRefused => Some(
                 "A message above names a refused place and its limit. Send places within the \
@@ -100,6 +106,9 @@ impl fmt::Display for StopReason {
             Self::NoTarget => f.write_str("the targets ended before there was one to drive to"),
             Self::TargetsBroken => f.write_str("the lines of the targets could not be used"),
             Self::TargetsRefused => f.write_str("all targets were refused for their places"),
+            Self::TargetsNotFollowed => {
+                f.write_str("targets came, and the board followed none of them in time")
+            }
             Self::TargetsSilent => f.write_str("no target came in time"),
             Self::Failed(message) => f.write_str(message),
         }

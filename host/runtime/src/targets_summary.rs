@@ -51,15 +51,21 @@ impl fmt::Display for TargetsSummary {
         if self.taken == 0 {
             return Ok(());
         }
+        if self.followed == 0 {
+            return write!(f, "; the board followed none of them");
+        }
         write!(f, "; the ball was at its target in {} of {} pictures", self.near, self.followed)?;
-        let Some(Spreads { error, .. }) = self.spreads else {
-            return write!(f, ", and did not catch up");
+        let Some(Spreads { frames, error, .. }) = self.spreads else {
+            return match self.near {
+                0 => write!(f, ", and did not catch up"),
+                _ => write!(f, ", and never for a quarter of a second"),
+            };
         };
         let Spread { rms_mm, p99_mm, max_mm } = error;
         write!(
             f,
             "; since it has caught up, its distance was {rms_mm:.1} mm rms, at most {p99_mm:.1} mm \
-             in 99 % of the pictures, and at most {max_mm:.1} mm"
+             in 99 % of {frames} pictures, and at most {max_mm:.1} mm"
         )
     }
 }

@@ -161,6 +161,15 @@ fn the_ball_follows_over_links_that_lose_damage_and_delay_frames() {
     }
 }
 
+/// The pictures are newer by 0.4 s than what the board has told of the path.
+#[test]
+fn every_picture_counts_over_a_slow_link() {
+    let circle = PathRun::new(LawName::Taut, ShapeKind::Circle, 0.05);
+    let path = PathRun { link: link("latency 200 ms"), ..circle }.follow();
+    assert!(path.frames as f64 >= 0.9 * 30.0 * path.time_s, "{path:?}");
+    assert!(path.error.max_mm <= 50.0, "{path:?}");
+}
+
 /// `plumb verify` proves d|e|/dt <= -0.22 g |e| for the paper's rig; the gain g is 4 /s. The path
 /// goes on without the ball.
 #[test]

@@ -48,6 +48,17 @@ fn the_ball_follows_targets_that_come_late_and_out_of_order_over_every_link() {
     }
 }
 
+/// What the board tells of the ball is older than 0.3 s.
+#[test]
+fn the_ball_follows_targets_over_a_slow_link() {
+    let run =
+        TargetRun { law: LawName::Taut, link: link("latency 150 ms"), ..TargetRun::default() };
+    let outcome = run.drive(Sender::new(circle, 30.0, [0.5, 10.0], jitter(4)));
+    outcome.check_reached("latency 150 ms");
+    let targets = outcome.targets();
+    assert!(targets.followed > 200, "{targets:?}");
+}
+
 #[test]
 fn the_default_law_follows_too() {
     let run = TargetRun { law: LawName::Taut, ..TargetRun::default() };
@@ -258,6 +269,10 @@ fn a_stream_without_a_target_ends_the_run_with_the_reason() {
     let above = Sender::new(|_| Point3::new(0.45, 0.30, 9.0), 30.0, [0.5, 31.0], |_| 0.0);
     let outcome = TargetRun { timeout: 2.0, ..TargetRun::default() }.drive(above);
     assert_eq!(outcome.summary.ending, StopReason::TargetsRefused);
+    let sender = Sender::new(circle, 30.0, [0.5, 2.0], |_| 0.0);
+    let outcome = TargetRun { timeout: 2.0, is_seen: false, ..TargetRun::default() }.drive(sender);
+    assert_eq!(outcome.summary.ending, StopReason::TargetsNotFollowed);
+    assert!(outcome.targets().to_string().ends_with("the board followed none of them"));
 }
 
 #[test]

@@ -86,8 +86,8 @@ const REPORTS: usize = 60;
 /// Decrease of the offset, seconds a second: the clocks of board and host drift.
 const DRIFT: f64 = 1e-3;
 
-/// Longest extrapolation beyond the last report, seconds.
-const LONGEST_S: f64 = 0.3;
+/// Longest extrapolation beyond the last report, seconds: no link that drives is slower to answer.
+const LONGEST_S: f64 = 1.0;
 
 /// Report of the board.
 #[derive(Debug, Clone, Copy)]

@@ -23,9 +23,13 @@ pub(super) const PAUSE_S: f64 = 1.0;
 /// Least time between two events about places that are not allowed, seconds.
 const LEAST_REFUSAL_S: f64 = 1.0;
 
-/// Longest time since the last position that the board has, seconds: a follower begins where the
-/// ball is, and the board's own deadline is longer.
+/// Longest time since the last position with the ball was sent, seconds: a follower begins where
+/// the ball is, and the board's own deadline is longer.
 const FRESH_S: f64 = 0.25;
+
+/// Longest time since the position that the board has told of was sent, seconds: no link that
+/// drives is slower to answer.
+const ANSWER_S: f64 = 1.0;
 
 /// Distance of the ball from the target beyond which the reference waits for the ball, metres: it
 /// would run away from a ball that cannot follow a jump.
@@ -187,12 +191,13 @@ impl TargetDrive {
     }
 
     /// Returns the place to begin at, metres, where a target waits, the board can follow it and
-    /// knows where the ball is. `state` is the board's newest, and `position` the one
-    /// that it has.
+    /// knows where the ball is. `state` is the board's newest, `known` the position that it has
+    /// told of, and `sent` the one that was sent last.
     pub(crate) fn begin(
         &self,
         state: State,
-        position: Option<SentPosition>,
+        known: Option<SentPosition>,
+        sent: Option<SentPosition>,
         now: f64,
     ) -> Option<Point3<f64>> {
         let place = self.tracker.last_position()?;
@@ -200,7 +205,10 @@ impl TargetDrive {
             state,
             State::Ready | State::Seeking | State::Holding | State::Following | State::Stopping
         );
-        let is_ball_known = position.is_some_and(|it| it.has_ball && now - it.time <= FRESH_S);
+        let shows_ball = |position: Option<SentPosition>, longest: f64| {
+            position.is_some_and(|it| it.has_ball && now - it.time <= longest)
+        };
+        let is_ball_known = shows_ball(known, ANSWER_S) && shows_ball(sent, FRESH_S);
         // The sender of an older target may have gone while the ball was hidden.
         let is_present = self.usage == TargetUse::Goal
             || self.last_taken.is_some_and(|last| now - last <= MAX_AGE_S);
@@ -237,6 +245,11 @@ impl TargetDrive {
     /// Returns whether a target was ever taken.
     pub(crate) fn has_taken(&self) -> bool {
         self.counts.taken > 0
+    }
+
+    /// Returns whether the board was ever to follow one.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.zero.is_some()
     }
 
     /// Forgets the targets so far.

@@ -11,6 +11,9 @@ use plumb_runtime::run::{Run, RunParts, Summary, TargetUse, TargetsSummary};
 use plumb_runtime::targets::TargetSource;
 use plumb_sim::simulated::Timing;
 use plumb_tests::links::{FixedDetector, LinkCase, TrackingCamera, link};
+use plumb_vision::detect::{BallDetector, DetectError};
+use plumb_vision::frame::RgbdFrame;
+use plumb_vision::observation::BallObservation;
 
 use super::sender::{Motion, Sender};
 
@@ -20,13 +23,32 @@ pub(crate) struct TargetRun {
     pub(crate) law: LawName,
     /// Longest wait for a target, seconds.
     pub(crate) timeout: f64,
+    /// Whether the pictures show the ball.
+    pub(crate) is_seen: bool,
     /// `motors.max_rate`, full steps/s; `None` for that of the paper's rig.
     pub(crate) max_rate: Option<f64>,
 }
 
 impl Default for TargetRun {
     fn default() -> Self {
-        Self { link: link("ideal"), law: LawName::Adaptive, timeout: 20.0, max_rate: None }
+        let (link, law) = (link("ideal"), LawName::Adaptive);
+        Self { link, law, timeout: 20.0, is_seen: true, max_rate: None }
+    }
+}
+
+/// Detector that finds the ball where it `is_seen`.
+struct Sight {
+    detector: FixedDetector,
+    is_seen: bool,
+}
+
+impl BallDetector for Sight {
+    fn name(&self) -> &'static str {
+        self.detector.name()
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
+        Ok(self.detector.detect(frame)?.filter(|_| self.is_seen))
     }
 }
 
@@ -70,7 +92,7 @@ impl TargetRun {
         run.set_targets(source, usage);
         let summary = run.drive(RunParts {
             source: &mut frames,
-            detector: &mut FixedDetector(camera),
+            detector: &mut Sight { detector: FixedDetector(camera), is_seen: self.is_seen },
             observers: &mut [&mut seen],
             operator: (usage == TargetUse::Steering).then_some(receiver),
             timeout: self.timeout,

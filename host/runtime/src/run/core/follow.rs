@@ -90,8 +90,8 @@ impl RunCore {
             || self.board.is_answer_due
             || self.answered_at == Some(telemetry.time)
             || matches!(self.goal, Goal::Settling | Goal::Moving(_));
-        let position = self.sent.named_by(telemetry);
-        let place = targets.begin(telemetry.state, position, now).filter(|_| !is_busy);
+        let (known, sent) = (self.sent.named_by(telemetry), self.sent.newest());
+        let place = targets.begin(telemetry.state, known, sent, now).filter(|_| !is_busy);
         let Some(place) = place else { return };
         targets.note_begun(now);
         let is_complete = targets.is_complete();
@@ -161,10 +161,14 @@ impl RunCore {
             return Some(StopReason::TargetsBroken);
         }
         let is_last = self.goal.is_moving() && targets.is_complete();
-        let silent = match (is_last, targets.are_refused()) {
-            (true, _) => StopReason::Timeout,
-            (false, true) => StopReason::TargetsRefused,
-            (false, false) => StopReason::TargetsSilent,
+        let silent = if is_last {
+            StopReason::Timeout
+        } else if targets.are_refused() {
+            StopReason::TargetsRefused
+        } else if targets.has_taken() && !targets.has_begun() {
+            StopReason::TargetsNotFollowed
+        } else {
+            StopReason::TargetsSilent
         };
         (targets.silence(now) > timeout).then_some(silent)
     }

@@ -37,6 +37,11 @@ impl SentPositions {
         self.0.push_back(position);
     }
 
+    /// Returns the position that was sent last; `None` where there is none.
+    pub(super) fn newest(&self) -> Option<SentPosition> {
+        self.0.back().copied()
+    }
+
     /// Returns the position that `telemetry` names; `None` where that is too long ago.
     pub(super) fn named_by(&self, telemetry: &Telemetry) -> Option<SentPosition> {
         let is_named = |it: &&SentPosition| telemetry.sequence == Some(it.sequence);
