@@ -171,6 +171,15 @@ fn a_fault_stays_until_it_is_cleared() {
     assert_eq!(json(&on(&["stop"]))["state"], "ready");
 }
 
+#[test]
+fn the_help_of_clear_names_the_page_about_faults_by_its_title() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/use/faults.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let title = page.lines().next().unwrap().trim_start_matches("# ");
+    let help = String::from_utf8(plumb(&["clear", "--help"], Path::new(".")).stdout).unwrap();
+    assert!(help.contains(&format!("the book's page \"{title}\"")), "{help}");
+}
+
 /// The emergency button is pressed during a jog, and stays pressed for 3 s.
 #[test]
 fn a_jog_that_ends_in_a_fault_says_what_to_do_next() {
