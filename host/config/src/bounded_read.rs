@@ -48,7 +48,7 @@ pub enum ReadError {
         limit: u64,
     },
     /// The file is not UTF-8 text.
-    #[error("{}:{line}: is not UTF-8 text", .path.display())]
+    #[error("{}:{line}: is not UTF-8 text; {SAVE_AS_UTF_8}", .path.display())]
     NotText {
         /// The file.
         path: PathBuf,
@@ -64,6 +64,9 @@ pub enum ReadError {
         format: OtherFormat,
     },
 }
+
+/// What to do with a text that is not UTF-8, for a person.
+const SAVE_AS_UTF_8: &str = "save it as UTF-8, from a spreadsheet as \"CSV UTF-8\"";
 
 /// Format of a file that a person takes for text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,7 +95,7 @@ impl OtherFormat {
     /// Returns what to do with such a file, for a person.
     fn advice(self) -> &'static str {
         match self {
-            Self::Utf16 => "save it as UTF-8, from a spreadsheet as \"CSV UTF-8\"",
+            Self::Utf16 => SAVE_AS_UTF_8,
             Self::Zip | Self::Compound => "save the sheet as \"CSV UTF-8\"",
         }
     }
@@ -322,7 +325,9 @@ mod tests {
         let path = folder.path().join("file");
         fs::write(&path, b"a\nb\xff\nc").unwrap();
         let error = read_text(&path, 100).unwrap_err().to_string();
-        assert!(error.ends_with("file:2: is not UTF-8 text"), "{error}");
+        let says =
+            "file:2: is not UTF-8 text; save it as UTF-8, from a spreadsheet as \"CSV UTF-8\"";
+        assert!(error.ends_with(says), "{error}");
         fs::write(&path, "a\nä").unwrap();
         assert_eq!(read_text(&path, 100).unwrap(), "a\nä");
     }

@@ -124,7 +124,7 @@ pub enum LineMistake {
         more: usize,
     },
     /// A field is no finite number.
-    #[error("{line}: column {name}: '{value}' is no finite number")]
+    #[error("{line}: column {name}: '{value}': must be a number")]
     Field {
         /// Line, from 1.
         line: u64,
@@ -356,7 +356,7 @@ fn row(
     let mut values = [None; 4];
     for (&place, field) in columns.places.iter().zip(fields) {
         let name = names[place];
-        match table.number(field).filter(|value| value.is_finite()) {
+        match table.number(field) {
             Some(value) if name != "t" && value.abs() > MAX_COORDINATE_M => {
                 LineMistake::Range { line, name, value, more: 0 }.add_to(mistakes);
             }

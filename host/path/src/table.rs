@@ -202,9 +202,9 @@ impl Table {
         self.rows.first().map_or(0, |row| row.fields.len())
     }
 
-    /// Returns the number in a field; `None` where it has none.
+    /// Returns the finite number in a field; `None` where it has none.
     pub fn number(&self, field: &str) -> Option<f64> {
-        number_in(self.separator, field)
+        number_in(self.separator, field).filter(|number| number.is_finite())
     }
 }
 

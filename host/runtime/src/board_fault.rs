@@ -172,9 +172,9 @@ pub fn after_fault(fault: Fault) -> &'static str {
              Then clear the fault. `plumb check` names the cause."
         }
         Fault::EmergencyStop => {
-            "The motors have no current and the ball falls. Close the emergency loop, then clear \
-             the fault with your hands off the drums. Hang the ball again, and run `plumb home` \
-             with it at a known place."
+            "The motors have no current and the ball falls. End the run if it still goes on. Close \
+             the emergency loop, then clear the fault with your hands off the drums. Hang the ball \
+             again, and run `plumb home` with it at a known place."
         }
         Fault::Watchdog => {
             "The motor positions begin at 0 where the motors stand. Check the cables, then clear \
@@ -204,8 +204,9 @@ fn after_driver_fault(fault: DriverFault) -> &'static str {
              Then clear the fault, and run `plumb home` with the ball at a known place."
         }
         DriverFault::Silent(_) => {
-            "Check that the motors' supply is on, the UART's wires, and the driver's address. Then \
-             clear the fault, and run `plumb home` with the ball at a known place."
+            "Check that the motors' supply is on, the UART's wires, and the driver's address. If \
+             the supply was off: hit the emergency button, switch the supply on, and release the \
+             button. Then clear the fault, and run `plumb home` with the ball at a known place."
         }
         DriverFault::BadReplies(_) => {
             "Check the UART's wires and their ground, and keep the motors' wires away from them. \
@@ -226,7 +227,9 @@ fn after_driver_fault(fault: DriverFault) -> &'static str {
         }
         DriverFault::Short(_) => {
             "Switch the motors' supply off, and look for a short circuit in the motor and its \
-             wires. Then clear the fault, and run `plumb home` with the ball at a known place."
+             wires. Hit the emergency button, switch the supply on again, and release the button. \
+             Then clear the fault, hang the ball again, and run `plumb home` with it at a known \
+             place."
         }
     }
 }
@@ -234,6 +237,18 @@ fn after_driver_fault(fault: DriverFault) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The steps stand in their order: docs/use/uart-drivers.md, "The motors' supply".
+    #[test]
+    fn the_supply_is_switched_on_while_the_emergency_button_holds_the_drivers_off() {
+        for fault in [DriverFault::Short(1), DriverFault::Silent(1)] {
+            let mut rest = after_driver_fault(fault).to_lowercase();
+            for step in ["hit the emergency button", "supply on", "release", "clear", "home"] {
+                let (_, behind) = rest.split_once(step).unwrap_or_else(|| panic!("{step}: {rest}"));
+                rest = behind.to_owned();
+            }
+        }
+    }
 
     #[test]
     fn only_faults_that_lose_the_motor_positions_ask_for_home() {

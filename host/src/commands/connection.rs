@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use plumb_config::error_chain::ErrorChain;
-use plumb_protocol::message::State;
-use plumb_runtime::board_fault::BoardFault;
+use plumb_protocol::message::{Fault, State};
+use plumb_runtime::board_fault::{BoardFault, after_fault};
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
@@ -20,6 +20,18 @@ pub(super) fn connect(file: &Path, rig: &Rig, port: &PortArgs) -> Result<Link<Se
     configured(file, rig, port, port.open(rig)?)
 }
 
+/// Opens the port, connects to the board and configures it, as [`connect`], for `plumb home`.
+///
+/// # Errors
+/// As [`connect`].
+pub(super) fn connect_for_home(
+    file: &Path,
+    rig: &Rig,
+    port: &PortArgs,
+) -> Result<Link<Serial>, Failure> {
+    configured_or(rig, port.open(rig)?, |error| explained_for_home(error, file, port))
+}
+
 /// Connects to the board at the open port `serial`, and configures it, as [`connect`].
 ///
 /// # Errors
@@ -30,9 +42,19 @@ pub(super) fn configured(
     port: &PortArgs,
     serial: Serial,
 ) -> Result<Link<Serial>, Failure> {
+    configured_or(rig, serial, |error| explained(error, file, port))
+}
+
+/// Connects to the board at the open port `serial`, and configures it. The failure of a
+/// configuration is that of `explain`.
+fn configured_or(
+    rig: &Rig,
+    serial: Serial,
+    explain: impl FnOnce(LinkError) -> Failure,
+) -> Result<Link<Serial>, Failure> {
     let (wiring, config) = (rig.wiring()?, rig.config()?);
     let mut link = Link::connect(serial)?;
-    link.configure(wiring, config).map_err(|error| explained(error, file, port))?;
+    link.configure(wiring, config).map_err(explain)?;
     Ok(link)
 }
 
@@ -63,21 +85,48 @@ pub(super) fn without_simulation(file: &Path, rig: &Rig, port: &PortArgs) -> Opt
     ))
 }
 
-/// Returns the failure of a command for the rig file `file` and these options. Of a fault that was
-/// there before, it says how to clear it, with the whole commands.
+/// Returns the failure of a command for the rig file `file` and these options. Of a fault it says
+/// how to clear it with the whole command, and of one that was there before also what to do then.
 pub(super) fn explained(error: impl ExitClass + 'static, file: &Path, port: &PortArgs) -> Failure {
-    let fault = ErrorChain(&error).errors().find_map(|error| match error.downcast_ref() {
-        Some(LinkError::Faulted { fault, .. }) => Some(*fault),
-        _ => None,
-    });
-    let Some(fault) = fault else { return error.into() };
-    let (error, file) = (ErrorChain(&error), file.display());
-    let home = match BoardFault::from(fault).asks_for_home() {
-        true => format!(
-            "hang the ball (`plumb jog {file}{port}` winds the cables), `plumb home {file}{port}` \
-             with it at a known place, then "
-        ),
-        false => String::new(),
-    };
-    failed(format!("{error}. Run `plumb clear {file}{port}`, then {home}this command again"))
+    // The error of the link names the port: the words of those around it would repeat that.
+    let of_link = ErrorChain(&error).errors().find_map(|error| error.downcast_ref());
+    match of_link {
+        Some(faulted @ LinkError::Faulted { fault, .. }) => {
+            let steps = steps_after(*fault, file, port, false);
+            failed(format!("{faulted}. {steps}"))
+        }
+        Some(stopped @ LinkError::Fault(fault)) => {
+            let (advice, file) = (after_fault(*fault), file.display());
+            failed(format!("{stopped}. {advice} `plumb clear {file}{port}` clears it"))
+        }
+        _ => error.into(),
+    }
+}
+
+/// Returns the failure of `plumb home` for the rig file `file` and these options, as [`explained`].
+fn explained_for_home(error: LinkError, file: &Path, port: &PortArgs) -> Failure {
+    match error {
+        LinkError::Faulted { fault, .. } => {
+            failed(format!("{error}. {}", steps_after(fault, file, port, true)))
+        }
+        error => explained(error, file, port),
+    }
+}
+
+/// Returns what to do after `fault`, which was there before a command, until it succeeds: `plumb
+/// home` if `is_home`, else another one.
+fn steps_after(fault: Fault, file: &Path, port: &PortArgs, is_home: bool) -> String {
+    let file = file.display();
+    let clear = format!("Run `plumb clear {file}{port}`, then");
+    if !BoardFault::from(fault).asks_for_home() {
+        return format!("{clear} this command again");
+    }
+    let hang = format!("hang the ball (`plumb jog {file}{port}` winds the cables)");
+    let place = "with it at a known place";
+    match is_home {
+        true => format!("{clear} {hang}, then this command {place}"),
+        false => {
+            format!("{clear} {hang}, `plumb home {file}{port}` {place}, then this command again")
+        }
+    }
 }

@@ -92,9 +92,9 @@ impl Failure {
     /// Returns the error and its causes in words.
     pub(crate) fn message(&self) -> String {
         let message = ErrorChain(&*self.error).to_string();
-        match variable_that_names_file(&message) {
-            Some((variable, path)) => {
-                message.replacen(&path, &format!("{path} (named by {variable})"), 1)
+        match variables_that_name_file(&message) {
+            Some((variables, path)) => {
+                message.replacen(&path, &format!("{path} (named by {variables})"), 1)
             }
             None => message,
         }
@@ -119,19 +119,20 @@ impl Failure {
     }
 }
 
-/// Returns a file's path for a message, with the environment variable that names it where no word
+/// Returns a file's path for a message, with the environment variables that name it where no word
 /// of the command line does.
 pub(crate) fn with_variable(path: &Path) -> String {
     let path = path.display();
-    match variable_that_names_file(&format!("{path}: ")) {
-        Some((variable, _)) => format!("{path} (named by {variable})"),
+    match variables_that_name_file(&format!("{path}: ")) {
+        Some((variables, _)) => format!("{path} (named by {variables})"),
         None => path.to_string(),
     }
 }
 
-/// Returns the environment variable that has the path with which an error begins, and the path,
-/// where no word of the command line is that path. `plumb init` names its files itself.
-fn variable_that_names_file(message: &str) -> Option<(&'static str, String)> {
+/// Returns the environment variables that have the path with which an error begins, and the path,
+/// where no word of the command line is that path. Both may have it: the error does not tell which
+/// of them it is about. `plumb init` names its files itself.
+fn variables_that_name_file(message: &str) -> Option<(String, String)> {
     if env::args_os().nth(1).is_some_and(|command| command == "init") {
         return None;
     }
@@ -141,7 +142,12 @@ fn variable_that_names_file(message: &str) -> Option<(&'static str, String)> {
         let is_alone = begins && env::args_os().skip(2).all(|word| word != path.as_str());
         is_alone.then_some((variable, path))
     };
-    [RIG_VARIABLE, PORT_VARIABLE].into_iter().find_map(named)
+    let mut named = [RIG_VARIABLE, PORT_VARIABLE].into_iter().filter_map(named);
+    let (variable, path) = named.next()?;
+    match named.find(|(_, other)| *other == path) {
+        Some((other, _)) => Some((format!("{variable} and {other}"), path)),
+        None => Some((variable.to_owned(), path)),
+    }
 }
 
 /// Prints an error as a line of JSON where the command line asks for JSON.

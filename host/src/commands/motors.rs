@@ -15,7 +15,7 @@ use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::{BoardPort, Driver, Rig};
 
 use super::board::report;
-use super::connection::connect;
+use super::connection::connect_for_home;
 use super::print::note;
 use super::rig_args::{BoardArgs, PortArgs};
 use super::rig_path::RigArg;
@@ -53,8 +53,8 @@ pub(crate) struct HomeArgs {
 
 /// Clear the fault for which the board stopped by itself
 ///
-/// Nothing moves. Remove the cause first: the book's page "Faults" names it for each fault. The
-/// command looks for a second whether the board stops again.
+/// Nothing moves. Remove the cause first: the book's page "When it goes wrong" names it for each
+/// fault. The command looks for a second whether the board stops again.
 #[derive(Parser)]
 #[command(after_help = examples!["plumb clear rig.toml", "plumb clear --port /dev/ttyACM0"])]
 pub(crate) struct ClearArgs {
@@ -62,24 +62,35 @@ pub(crate) struct ClearArgs {
     board: BoardArgs,
 }
 
+/// What a person must know where `plumb stop` has not reached the board.
+const NOT_STOPPED: &str = "`plumb stop` has sent nothing, and the motors may still turn; the \
+                           emergency button stops them at once, and the ball falls";
+
+/// The same where the board has answered, or may have got the request.
+const MAY_TURN: &str = "The motors may still turn; the emergency button stops them at once, and \
+                        the ball falls";
+
 pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
-    let BoardPort { port, baud } = args.board.board()?;
+    let not_stopped = |failure: Failure| failure.with_advice(NOT_STOPPED);
+    let BoardPort { port, baud } = args.board.board().map_err(not_stopped)?;
     let serial = Serial::open(&port, baud).map_err(|error| match error {
         LinkError::Busy { port, .. } => bad_input(format!(
             "{port}: another program drives this board and holds its port: `plumb stop` has sent \
              nothing, and the motors may still turn. Press Ctrl-C where that program runs, or Stop \
              on its page; the emergency button stops the motors at once, and the ball falls"
         )),
-        error => args.board.not_open(error),
+        error => not_stopped(args.board.not_open(error)),
     })?;
-    serve(serial, args.board.json, |link| {
-        link.stop()?;
+    // Only the greeting is sent before an answer.
+    let link = Link::connect(serial).map_err(|error| not_stopped(error.into()))?;
+    serve(link, args.board.json, |link| {
+        link.stop().map_err(|error| Failure::from(error).with_advice(MAY_TURN))?;
         Ok("the motors stand")
     })
 }
 
 pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
-    serve(args.board.open()?, args.board.json, |link| {
+    serve(Link::connect(args.board.open()?)?, args.board.json, |link| {
         let had_fault = matches!(link.status()?.state, State::Fault(_));
         link.clear_fault()?;
         if !had_fault {
@@ -107,7 +118,7 @@ fn check_stands(link: &mut Link<Serial>) -> Result<(), Failure> {
 
 pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&args.rig.rig)?;
-    let mut link = connect(&args.rig.rig, &rig, &args.port)?;
+    let mut link = connect_for_home(&args.rig.rig, &rig, &args.port)?;
     link.home()?;
     if let Driver::Tmc2209Uart(_) = rig.motors.driver {
         check_stands(&mut link)?;
@@ -118,13 +129,12 @@ pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Connects to the board, makes a request of it, and prints what `request` has done, and the state.
+/// Makes a request of the board, and prints what `request` has done, and the state.
 fn serve(
-    serial: Serial,
+    mut link: Link<Serial>,
     is_json: bool,
     request: impl FnOnce(&mut Link<Serial>) -> Result<&'static str, Failure>,
 ) -> Result<ExitCode, Failure> {
-    let mut link = Link::connect(serial)?;
     let done = request(&mut link)?;
     note!("{}: {done}", link.port());
     let telemetry = link.status()?;

@@ -114,6 +114,13 @@ fn a_board_that_restarts_ends_the_run_with_the_cause() {
     assert!(line["reached"] == false && line["at_rest"] == false, "{line}");
     let ending = line["ending"].as_str().unwrap();
     assert!(ending.contains("restarted") && ending.contains("power on"), "{line}");
+    let text = stderr(&output);
+    let last = text.lines().last().unwrap();
+    for part in ["the ball may have fallen", "hang the ball again, then run `plumb home`"] {
+        assert!(last.contains(part), "{text}");
+    }
+    // The error names the port itself.
+    assert!(!last.contains("link to the board"), "{text}");
 }
 
 #[test]

@@ -39,13 +39,18 @@ fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let port = "/dev/plumb-gone";
-    for (variable, value, arguments, says) in [
-        ("PLUMB_RIG", "gone.toml", &["jog", "A", "1"][..], "gone.toml (named by PLUMB_RIG): "),
-        ("PLUMB_RIG", "gone.toml", &["jog", "gone.toml", "A", "1"], "plumb: gone.toml: cannot"),
-        ("PLUMB_PORT", port, &["jog", &rig, "A", "1"], "plumb-gone (named by PLUMB_PORT): there"),
+    let (rig_alone, port_alone) = (&["PLUMB_RIG"][..], &["PLUMB_PORT"][..]);
+    let both = &["PLUMB_RIG", "PLUMB_PORT"][..];
+    for (variables, value, arguments, says) in [
+        (rig_alone, "gone.toml", &["jog", "A", "1"][..], "gone.toml (named by PLUMB_RIG): "),
+        (rig_alone, "gone.toml", &["jog", "gone.toml", "A", "1"], "plumb: gone.toml: cannot"),
+        (port_alone, port, &["jog", &rig, "A", "1"], "plumb-gone (named by PLUMB_PORT): there"),
+        (both, "x", &["jog", "A", "1"], "plumb: x (named by PLUMB_RIG and PLUMB_PORT): cannot"),
+        (both, "x", &["jog", &rig, "A", "1"], "plumb: x (named by PLUMB_RIG and PLUMB_PORT): "),
     ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
-        command.args(arguments).env(variable, value).current_dir(folder.path());
+        command.args(arguments).current_dir(folder.path());
+        command.envs(variables.iter().map(|variable| (variable, value)));
         let output = command.output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         assert!(stderr(&output).contains(says), "{}", stderr(&output));
@@ -70,6 +75,28 @@ fn a_missing_rig_file_is_told_with_the_command_that_writes_one() {
         let text = refusal(arguments, folder.path());
         let says = "`plumb init` writes a rig file and its camera file\n";
         assert!(text.ends_with(says), "{arguments:?}: {text}");
+    }
+}
+
+#[test]
+fn a_place_that_is_no_number_or_no_text_is_told_alike_for_each_list() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    fs::write(folder.path().join("nan.csv"), "0.4,0.3,0.2\n0.4,nan,0.3\n").unwrap();
+    fs::write(folder.path().join("latin.csv"), b"# H\xf6he\n0.4,0.3,0.2\n").unwrap();
+    for option in ["--waypoints", "--path"] {
+        for (file, says) in [
+            ("nan.csv", "'nan': must be a number"),
+            (
+                "latin.csv",
+                "latin.csv:1: is not UTF-8 text; save it as UTF-8, from a spreadsheet as \"CSV \
+                 UTF-8\"",
+            ),
+        ] {
+            let run = ["run", &rig, "--port", "/dev/null", option, file];
+            let text = refusal(&run, folder.path());
+            assert!(text.contains(says), "{option} {file}: {text}");
+        }
     }
 }
 

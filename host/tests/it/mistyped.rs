@@ -28,6 +28,11 @@ fn the_last_line_of_a_wrong_command_line_says_what_is_wrong() {
     assert_eq!(missing, expected);
     for (arguments, says) in [
         (&["run", "--rig", "x.toml"][..], "'--rig' found; the rig file has no option: put it"),
+        (
+            &["replay", "--rig", "rec/rig.toml", "rec"],
+            "'--rig' found; a recording takes a camera file, and no rig file: --camera FILE",
+        ),
+        (&["cameras", "--rig", "rig.toml"], "'--rig' found; commands with --rig: board"),
         (&["status"], "'status'; write `plumb board status`"),
         (&["flash"], "'flash'; write `plumb board flash`"),
         (&["control", "--json"], "'control'; write `plumb bench control`"),

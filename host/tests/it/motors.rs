@@ -10,6 +10,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use nix::pty::openpty;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 
 use crate::common::{Emulator, States, folder, json, patient, plumb, rig_file, stderr};
 
@@ -22,9 +24,14 @@ struct Rig {
 
 impl Rig {
     fn new() -> Self {
+        Self::with(&[])
+    }
+
+    /// The board that `options` of `plumb emulate` describe.
+    fn with(options: &[&str]) -> Self {
         let folder = folder();
         let file = rig_file(folder.path(), patient);
-        Self { emulator: Emulator::start(), folder, file }
+        Self { emulator: Emulator::start_with(options), folder, file }
     }
 
     /// Runs `plumb` with rig file and port from the environment.
@@ -164,6 +171,53 @@ fn a_fault_stays_until_it_is_cleared() {
     assert_eq!(json(&on(&["stop"]))["state"], "ready");
 }
 
+#[test]
+fn the_help_of_clear_names_the_page_about_faults_by_its_title() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/use/faults.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let title = page.lines().next().unwrap().trim_start_matches("# ");
+    let help = String::from_utf8(plumb(&["clear", "--help"], Path::new(".")).stdout).unwrap();
+    assert!(help.contains(&format!("the book's page \"{title}\"")), "{help}");
+}
+
+/// The emergency button is pressed during a jog, and stays pressed for 3 s.
+#[test]
+fn a_jog_that_ends_in_a_fault_says_what_to_do_next() {
+    let rig = Rig::with(&["--emergency-after", "6"]);
+    let jog = rig.plumb(&["jog", "A", "200", "--rate", "10"]);
+    assert_eq!(jog.status.code(), Some(1), "{}", stderr(&jog));
+    let options = format!("{} --port {}", rig.file, rig.emulator.port);
+    let says = format!(
+        "plumb: the board has stopped by itself: the emergency input opened. The motors have no \
+         current and the ball falls. End the run if it still goes on. Close the emergency loop, \
+         then clear the fault with your hands off the drums. Hang the ball again, and run `plumb \
+         home` with it at a known place. `plumb clear {options}` clears it\n"
+    );
+    assert!(stderr(&jog).ends_with(&says), "{}", stderr(&jog));
+    // `plumb home` does not advise itself as another command.
+    let home = rig.plumb(&["home"]);
+    assert_eq!(home.status.code(), Some(1), "{}", stderr(&home));
+    let says = format!(
+        "Nothing has moved. Run `plumb clear {options}`, then hang the ball (`plumb jog {options}` \
+         winds the cables), then this command with it at a known place\n"
+    );
+    assert!(stderr(&home).ends_with(&says), "{}", stderr(&home));
+    // The fault stands before the run, whose message names the port once.
+    let run = rig.plumb(&["run", "--out", "run"]);
+    let says = "(named by PLUMB_PORT): the board stands in a fault (";
+    assert!(stderr(&run).contains(&format!("plumb: {} {says}", rig.emulator.port)), "{run:?}");
+}
+
+#[test]
+fn keys_that_end_in_a_fault_say_what_to_do_next() {
+    let rig = Rig::with(&["--emergency-after", "6"]);
+    let mut dialogue = Dialogue::start(&rig);
+    dialogue.until("motor A");
+    dialogue.until("the board has stopped by itself: the emergency input opened. The motors have");
+    dialogue.until(&format!("`plumb clear {} --port {}` clears it", rig.file, rig.emulator.port));
+    assert_eq!(dialogue.child.wait().unwrap().code(), Some(1));
+}
+
 /// `plumb jog` with its keys on a pseudo-terminal.
 struct Dialogue {
     child: Child,
@@ -274,7 +328,32 @@ fn a_stop_needs_no_rig_file_where_the_port_is_named() {
     command.env("PLUMB_RIG", "none/rig.toml").env_remove("PLUMB_PORT");
     let text = stderr(&command.output().unwrap());
     assert!(
-        text.ends_with("Without a rig file: name the port of the board with --port\n"),
+        text.contains("Without a rig file: name the port of the board with --port. "),
         "{text}"
     );
+    assert!(text.ends_with(NOT_STOPPED), "{text}");
+}
+
+/// The end of the message of a `plumb stop` that has not reached the board.
+const NOT_STOPPED: &str = ". `plumb stop` has sent nothing, and the motors may still turn; the \
+                           emergency button stops them at once, and the ball falls\n";
+
+#[test]
+fn a_stop_that_does_not_reach_the_board_says_that_the_motors_may_turn() {
+    let rig = Rig::new();
+    let board = Pid::from_raw(i32::try_from(rig.emulator.child.id()).unwrap());
+    kill(board, Signal::SIGSTOP).unwrap();
+    let gone = ["--port", "/dev/absent"];
+    for (arguments, code, says) in [
+        (&["stop", "--port", &rig.emulator.port][..], 1, "no answer to the greeting within"),
+        (&["stop", gone[0], gone[1]], 2, "there is no such serial port"),
+        // A simulated rig.
+        (&["stop", &rig.file, gone[0], gone[1]], 2, "`plumb emulate --link board &` starts"),
+    ] {
+        let output = plumb(arguments, rig.folder.path());
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        let text = stderr(&output);
+        assert!(text.contains(says) && text.ends_with(NOT_STOPPED), "{arguments:?}: {text}");
+    }
+    kill(board, Signal::SIGCONT).unwrap();
 }

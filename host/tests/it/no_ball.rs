@@ -6,7 +6,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::common::{CAMERA_AWAY, Emulator, folder, json, plumb, rig_file, stderr};
+use crate::common::{CAMERA_AWAY, Emulator, folder, json, patient, plumb, rig_file, stderr};
 
 #[test]
 fn a_run_without_a_ball_says_so_and_claims_no_error() {
@@ -30,4 +30,20 @@ fn a_run_without_a_ball_says_so_and_claims_no_error() {
         assert_eq!(line.get("error_mm"), Some(&Value::Null), "{line}");
         assert_eq!(line["legs"][0].get("error_mm"), Some(&Value::Null), "{line}");
     }
+}
+
+/// The ending names the fault, and its advice gives way to that about the ball.
+#[test]
+fn a_run_without_a_ball_that_ends_in_a_fault_says_how_to_clear_it() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| patient(text) + CAMERA_AWAY);
+    let emulator = Emulator::start_with(&["--emergency-after", "6"]);
+    let run = ["run", &rig, "--port", &emulator.port, "--timeout", "60", "--out", "run"];
+    let output = plumb(&run, folder.path());
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let text = stderr(&output);
+    let last = text.lines().last().unwrap();
+    let clear = format!("`plumb clear {rig} --port {}` clears it", emulator.port);
+    assert!(last.contains("The ball was never seen: ") && last.ends_with(&clear), "{text}");
+    assert!(last.contains("the emergency input opened"), "{text}");
 }

@@ -65,7 +65,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("up.nc", &[], "up.nc:2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
         ("aims.jsonl", &[], "aims.jsonl: these are moving targets in JSON, and no path"),
         ("run.csv", &[], "run.csv: this is the log of a run, and no path: write a file with only"),
-        ("bad.csv", &[], "bad.csv:3: column y: 'o.3' is no finite number"),
+        ("bad.csv", &[], "bad.csv:3: column y: 'o.3': must be a number"),
         ("one.csv", &[], "one.csv: the path needs 2 places or more, but has 1"),
         ("fast.csv", &[], "fast.csv: from line 2 to line 3, the path is not possible at"),
         ("none.csv", &[], "--path: none.csv: there is no such file"),

@@ -141,8 +141,9 @@ pub enum LinkError {
     /// The board restarted and has lost its configuration.
     #[error(
         "{port}: the board restarted in mid-run ({}); its motor positions begin at 0 where the \
-         motors stand now. Check the board's supply and its cables, then run `plumb home` with the \
-         ball at a known place",
+         motors stand now. The motors had no current meanwhile, and the ball may have fallen. \
+         Check the board's supply and its cables, hang the ball again, then run `plumb home` with \
+         it at a known place",
         .cause.map_or_else(|| "without a reported cause".to_owned(), |cause| cause.to_string())
     )]
     Restarted {

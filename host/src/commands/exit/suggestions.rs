@@ -85,3 +85,8 @@ pub(super) fn command_of(words: &[String]) -> Command {
 pub(super) fn has_option(command: &Command, name: &str) -> bool {
     command.get_arguments().any(|option| option.get_long() == Some(name))
 }
+
+/// Returns whether a command takes a rig file.
+pub(super) fn has_rig(command: &Command) -> bool {
+    command.get_positionals().any(|word| word.get_id() == "rig")
+}

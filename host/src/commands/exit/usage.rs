@@ -7,7 +7,7 @@ use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use super::suggestions::{
-    choice, command_of, has_option, similar, unexpected_word, unknown_command,
+    choice, command_of, has_option, has_rig, similar, unexpected_word, unknown_command,
 };
 use super::{BAD_INPUT, Failure, bad_input};
 use crate::commands::joined;
@@ -99,7 +99,7 @@ fn hint(word: &str, words: &[String]) -> Option<String> {
     let command = words.iter().skip(1).find(|it| !it.starts_with('-'));
     let command = command.map(String::as_str).unwrap_or_default();
     let word = whole_word(word, words);
-    if word == "--rig" && command != "demo" {
+    if word == "--rig" && has_rig(&command_of(words)) {
         Some(format!("the rig file has no option: put it first, or set {RIG_VARIABLE}"))
     } else if is_number(word) && is_behind_number(word, words) {
         Some("several numbers of an option stand without spaces: 0.4,0.2,0.15".to_owned())
@@ -147,6 +147,9 @@ fn option_hint(word: &str, command: &str, words: &[String]) -> Option<String> {
     match command {
         "emulate" if word == "--port" => {
             Some("an emulated board has a port of its own: --link PATH names it".to_owned())
+        }
+        "replay" if word == "--rig" => {
+            Some("a recording takes a camera file, and no rig file: --camera FILE".to_owned())
         }
         "demo" if word == "--port" => {
             Some("the demo has its own board: `plumb run RIG --port PORT` takes another".to_owned())
@@ -234,6 +237,9 @@ mod tests {
             hint(word, &words).unwrap_or_default()
         };
         assert!(hint("--rig", "plumb run --rig rig.toml").contains("put it first"));
+        assert!(hint("--rig", "plumb jog --rig rig.toml").contains("put it first"));
+        assert!(hint("--rig", "plumb board save --rig rig.toml").contains("put it first"));
+        assert!(hint("--rig", "plumb replay --rig r.toml rec").ends_with("--camera FILE"));
         assert!(hint("a.csv", "plumb run rig.toml a.csv").contains("--path FILE"));
         let spaces = "without spaces";
         assert!(hint("0.2", "plumb demo --target 0.5 0.2 0.3").contains(spaces));
@@ -250,6 +256,8 @@ mod tests {
         assert!(port.contains("--port /dev/ttyACM0"), "{port}");
         for (word, line) in [
             ("/dev/ttyACM0", "plumb replay rec /dev/ttyACM0"),
+            ("--rig", "plumb bench vision --rig rig.toml"),
+            ("--rig", "plumb cameras --rig rig.toml"),
             ("--ye", "plumb check rig.toml --ye"),
             ("0.4", "plumb demo 0.4"),
             ("circle", "plumb check rig.toml circle"),

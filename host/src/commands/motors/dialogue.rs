@@ -11,7 +11,7 @@ use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
 use super::super::print::{message, renew, tell};
-use super::super::{Failure, bad_input, failed};
+use super::super::{Failure, bad_input};
 use super::keys::{Key, KeyDecoder, KeyJogger, Motion, NAMES};
 use super::terminal::{KeyMode, is_terminal};
 
@@ -38,7 +38,8 @@ pub(super) fn check_terminal() -> Result<(), Failure> {
     ))
 }
 
-/// Turns motors with keys until `q`. Returns the state of the board at the end.
+/// Turns motors with keys until `q`, or until the board has stopped by itself. Returns the state of
+/// the board at the end.
 pub(super) fn run(
     link: &mut Link<Serial>,
     rig: &Rig,
@@ -56,7 +57,7 @@ pub(super) fn run(
     Ok(link.status()?)
 }
 
-/// Reads keys and turns motors until `q` or an interrupt.
+/// Reads keys and turns motors until `q`, an interrupt or a fault of the board.
 fn turn(
     link: &mut Link<Serial>,
     rig: &Rig,
@@ -69,8 +70,8 @@ fn turn(
     let mut shown = String::new();
     while !interrupted.load(Ordering::Relaxed) {
         let telemetry = link.status()?;
-        if let State::Fault(fault) = telemetry.state {
-            return Err(failed(format!("the board has stopped by itself: {fault}")));
+        if let State::Fault(_) = telemetry.state {
+            return Ok(());
         }
         for key in terminal.read()?.into_iter().filter_map(|byte| decoder.decode(byte)) {
             if key == Key::Quit {

@@ -14,7 +14,7 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
-use super::super::connection::connect;
+use super::super::connection::{connect, explained};
 use super::super::interrupt::interrupt_flag;
 use super::super::print::{self, note, tell};
 use super::super::rig_args::PortArgs;
@@ -93,6 +93,9 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
         Some(wanted) => turn(&mut link, &wanted, rate, &interrupted)?,
         None => dialogue::run(&mut link, &rig, rate, &interrupted)?,
     };
+    if let State::Fault(fault) = telemetry.state {
+        return Err(explained(LinkError::Fault(fault), &file, &args.port));
+    }
     let report = BoardReport::from(&telemetry);
     let [a, b, c] = report.motors;
     note!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
@@ -238,7 +241,8 @@ fn rate(asked: Option<f64>, rig: &Rig) -> Result<Rate, Failure> {
     })
 }
 
-/// Turns a motor and waits until it stands. An interrupt stops it.
+/// Turns a motor and waits until it stands. An interrupt stops it. Returns the state of the board
+/// at the end, which may be a fault.
 fn turn(
     link: &mut Link<Serial>,
     wanted: &Move,
@@ -270,8 +274,8 @@ fn turn(
     note!("motor {name}: {what}, {:.2} steps", distance.to_si().abs());
     loop {
         let telemetry = link.status()?;
-        if let State::Fault(fault) = telemetry.state {
-            return Err(failed(format!("the board has stopped by itself: {fault}")));
+        if let State::Fault(_) = telemetry.state {
+            return Ok(telemetry);
         }
         if interrupted.load(Ordering::Relaxed) {
             link.stop()?;

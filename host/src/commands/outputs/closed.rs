@@ -65,7 +65,7 @@ impl Closed {
                     ControlLoopError::Link(LinkError::Lost { .. }) => BOARD_LOST,
                     _ => "",
                 };
-                let error = ErrorChain(error);
+                let error = in_short(error);
                 let so_far = format!("(recorded so far: {folder}, {frames} frames)");
                 Err(failed(format!("{error} {so_far}{advice}")))
             }
@@ -120,9 +120,13 @@ impl Closed {
             return format!(". The board stands in a fault: {fault}. {}{clear}", fault.advice());
         }
         if summary.located == 0 && summary.frames > 0 {
+            let clear = match summary.ending.fault() {
+                Some(_) => format!(". The board stands in the fault:{clear}"),
+                None => String::new(),
+            };
             return format!(
                 ". The ball was never seen: {COMPARE_BALL}; `plumb replay RECORDING --debug DIR` \
-                 shows each stage"
+                 shows each stage{clear}"
             );
         }
         let clear = if summary.ending.fault().is_some() { clear } else { String::new() };
@@ -141,6 +145,15 @@ impl Closed {
             Some(error) => Err(failed(format!("the run folder is not complete: {error}"))),
             None => Ok(()),
         }
+    }
+}
+
+/// Returns the error that broke a run and its causes in words. That of the link names the port: it
+/// needs no words before it.
+fn in_short(error: &ControlLoopError) -> String {
+    match error {
+        ControlLoopError::Link(error) => ErrorChain(error).to_string(),
+        error => ErrorChain(error).to_string(),
     }
 }
 
