@@ -23,6 +23,8 @@ fn a_run_without_a_ball_says_so_and_claims_no_error() {
     let last = text.lines().last().unwrap();
     let says_so = last.contains("The ball was never seen: compare [ball] of the camera file");
     assert!(frames > 0 && text.contains(&seen) && says_so, "{text}");
+    let clear = format!("`plumb clear {rig} --port {}` clears it", emulator.port);
+    assert!(last.contains("no fresh position") && last.ends_with(&clear), "{text}");
     let summary = fs::read_to_string(folder.path().join("run/summary.json")).unwrap();
     for line in [line, serde_json::from_str::<Value>(&summary).unwrap()] {
         assert_eq!(line["located"], 0, "{line}");
@@ -30,20 +32,4 @@ fn a_run_without_a_ball_says_so_and_claims_no_error() {
         assert_eq!(line.get("error_mm"), Some(&Value::Null), "{line}");
         assert_eq!(line["legs"][0].get("error_mm"), Some(&Value::Null), "{line}");
     }
-}
-
-/// The ending names the fault, and its advice gives way to that about the ball.
-#[test]
-fn a_run_without_a_ball_that_ends_in_a_fault_says_how_to_clear_it() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), |text| patient(text) + CAMERA_AWAY);
-    let emulator = Emulator::start_with(&["--emergency-after", "6"]);
-    let run = ["run", &rig, "--port", &emulator.port, "--timeout", "60", "--out", "run"];
-    let output = plumb(&run, folder.path());
-    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    let text = stderr(&output);
-    let last = text.lines().last().unwrap();
-    let clear = format!("`plumb clear {rig} --port {}` clears it", emulator.port);
-    assert!(last.contains("The ball was never seen: ") && last.ends_with(&clear), "{text}");
-    assert!(last.contains("the emergency input opened"), "{text}");
 }
