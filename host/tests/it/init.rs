@@ -242,12 +242,13 @@ fn no_value_is_called_a_guess_after_the_calibration() {
 #[test]
 fn what_limits_the_current_of_the_drivers_is_told() {
     let folder = folder();
-    for (driver, told) in [
-        ("coils", "H-bridges limit no current"),
-        ("motor-hats", "times `duty`, divided by the resistance of a coil"),
-        ("tmc2209-uart", "for R150 add `sense_resistor = 0.15`"),
+    for (option, name, told) in [
+        ("--driver", "coils", "H-bridges limit no current"),
+        ("--driver", "motor-hats", "times `duty`, divided by the resistance of a coil"),
+        ("--driver", "tmc2209-uart", "for R150 add `sense_resistor = 0.15`"),
+        ("--board", "skr-pico", "for R150 add `sense_resistor = 0.15`"),
     ] {
-        let output = plumb(&["init", driver, "--yes", "--driver", driver], folder.path());
+        let output = plumb(&["init", name, "--yes", option, name], folder.path());
         assert!(stderr(&output).contains(told), "{}", stderr(&output));
     }
 }
