@@ -170,7 +170,8 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
     let mut reported = Vec::new();
     for error in conversion.into_errors() {
         reported.push(error.key.to_owned());
-        findings.push(document.out_of_range(&[error.key], error.why));
+        let current = board::current(document, rig, error.key);
+        findings.push(current.unwrap_or_else(|| document.out_of_range(&[error.key], error.why)));
     }
     let no_place = targets::no_place(document, rig);
     let keys = no_place.iter().flat_map(|finding| &finding.values);
@@ -180,10 +181,12 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
     for refusal in refusals {
         match refusal {
             Refusal::Config(field) => {
-                let keys = board::wrong_keys(rig, field, board);
-                if !keys.iter().any(|key| is_below(key, &reported)) {
-                    findings.push(board::finding(document, field, &keys, rig, board));
-                    reported.extend(keys.iter().map(|key| (*key).to_owned()));
+                for finding in board::findings(document, field, rig, board) {
+                    let keys = || finding.values.iter().map(|(key, _)| key);
+                    if !keys().any(|key| is_below(key, &reported)) {
+                        reported.extend(keys().cloned());
+                        findings.push(finding);
+                    }
                 }
             }
             Refusal::Wiring(error) => findings.push(wiring::finding(document, rig, &wiring, error)),
