@@ -47,6 +47,12 @@ pub struct SimulationMistake {
 /// Values with which the check goes on where the file has a mistake.
 const PLACEHOLDERS: &str = include_str!("check/placeholders.toml");
 
+/// What follows one mistake of syntax, and several.
+const HIDDEN: [&str; 2] = [
+    ". Other mistakes show when this one is mended",
+    ". Other mistakes show when these are mended",
+];
+
 /// Checks the rig file at `path`, and the camera file that it names.
 ///
 /// `board` checks the limits of the board, and `simulation` the simulated rig of files without
@@ -119,8 +125,7 @@ pub(crate) fn check_text(
 ) -> (Vec<Finding>, Option<PathBuf>) {
     let document = Document::new(path, text, REFERENCE);
     let diagnosis = diagnose::<Rig>(text, PLACEHOLDERS);
-    let mut findings: Vec<Finding> =
-        diagnosis.mistakes.iter().map(|mistake| document.mistake(mistake)).collect();
+    let mut findings = document.mistakes(&diagnosis.mistakes);
     let Some(mut rig) = diagnosis.contents else { return (findings, None) };
     let wrong: Vec<String> = diagnosis.mistakes.into_iter().map(|mistake| mistake.key).collect();
     let mut more = values(&document, &rig, board);
@@ -242,7 +247,7 @@ fn camera_file(path: &Path, rig: &Document<'_>) -> Vec<Finding> {
         return wrong(format!("is wrong: {} is a rig file; give the camera file", path.display()));
     }
     let document = Document::new(path, &text, camera_file::REFERENCE);
-    camera_file::mistakes(&text).iter().map(|mistake| document.mistake(mistake)).collect()
+    document.mistakes(&camera_file::mistakes(&text))
 }
 
 /// Returns the error of a whole file. The message may begin with its name.
@@ -351,6 +356,20 @@ impl<'a> Document<'a> {
         let allowed = names.iter().filter_map(|name| self.allowed(name));
         let allowed = allowed.collect::<Vec<_>>().join("; ");
         Finding { allowed, ..self.finding(Severity::Error, names, problem) }
+    }
+
+    /// Returns the errors of all mistakes in the text. The last one says where others are hidden.
+    fn mistakes(&self, mistakes: &[Mistake]) -> Vec<Finding> {
+        let mut findings: Vec<Finding> = mistakes.iter().map(|it| self.mistake(it)).collect();
+        if let (Some(last), true) = (findings.last_mut(), mistakes.iter().any(|it| it.hides_others))
+        {
+            let end = if last.allowed.is_empty() { &mut last.problem } else { &mut last.allowed };
+            end.push_str(match mistakes.len() {
+                1 => HIDDEN[0],
+                _ => HIDDEN[1],
+            });
+        }
+        findings
     }
 
     /// Returns the error of a mistake in the text.
