@@ -1,11 +1,17 @@
 //! What to write in place of a mistake, for mistakes that people make in files that they edit.
 
 use plumb_cameras::settings::kinect;
+use plumb_config::pin_names::pin_numbers;
 use plumb_config::toml_file::Mistake;
 
 use super::Document;
 use super::targets::unreadable;
 use crate::rig::LawSettings;
+
+/// Returns whether a key takes the numbers of pins.
+fn is_pin(key: &str) -> bool {
+    key.starts_with("board.pins.")
+}
 
 impl Document<'_> {
     /// Returns what is wrong with a value of another type, and what to write; `None` where the
@@ -24,6 +30,10 @@ impl Document<'_> {
         }
         if bare != value && self.is_number(key) && bare.parse::<f64>().is_ok() {
             return Some(format!("must be a number without quotes: write {bare}"));
+        }
+        let unquoted = value.replace(['"', '\''], "");
+        if let Some(numbers) = pin_numbers(&unquoted).filter(|_| is_pin(key)) {
+            return Some(format!("must have the numbers of the pins alone: write {numbers}"));
         }
         if let Some(whole) = value.strip_suffix(".0").filter(|_| message.contains("whole number")) {
             return Some(format!("must be a whole number, without a point: write {whole}"));

@@ -85,6 +85,36 @@ fn a_number_in_the_wrong_form_is_answered_with_the_right_one() {
 }
 
 #[test]
+fn names_of_pins_and_bare_values_in_braces_are_answered_with_what_to_write() {
+    let driver = "driver = \"a4988\"";
+    let uart = |keys: &str| format!("driver = {{ tmc2209-uart = {{ {keys} }} }}");
+    let pins = "must have the numbers of the pins alone: write ";
+    for (old, new, says) in [
+        ("[board]", "[board]\npins.step = [GP10, GP11, GP12]".to_owned(), "[10, 11, 12]"),
+        ("[board]", "[board]\npins.step = ['GP10', 'GP11', 'GP12']".to_owned(), "[10, 11, 12]"),
+        ("[board]", "[board]\npins.emergency = GP15".to_owned(), "15"),
+        ("[board]", "[board]\npins.emergency = \"GP15\"".to_owned(), "15"),
+    ] {
+        let text = error(old, &new);
+        assert!(text.contains(&format!("{pins}{says}")), "{new}: {text}");
+    }
+    let key = "motors.driver.tmc2209-uart";
+    for (keys, says, example) in [
+        ("run_current = 0.8A", "run_current = 0.8A` must be a number alone", "run_current = 0.8"),
+        ("run_current = 0.8 A", "run_current = 0.8 A` must be a number alone", "run_current = 0.8"),
+        (
+            "run_current = 0.8, sense_resistor = R110",
+            "sense_resistor = R110` must be a number",
+            "sense_resistor = 0.11",
+        ),
+    ] {
+        let text = error(driver, &uart(keys));
+        assert!(text.starts_with(&format!("`{key}.{says}")), "{text}");
+        assert!(text.contains(&format!("for example `{example}`")), "{text}");
+    }
+}
+
+#[test]
 fn a_workspace_with_a_mistake_is_compared_with_nothing() {
     let workspace = "[workspace]                # within the triangle's sides, above the floor, \
                      below the motors\nmin = [0.10, 0.10, 0.05]\nmax = [0.80, 0.50, 0.60]\n";
