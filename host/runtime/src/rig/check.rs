@@ -14,7 +14,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::camera_file;
-use plumb_cameras::recording::check_kind;
+use plumb_cameras::recording::{OtherDepthScale, check_kind};
 use plumb_cameras::settings::{CameraSettings, SourceName, not_built};
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
@@ -96,8 +96,17 @@ fn together(path: &Path, text: &str, simulation: SimulationCheck<'_>) -> Vec<Fin
     let Ok(camera_text) = read_text(file, MAX_BYTES) else { return Vec::new() };
     let Ok(camera) = camera_file::parse(file, &camera_text) else { return Vec::new() };
     let mut findings = implausible(&rig, &camera_text, &camera);
+    let document = Document::new(file, &camera_text, camera_file::REFERENCE);
+    findings.extend(other_depth_scale(&document, &rig, &camera));
     findings.extend(simulated(&Document::new(path, text, REFERENCE), &rig, &camera, simulation));
     findings
+}
+
+/// Returns the warning about other units of depth in the camera file than those of the recording.
+fn other_depth_scale(document: &Document<'_>, rig: &Rig, camera: &Camera) -> Option<Finding> {
+    let other = OtherDepthScale::of(rig.camera.recording.as_ref()?, camera)?;
+    let problem = format!("is not that of the recording: {other}");
+    Some(document.finding(Severity::Warning, &["intrinsics.depth_scale"], problem))
 }
 
 /// Checks the simulated rig of a file, where its camera renders that rig.
