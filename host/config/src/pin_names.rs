@@ -1,8 +1,15 @@
 //! Names of pins in the place of their numbers.
 
+/// Returns what is wrong with a value that names pins, and what to write; `None` for other values.
+pub fn named_pins(value: &str) -> Option<String> {
+    let numbers = pin_numbers(value)?;
+    let what = if value.starts_with('[') { "numbers of the pins" } else { "number of the pin" };
+    Some(format!("must have the {what} alone: write {numbers}"))
+}
+
 /// Returns the numbers of pins that a value names, `[10, 11]` of `[GP10, GP11]`; `None` where it
 /// names none, and where anything else stands between the names.
-pub fn pin_numbers(value: &str) -> Option<String> {
+fn pin_numbers(value: &str) -> Option<String> {
     let number = |word: &str| {
         let upper = word.to_uppercase();
         let digits = upper.strip_prefix("GPIO").or_else(|| upper.strip_prefix("GP"))?;

@@ -104,7 +104,10 @@ fn the_camera_file_of_a_recording_is_taken_and_other_units_of_depth_are_warned_a
     fs::write(&path, other.replace("depth_scale = 5000.0", "depth_scale = 1000.0")).unwrap();
     let end = "the file of the recording has 5000: no ball is found where the depth is wrong";
     for (command, says) in [
-        (&["check", "new/rig.toml", "--file-only"][..], "`intrinsics.depth_scale = 1000.0` is not"),
+        (
+            &["check", "new/rig.toml", "--file-only"][..],
+            "`intrinsics.depth_scale = 1000.0` is written here, but ",
+        ),
         (&["calibrate", "new/rig.toml", "--board"], "camera.toml: depth_scale = 1000, but "),
     ] {
         let text = stderr(&plumb(command, folder.path()));

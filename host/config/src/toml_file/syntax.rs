@@ -6,7 +6,7 @@ use toml::de::{DeTable, DeValue, Error};
 use super::brackets::{unclosed, unquoted};
 use super::{line_at, one_line};
 use crate::digit_groups::{is_digits, without_groups};
-use crate::pin_names::pin_numbers;
+use crate::pin_names::named_pins;
 use crate::type_words::in_words;
 
 /// Mistake in the syntax of a file.
@@ -121,8 +121,8 @@ fn without_comment(value: &str) -> &str {
 /// Returns what is wrong with a value that people write, and what to write; `None` where that is
 /// not known.
 fn value_mistake(value: &str) -> Option<String> {
-    if let Some(numbers) = pin_numbers(value) {
-        return Some(format!("must have the numbers of the pins alone: write {numbers}"));
+    if let Some(message) = named_pins(value) {
+        return Some(message);
     }
     let is_word = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
     if value.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/')
@@ -330,7 +330,7 @@ mod tests {
             ("(0.6, 0.2)", "must be in square brackets: write [0.6, 0.2]"),
             ("[[0.6, 0.2 m, 0.3]]", "must have numbers alone, without units or fractions"),
             ("[GP10, 11,GPIO12]", "must have the numbers of the pins alone: write [10, 11, 12]"),
-            ("GP15", "must have the numbers of the pins alone: write 15"),
+            ("GP15", "must have the number of the pin alone: write 15"),
             ("[(1, 2), (3, 4)]", "must be in square brackets: write [[1, 2], [3, 4]]"),
         ] {
             assert_eq!(value_mistake(value).as_deref(), Some(answer), "{value}");

@@ -105,7 +105,7 @@ fn together(path: &Path, text: &str, simulation: SimulationCheck<'_>) -> Vec<Fin
 /// Returns the warning about other units of depth in the camera file than those of the recording.
 fn other_depth_scale(document: &Document<'_>, rig: &Rig, camera: &Camera) -> Option<Finding> {
     let other = OtherDepthScale::of(rig.camera.recording.as_ref()?, camera)?;
-    let problem = format!("is not that of the recording: {other}");
+    let problem = format!("is written here, but {other}");
     Some(document.finding(Severity::Warning, &["intrinsics.depth_scale"], problem))
 }
 
