@@ -1,5 +1,6 @@
 //! Opening a recording of any format.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use plumb_config::bounded_read::ReadError;
@@ -14,7 +15,9 @@ use plumb_realsense::{RealSense, RealsenseSource, RealsenseSourceError};
 use plumb_webcam::VIDEO_ENDINGS;
 use thiserror::Error;
 
+use crate::camera_file::{self, NO_DEPTH};
 use crate::playback::Playback;
+use crate::record::CAMERA_FILE;
 use crate::tum::{TumError, TumFolder, check_lists};
 
 /// Driver that plays the recording at a path at the speed at which it was recorded.
@@ -125,6 +128,46 @@ pub fn check_exists(path: &Path) -> Result<(), OpenRecordingError> {
         Ok(true) => Ok(()),
         Ok(false) => Err(OpenRecordingError::Absent(path.to_owned())),
         Err(error) => Err(ReadError::Io { path: path.to_owned(), error }.into()),
+    }
+}
+
+/// Returns the path of the camera file of a recording: the one in its folder, which may not exist.
+pub fn own_camera_file(recording: &Path) -> PathBuf {
+    let folder = if recording.is_file() { recording.parent() } else { Some(recording) };
+    folder.unwrap_or(recording).join(CAMERA_FILE)
+}
+
+/// Returns the camera of the [own camera file](own_camera_file) of a recording; `None` where there
+/// is no such file, or it has a mistake.
+pub fn own_camera(recording: &Path) -> Option<Camera> {
+    camera_file::read(&own_camera_file(recording)).ok()
+}
+
+/// Other units of depth than those of the camera file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OtherDepthScale {
+    /// Depth units in a metre of the recording; 0 where it has no depth.
+    recorded: f64,
+}
+
+impl OtherDepthScale {
+    /// Returns the units of depth of a recording, by its own camera file, where `camera` has
+    /// others; `None` where they are the same, or not known.
+    pub fn of(recording: &Path, camera: &Camera) -> Option<Self> {
+        let recorded = own_camera(recording)?.intrinsics.depth_scale;
+        let is_other = camera.intrinsics.has_depth() && recorded != camera.intrinsics.depth_scale;
+        is_other.then_some(Self { recorded })
+    }
+}
+
+impl fmt::Display for OtherDepthScale {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the file of the recording has ")?;
+        match self.recorded {
+            0.0 => write!(f, "\"{NO_DEPTH}\"")?,
+            recorded => write!(f, "{recorded}")?,
+        }
+        f.write_str(": no ball is found where the depth is wrong")
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use plumb_config::book::page;
-use plumb_frame::driver::CameraDriver;
+use plumb_frame::driver::{CameraDriver, IntrinsicsFrom};
 use plumb_openni::OpenniSettings;
 use plumb_realsense::RealsenseSettings;
 use plumb_webcam::{NotBuilt, WebcamSettings};
@@ -205,6 +205,18 @@ impl CameraSettings {
             }
             source => Ok(source),
         }
+    }
+
+    /// Returns whether the pictures of `source` bring the intrinsics of the device: a run then
+    /// ignores those of the camera file.
+    pub fn has_intrinsics_of_device(&self, source: SourceName) -> bool {
+        let from = match source {
+            SourceName::Openni => self.openni.intrinsics,
+            SourceName::Realsense => self.realsense.intrinsics,
+            SourceName::Ros2 => self.ros2.intrinsics,
+            _ => return false,
+        };
+        from == IntrinsicsFrom::Device
     }
 
     /// Makes the paths relative to `folder`.

@@ -12,6 +12,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use nix::unistd::{AccessFlags, access};
+use plumb_cameras::recording::own_camera_file;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_config::whole_writes::write_new;
@@ -224,6 +225,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     note!("written: {} and {}", rig_path.display(), camera_path.display());
     if let Some(sender) = sender(&rig.camera, &args.folder) {
         note!("pictures: {sender} (`camera.stream` in the rig file; {})", page("stream"));
+    }
+    if let (NewCamera::Recording(recording), Some(own)) = (&rig.camera, &rig.recorded) {
+        let ball = (rig.ball_diameter, rig.ball_hue);
+        let is_same_ball = ball == (own.ball_diameter, own.ball_hue);
+        let taken = if is_same_ball { "intrinsics, pose and ball" } else { "intrinsics and pose" };
+        note!("camera: {taken} are those of {}", own_camera_file(recording).display());
     }
     if let Some(straps) = &files.straps {
         let end = if rig.microsteps == 1 { "" } else { "s" };

@@ -9,17 +9,17 @@ use std::time::Instant;
 use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
-use plumb_cameras::recording::{check_exists, check_kind, is_mcap};
+use plumb_cameras::recording::{check_exists, check_kind, is_mcap, own_camera_file};
 use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::bounded_read::ReadError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::driver::OpenedSource;
 use plumb_runtime::replay::{DebugFolder, Problem, ReplayOutcome, replay};
-use plumb_vision::camera::Camera;
 
 use super::print::{self, note, tell};
 use super::progress::{ProgressLine, is_shown};
 use super::ros2::open_recording;
+use super::run_camera::other_depth_scale;
 use super::{DetectorName, FAILED, Failure, bad_input};
 
 /// Detection and location on a recording (a TUM RGB-D folder, an .oni, .bag, .db3, .mcap or video
@@ -52,8 +52,8 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     check_recording(&args.recording)?;
     let file = args.camera.clone().map_or_else(|| beside(&args.recording), Ok)?;
     let mut camera = camera_file::read(&file)?;
-    if let Some(warning) = wrong_depth_scale(&args.recording, &file, &camera) {
-        tell!("plumb: warning: {warning}");
+    if let Some(warning) = other_depth_scale(&args.recording, &file, &camera) {
+        tell!("plumb: warning: {warning}. Leave out --camera");
     }
     let topics = Ros2CameraSettings::default();
     let opened = open_recording(&args.recording, &camera, &topics)?;
@@ -104,20 +104,6 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     Ok(if outcome.broken == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 
-/// Returns a warning where the camera file has other units of depth than that of the recording.
-fn wrong_depth_scale(recording: &Path, file: &Path, camera: &Camera) -> Option<String> {
-    let own = beside(recording).ok().filter(|own| own != file)?;
-    let recorded = camera_file::read(&own).ok()?.intrinsics.depth_scale;
-    let given = camera.intrinsics.depth_scale;
-    (camera.intrinsics.has_depth() && recorded != given).then(|| {
-        format!(
-            "{}: depth_scale = {given}, but the file of the recording has {recorded}: no ball is \
-             found where the depth is wrong. Leave out --camera",
-            file.display()
-        )
-    })
-}
-
 /// Checks that a recording exists, and is not the folder of a run.
 fn check_recording(recording: &Path) -> Result<(), Failure> {
     let name = recording.display();
@@ -141,8 +127,7 @@ fn check_recording(recording: &Path) -> Result<(), Failure> {
 /// # Errors
 /// Where the camera file does not exist, or `recording` is none.
 fn beside(recording: &Path) -> Result<PathBuf, Failure> {
-    let folder = if recording.is_file() { recording.parent() } else { Some(recording) };
-    let file = folder.unwrap_or(recording).join(CAMERA_FILE);
+    let file = own_camera_file(recording);
     if file.exists() {
         return Ok(file);
     }

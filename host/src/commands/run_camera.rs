@@ -8,6 +8,7 @@ use plumb_cameras::camera_file;
 use plumb_cameras::capture::{Capture, CaptureLimits};
 use plumb_cameras::open::OpenedCamera;
 use plumb_cameras::record::RecordFolder;
+use plumb_cameras::recording::OtherDepthScale;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_cameras::stream::FIRST_FRAME;
 use plumb_config::bounded_read::{ReadError, read_text};
@@ -44,6 +45,14 @@ pub(crate) fn read_camera(file: &Path, rig: &Rig) -> Result<(String, Camera), Fa
     Ok((text, camera))
 }
 
+/// Returns a warning where `camera`, of the camera file `file`, has other units of depth than the
+/// own camera file of `recording`.
+pub(super) fn other_depth_scale(recording: &Path, file: &Path, camera: &Camera) -> Option<String> {
+    let other = OtherDepthScale::of(recording, camera)?;
+    let given = camera.intrinsics.depth_scale;
+    Some(format!("{}: depth_scale = {given}, but {other}", file.display()))
+}
+
 /// Open camera of a run.
 pub(crate) struct RunCamera {
     /// Source of the frames.
@@ -67,6 +76,11 @@ impl RunCamera {
         without_simulation: Option<&str>,
     ) -> Result<Self, Failure> {
         note!("preparing the camera");
+        let recording = rig.camera.recording.as_deref();
+        let other = recording.and_then(|it| other_depth_scale(it, &rig.camera.file, &camera));
+        if let Some(warning) = other {
+            tell!("plumb: warning: {warning}");
+        }
         let signals = sender(&rig.camera).map(|sender| {
             note!("camera: waiting for {sender}, {} s at most", FIRST_FRAME.as_secs());
             if let Some(advice) = without_simulation {

@@ -75,6 +75,27 @@ fn pictures_of_a_folder_give_the_lens_and_the_former_file_is_kept() {
 }
 
 #[test]
+fn a_lens_that_a_run_ignores_comes_with_the_line_to_write() {
+    let folder = folder();
+    take_pictures(folder.path());
+    for (camera, is_ignored) in [
+        ("source = \"realsense\"", true),
+        ("source = \"realsense\"\nrealsense.intrinsics = \"file\"", false),
+        ("source = \"ros2\"", true),
+        ("source = \"openni\"", false),
+        ("source = \"openni\"\nopenni.intrinsics = \"device\"", true),
+    ] {
+        let lines = format!("[camera]\n{camera}\n");
+        let rig = rig_file(folder.path(), |text| text.replacen("[camera]\n", &lines, 1));
+        let arguments = ["calibrate", &rig, "--lens", "--pictures", "photos", "--yes"];
+        let text = stderr(&plumb(&arguments, folder.path()));
+        let name = camera.split('"').nth(1).unwrap();
+        let says = format!("write `intrinsics = \"file\"` below [camera.{name}] of");
+        assert_eq!(text.contains(&says), is_ignored, "{camera}: {text}");
+    }
+}
+
+#[test]
 fn the_simulated_camera_shows_the_board_for_its_lens() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);

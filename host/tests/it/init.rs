@@ -81,6 +81,41 @@ fn the_files_are_right_for_every_driver_and_camera() {
 }
 
 #[test]
+fn the_camera_file_of_a_recording_is_taken_and_other_units_of_depth_are_warned_about() {
+    let folder = folder();
+    let recording = folder.path().join("recording");
+    fs::create_dir(&recording).unwrap();
+    fs::write(recording.join("rgb.txt"), "0.0 absent.png\n").unwrap();
+    fs::write(recording.join("depth.txt"), "0.0 absent.png\n").unwrap();
+    let text = camera_file::PAPER.replace("fx = 525.0", "fx = 531.25\nk1 = -0.01");
+    fs::write(
+        recording.join("camera.toml"),
+        text.replace("diameter_m = 0.08", "diameter_m = 0.0655\nhue = 120.0"),
+    )
+    .unwrap();
+    let output = plumb(&["init", "new", "--recording", "recording", "--yes"], folder.path());
+    let says = "camera: intrinsics, pose and ball are those of ";
+    assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    let path = folder.path().join("new/camera.toml");
+    let recorded = camera_file::read(&recording.join("camera.toml")).unwrap();
+    assert_eq!(camera_file::read(&path).unwrap(), recorded);
+    let other = fs::read_to_string(&path).unwrap();
+    assert!(!other.contains("# a guess"), "{other}");
+    fs::write(&path, other.replace("depth_scale = 5000.0", "depth_scale = 1000.0")).unwrap();
+    let end = "the file of the recording has 5000: no ball is found where the depth is wrong";
+    for (command, says) in [
+        (
+            &["check", "new/rig.toml", "--file-only"][..],
+            "`intrinsics.depth_scale = 1000.0` is written here, but ",
+        ),
+        (&["calibrate", "new/rig.toml", "--board"], "camera.toml: depth_scale = 1000, but "),
+    ] {
+        let text = stderr(&plumb(command, folder.path()));
+        assert!(text.contains(says) && text.contains(end), "{text}");
+    }
+}
+
+#[test]
 fn the_files_are_right_for_every_size() {
     let folder = folder();
     let mut state = 1_u64;
@@ -242,12 +277,13 @@ fn no_value_is_called_a_guess_after_the_calibration() {
 #[test]
 fn what_limits_the_current_of_the_drivers_is_told() {
     let folder = folder();
-    for (driver, told) in [
-        ("coils", "H-bridges limit no current"),
-        ("motor-hats", "times `duty`, divided by the resistance of a coil"),
-        ("tmc2209-uart", "for R150 add `sense_resistor = 0.15`"),
+    for (option, name, told) in [
+        ("--driver", "coils", "H-bridges limit no current"),
+        ("--driver", "motor-hats", "times `duty`, divided by the resistance of a coil"),
+        ("--driver", "tmc2209-uart", "for R150 add `sense_resistor = 0.15`"),
+        ("--board", "skr-pico", "for R150 add `sense_resistor = 0.15`"),
     ] {
-        let output = plumb(&["init", driver, "--yes", "--driver", driver], folder.path());
+        let output = plumb(&["init", name, "--yes", option, name], folder.path());
         assert!(stderr(&output).contains(told), "{}", stderr(&output));
     }
 }

@@ -60,7 +60,7 @@ fn wrong_settings_are_refused_with_their_keys() {
         ("hold_current = 0.8", "", "motors.driver.tmc2209-uart.run_current"),
         ("run_current = 0.8, hold_current = 0.9", "", "motors.driver.tmc2209-uart.hold_current"),
         ("run_current = 0.8, hold_current = 0.001", "", "motors.driver.tmc2209-uart.hold_current"),
-        ("run_current = 0.8, sense_resistor = 1", "", "motors.driver.tmc2209-uart.sense_resistor"),
+        ("run_current = 0.8, sense_resistor = 1", "", "motors.driver.tmc2209-uart.run_current"),
         ("run_current = 0.8, mode = \"quiet\"", "", "motors.driver.tmc2209-uart.mode"),
         ("run_current = 0.8, addresses = [0, 4, 1]", "", "motors.driver.tmc2209-uart.addresses"),
         ("run_current = 0.8, addresses = [0, 1, 1]", "", "motors.driver.tmc2209-uart.addresses"),
@@ -71,6 +71,71 @@ fn wrong_settings_are_refused_with_their_keys() {
         let text = text(&format!("{{ tmc2209-uart = {{ {settings} }} }}"), pins);
         let found = keys(&text, Severity::Error);
         assert!(found.first().is_some_and(|found| found == key), "{settings}, {pins}: {found:?}");
+    }
+}
+
+/// Returns what the check says of these settings, without the key; all of it is about one key.
+fn problem(settings: &str) -> String {
+    let text = text(&format!("{{ tmc2209-uart = {{ {settings} }} }}"), "");
+    let findings = check_rig_text(&text, &EmulatedBoard::refusals);
+    let findings = findings.into_iter().filter(|it| it.severity == Severity::Error);
+    let findings: Vec<_> = findings.map(|it| (it.values, it.problem, it.allowed)).collect();
+    match &findings[..] {
+        [] => String::new(),
+        [(values, problem, allowed)] if values.len() == 1 && allowed.is_empty() => {
+            let (key, value) = &values[0];
+            format!("{} = {value} {problem}", key.rsplit('.').next().expect("a key"))
+        }
+        several => panic!("{settings}: {several:?}"),
+    }
+}
+
+#[test]
+fn a_current_beyond_its_limits_is_one_mistake_with_the_limits_of_the_resistor() {
+    let with = "is out of range: with `sense_resistor =";
+    let these = "is out of range: with these `run_current` and `sense_resistor` it is from";
+    for (settings, says) in [
+        (
+            "run_current = 1.4, sense_resistor = 0.15",
+            format!("run_current = 1.4 {with} 0.15` it is from 0.024 to 1.351 A"),
+        ),
+        (
+            "run_current = 1.9",
+            format!("run_current = 1.9 {with} 0.11` it is from 0.031 to 1.767 A"),
+        ),
+        (
+            "run_current = 0.01, sense_resistor = 0.05",
+            format!("run_current = 0.01 {with} 0.05` it is from 0.057 to 2 A"),
+        ),
+        (
+            "run_current = 0.8, hold_current = 0.9",
+            format!("hold_current = 0.9 {these} 0.031 to 0.8 A"),
+        ),
+        (
+            "run_current = 1.2, hold_current = 0.01, sense_resistor = 0.15",
+            format!("hold_current = 0.01 {these} 0.043 to 1.2 A"),
+        ),
+    ] {
+        assert_eq!(problem(settings), says);
+    }
+}
+
+#[test]
+fn the_limits_of_a_current_are_accepted() {
+    for sense in [0.05, 0.075, 0.1, 0.11, 0.15, 0.22, 0.5, 1.0] {
+        let settings = |run: f64, hold: f64| {
+            format!("run_current = {run}, hold_current = {hold}, sense_resistor = {sense}")
+        };
+        let limits = |text: &str| {
+            let (_, limits) = text.split_once(" from ").expect("limits");
+            let (least, most) = limits.trim_end_matches(" A").split_once(" to ").expect("two");
+            [least, most].map(|limit| limit.parse::<f64>().expect("a number"))
+        };
+        let [least, most] = limits(&problem(&settings(0.001, 0.001)));
+        assert_eq!(problem(&settings(least, least)), "");
+        assert_eq!(problem(&settings(most, most)), "");
+        let [least, _] = limits(&problem(&settings(most, 0.001)));
+        assert_eq!(problem(&settings(most, least)), "");
     }
 }
 

@@ -29,6 +29,8 @@ pub struct Mistake {
     pub value: String,
     /// Description.
     pub message: String,
+    /// Whether the mistake hides others: the file is not read any further.
+    pub hides_others: bool,
 }
 
 /// Contents of a file and all its mistakes.
@@ -92,13 +94,14 @@ fn syntax_mistakes(text: &str, errors: &[Error]) -> Vec<Mistake> {
     }
     // Further errors in a line follow from its first.
     mistakes.dedup_by_key(|mistake| mistake.line);
+    mistakes.iter_mut().for_each(|mistake| mistake.hides_others = true);
     mistakes
 }
 
 impl From<SyntaxMistake> for Mistake {
     fn from(mistake: SyntaxMistake) -> Self {
         let SyntaxMistake { line, key, value, message } = mistake;
-        Self { line: Some(line), key, value, message }
+        Self { line: Some(line), key, value, message, hides_others: false }
     }
 }
 
@@ -178,6 +181,7 @@ impl Repair<'_> {
             key: path.join("."),
             value: value.to_owned(),
             message,
+            hides_others: false,
         }
     }
 }

@@ -6,6 +6,7 @@ use toml::de::{DeTable, DeValue, Error};
 use super::brackets::{unclosed, unquoted};
 use super::{line_at, one_line};
 use crate::digit_groups::{is_digits, without_groups};
+use crate::pin_names::named_pins;
 use crate::type_words::in_words;
 
 /// Mistake in the syntax of a file.
@@ -60,7 +61,9 @@ impl SyntaxMistake {
             return plain(key, "", message);
         }
         let message = in_words(&one_line(error.message()));
-        match assignment(written) {
+        let innermost = wrong_in_braces(written);
+        let innermost = innermost.as_ref().map(|(name, value)| (name.as_str(), *value));
+        match innermost.or_else(|| assignment(written)) {
             Some((name, value)) => {
                 let message =
                     value_mistake(value).unwrap_or_else(|| format!("cannot be read: {message}"));
@@ -81,6 +84,32 @@ fn assignment(line: &str) -> Option<(&str, &str)> {
     (is_name && !value.is_empty() && !value.starts_with('=')).then_some((name, value))
 }
 
+/// Returns the first key of a line, with the inline tables around it, whose value TOML refuses, and
+/// that value; `None` for a line without inline tables.
+fn wrong_in_braces(line: &str) -> Option<(String, &str)> {
+    assignment(line).filter(|(_, value)| value.starts_with('{'))?;
+    let values = assignments(line).into_iter().map(|(name, begin)| (name, value_at(line, begin)));
+    let mut values = values.filter(|(_, value)| !value.is_empty() && !value.starts_with('{'));
+    values.find(|(_, value)| DeTable::parse(&format!("x = {value}")).is_err())
+}
+
+/// Returns the value that begins at a byte of a line: it ends at a comma or brace outside its own
+/// brackets and strings, or at a comment.
+fn value_at(line: &str, begin: usize) -> &str {
+    let mut depth = 0;
+    for (place, c) in unquoted(line).into_iter().filter(|(place, _)| *place >= begin) {
+        match c {
+            '[' | '(' | '{' => depth += 1,
+            ']' | ')' => depth -= 1,
+            '}' if depth > 0 => depth -= 1,
+            ',' if depth > 0 => {}
+            ',' | '}' | '#' => return line[begin..place].trim(),
+            _ => {}
+        }
+    }
+    line[begin..].trim()
+}
+
 /// Returns a value without the comment behind it.
 fn without_comment(value: &str) -> &str {
     match unquoted(value).last() {
@@ -92,6 +121,9 @@ fn without_comment(value: &str) -> &str {
 /// Returns what is wrong with a value that people write, and what to write; `None` where that is
 /// not known.
 fn value_mistake(value: &str) -> Option<String> {
+    if let Some(message) = named_pins(value) {
+        return Some(message);
+    }
     let is_word = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
     if value.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/')
         && value.chars().all(is_word)
@@ -168,27 +200,31 @@ struct DecimalComma<'a> {
 
 /// Looks for the first number of a line with a decimal comma.
 fn decimal_comma(line: &str) -> Option<DecimalComma<'_>> {
-    let (mut begin, mut tables, mut name) = (0, Vec::new(), "");
-    for (equals, _) in line.match_indices('=') {
-        let before = &line[begin..equals];
-        for c in before.chars() {
-            match c {
-                '{' => tables.push(name),
-                '}' => drop(tables.pop()),
-                _ => {}
-            }
-        }
-        name = before.rsplit(['{', ',']).next().unwrap_or_default().trim();
-        let value = line[equals + 1..].trim_start();
+    assignments(line).into_iter().find_map(|(name, begin)| {
+        let value = line[begin..].trim_start();
         let value = value.split(['}', '#', ' ', '\t']).next().unwrap_or_default();
         let value = value.trim_end_matches(',');
-        if let Some(point) = with_point(value) {
-            tables.push(name);
-            return Some(DecimalComma { name: tables.join("."), value, point });
+        Some(DecimalComma { name, value, point: with_point(value)? })
+    })
+}
+
+/// Returns the keys of a line, with the inline tables around them, and where their values begin,
+/// bytes.
+fn assignments(line: &str) -> Vec<(String, usize)> {
+    let (mut begin, mut tables, mut name, mut found) = (0, Vec::new(), "", Vec::new());
+    for (place, c) in unquoted(line).into_iter().filter(|(_, c)| "{},=".contains(*c)) {
+        match c {
+            '{' => tables.push(name),
+            '}' => drop(tables.pop()),
+            '=' => {
+                name = line[begin..place].trim();
+                found.push(([&tables[..], &[name]].concat().join("."), place + 1));
+            }
+            _ => {}
         }
-        begin = equals + 1;
+        begin = place + 1;
     }
-    None
+    found
 }
 
 /// Returns a number with a decimal comma with a decimal point; `None` for any other text.
@@ -293,6 +329,8 @@ mod tests {
             ("“tmc2209”", "must be in plain quotation marks: write \"tmc2209\""),
             ("(0.6, 0.2)", "must be in square brackets: write [0.6, 0.2]"),
             ("[[0.6, 0.2 m, 0.3]]", "must have numbers alone, without units or fractions"),
+            ("[GP10, 11,GPIO12]", "must have the numbers of the pins alone: write [10, 11, 12]"),
+            ("GP15", "must have the number of the pin alone: write 15"),
             ("[(1, 2), (3, 4)]", "must be in square brackets: write [[1, 2], [3, 4]]"),
         ] {
             assert_eq!(value_mistake(value).as_deref(), Some(answer), "{value}");
@@ -310,6 +348,22 @@ mod tests {
         assert_eq!(name("a = { b = { c = 1, d = 0,5 } }"), found("a.b.d 0.5"));
         assert_eq!(name("a = { b = { c = 1 }, d = 0,5 }"), found("a.d 0.5"));
         assert_eq!(name("a = { b = 1 }"), None);
+    }
+
+    #[test]
+    fn a_wrong_value_is_found_with_the_tables_around_it() {
+        for (line, found) in [
+            ("a = { b = { c = 1, d = 0.8A } }", Some(("a.b.d", "0.8A"))),
+            ("a = { b = { c = R110, d = 0.8A } }  # 1", Some(("a.b.c", "R110"))),
+            ("a = { b = [0, 1], c = [GP1, GP2], d = 1 }", Some(("a.c", "[GP1, GP2]"))),
+            ("a = { b = '1, } 2', c = 0.8 A }", Some(("a.c", "0.8 A"))),
+            ("a = { b = true, c = [{ d = 1 }] }", None),
+            ("a = 0.8A", None),
+        ] {
+            let wrong = wrong_in_braces(line);
+            let wrong = wrong.as_ref().map(|(name, value)| (name.as_str(), *value));
+            assert_eq!(wrong, found, "{line}");
+        }
     }
 
     #[test]

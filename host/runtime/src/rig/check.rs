@@ -14,7 +14,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::camera_file;
-use plumb_cameras::recording::check_kind;
+use plumb_cameras::recording::{OtherDepthScale, check_kind};
 use plumb_cameras::settings::{CameraSettings, SourceName, not_built};
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
@@ -46,6 +46,12 @@ pub struct SimulationMistake {
 
 /// Values with which the check goes on where the file has a mistake.
 const PLACEHOLDERS: &str = include_str!("check/placeholders.toml");
+
+/// What follows one mistake of syntax, and several.
+const HIDDEN: [&str; 2] = [
+    ". Other mistakes show when this one is mended",
+    ". Other mistakes show when these are mended",
+];
 
 /// Checks the rig file at `path`, and the camera file that it names.
 ///
@@ -90,8 +96,17 @@ fn together(path: &Path, text: &str, simulation: SimulationCheck<'_>) -> Vec<Fin
     let Ok(camera_text) = read_text(file, MAX_BYTES) else { return Vec::new() };
     let Ok(camera) = camera_file::parse(file, &camera_text) else { return Vec::new() };
     let mut findings = implausible(&rig, &camera_text, &camera);
+    let document = Document::new(file, &camera_text, camera_file::REFERENCE);
+    findings.extend(other_depth_scale(&document, &rig, &camera));
     findings.extend(simulated(&Document::new(path, text, REFERENCE), &rig, &camera, simulation));
     findings
+}
+
+/// Returns the warning about other units of depth in the camera file than those of the recording.
+fn other_depth_scale(document: &Document<'_>, rig: &Rig, camera: &Camera) -> Option<Finding> {
+    let other = OtherDepthScale::of(rig.camera.recording.as_ref()?, camera)?;
+    let problem = format!("is written here, but {other}");
+    Some(document.finding(Severity::Warning, &["intrinsics.depth_scale"], problem))
 }
 
 /// Checks the simulated rig of a file, where its camera renders that rig.
@@ -119,8 +134,7 @@ pub(crate) fn check_text(
 ) -> (Vec<Finding>, Option<PathBuf>) {
     let document = Document::new(path, text, REFERENCE);
     let diagnosis = diagnose::<Rig>(text, PLACEHOLDERS);
-    let mut findings: Vec<Finding> =
-        diagnosis.mistakes.iter().map(|mistake| document.mistake(mistake)).collect();
+    let mut findings = document.mistakes(&diagnosis.mistakes);
     let Some(mut rig) = diagnosis.contents else { return (findings, None) };
     let wrong: Vec<String> = diagnosis.mistakes.into_iter().map(|mistake| mistake.key).collect();
     let mut more = values(&document, &rig, board);
@@ -170,7 +184,8 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
     let mut reported = Vec::new();
     for error in conversion.into_errors() {
         reported.push(error.key.to_owned());
-        findings.push(document.out_of_range(&[error.key], error.why));
+        let current = board::current(document, rig, error.key);
+        findings.push(current.unwrap_or_else(|| document.out_of_range(&[error.key], error.why)));
     }
     let no_place = targets::no_place(document, rig);
     let keys = no_place.iter().flat_map(|finding| &finding.values);
@@ -180,10 +195,12 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
     for refusal in refusals {
         match refusal {
             Refusal::Config(field) => {
-                let keys = board::wrong_keys(rig, field, board);
-                if !keys.iter().any(|key| is_below(key, &reported)) {
-                    findings.push(board::finding(document, field, &keys, rig, board));
-                    reported.extend(keys.iter().map(|key| (*key).to_owned()));
+                for finding in board::findings(document, field, rig, board) {
+                    let keys = || finding.values.iter().map(|(key, _)| key);
+                    if !keys().any(|key| is_below(key, &reported)) {
+                        reported.extend(keys().cloned());
+                        findings.push(finding);
+                    }
                 }
             }
             Refusal::Wiring(error) => findings.push(wiring::finding(document, rig, &wiring, error)),
@@ -239,7 +256,7 @@ fn camera_file(path: &Path, rig: &Document<'_>) -> Vec<Finding> {
         return wrong(format!("is wrong: {} is a rig file; give the camera file", path.display()));
     }
     let document = Document::new(path, &text, camera_file::REFERENCE);
-    camera_file::mistakes(&text).iter().map(|mistake| document.mistake(mistake)).collect()
+    document.mistakes(&camera_file::mistakes(&text))
 }
 
 /// Returns the error of a whole file. The message may begin with its name.
@@ -348,6 +365,20 @@ impl<'a> Document<'a> {
         let allowed = names.iter().filter_map(|name| self.allowed(name));
         let allowed = allowed.collect::<Vec<_>>().join("; ");
         Finding { allowed, ..self.finding(Severity::Error, names, problem) }
+    }
+
+    /// Returns the errors of all mistakes in the text. The last one says where others are hidden.
+    fn mistakes(&self, mistakes: &[Mistake]) -> Vec<Finding> {
+        let mut findings: Vec<Finding> = mistakes.iter().map(|it| self.mistake(it)).collect();
+        if let (Some(last), true) = (findings.last_mut(), mistakes.iter().any(|it| it.hides_others))
+        {
+            let end = if last.allowed.is_empty() { &mut last.problem } else { &mut last.allowed };
+            end.push_str(match mistakes.len() {
+                1 => HIDDEN[0],
+                _ => HIDDEN[1],
+            });
+        }
+        findings
     }
 
     /// Returns the error of a mistake in the text.

@@ -1,5 +1,7 @@
 //! Limits and drivers of the motors, as in rig files.
 
+use std::f64::consts::SQRT_2;
+
 use plumb_config::any_case::any_case;
 use plumb_protocol::config::Motor;
 use plumb_protocol::dimension::PerMotor;
@@ -11,8 +13,8 @@ use serde::{Deserialize, Deserializer};
 
 use super::board::{BoardSettings, EnableName};
 use super::quantity::{
-    Conversion, Current, Duty, EnableTime, HighTime, HoldTime, LowTime, MotorAcceleration,
-    MotorRate, SenseResistor, SetupTime, TravelLimit,
+    Conversion, Current, Duty, EnableTime, HighTime, HoldTime, LARGEST_CURRENT_A, LowTime,
+    MotorAcceleration, MotorRate, SenseResistor, SetupTime, TravelLimit,
 };
 
 /// Limits of the motors, and their drivers.
@@ -185,6 +187,14 @@ fn default_sense() -> SenseResistor {
     SENSE
 }
 
+/// Peak voltage at the sense resistor of a TMC2209 at the highest setting of the current, volts:
+/// with `vsense` 0 and 1 (data sheet, section 9).
+const FULL_SCALE_V: [f64; 2] = [0.325, 0.18];
+/// Resistance of the chip's own wires beside the sense resistor, ohms (section 9).
+const WIRES: f64 = 0.02;
+/// Number of the settings of the current (section 9).
+const CURRENT_SETTINGS: f64 = 32.0;
+
 /// How a TMC2209 controls the current, as a rig file names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -196,11 +206,39 @@ pub enum ModeName {
     SpreadCycle,
 }
 
+/// Returns the lowest current of a scale with this highest one, amperes, in whole milliamperes.
+fn least_setting(full_scale: f64) -> f64 {
+    (full_scale / CURRENT_SETTINGS * 1e3).ceil() / 1e3
+}
+
 impl UartSettings {
     /// Returns the settings of a file that names only the current.
     pub fn new(run_current: Current) -> Self {
         let (hold_current, mode, addresses) = (None, ModeName::default(), None);
         Self { run_current, hold_current, mode, sense_resistor: SENSE, addresses }
+    }
+
+    /// Returns the highest current with this peak voltage at the sense resistor, amperes, root mean
+    /// square (data sheet, section 9).
+    fn full_scale(&self, voltage: f64) -> f64 {
+        voltage / (self.sense_resistor.get() + WIRES) / SQRT_2
+    }
+
+    /// Returns the least and the highest current of a motor that turns, amperes, in whole
+    /// milliamperes: the driver can set both.
+    pub(super) fn run_range(&self) -> [f64; 2] {
+        let [coarse, fine] = FULL_SCALE_V.map(|voltage| self.full_scale(voltage));
+        let most = (coarse * 1e3).floor() / 1e3;
+        [least_setting(fine), most.min(LARGEST_CURRENT_A)]
+    }
+
+    /// Returns the least and the highest current of a motor that stands, amperes. The driver has
+    /// one scale for both currents: the finer one where the running current allows it. A standing
+    /// motor may always have the running current.
+    pub(super) fn hold_range(&self) -> [f64; 2] {
+        let [coarse, fine] = FULL_SCALE_V.map(|voltage| self.full_scale(voltage));
+        let run = self.run_current.get();
+        [least_setting(if run <= fine { fine } else { coarse }).min(run), run]
     }
 
     /// Returns the settings in the board's units, with the pins and addresses of the board.

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 use nalgebra::Point3;
 use plumb_cameras::stream::StreamAddress;
+use plumb_frame::camera::Camera;
 use thiserror::Error;
 
 use self::triangle::{WorkspaceBox, check_length};
@@ -73,6 +74,8 @@ pub struct NewRig {
     pub stiffness: Stiffness,
     /// Source of the pictures.
     pub camera: NewCamera,
+    /// Camera of a recording, whose intrinsics and pose are taken; `None` where they are not known.
+    pub recorded: Option<Camera>,
     /// Diameter of the ball, metres.
     pub ball_diameter: f64,
     /// Hue of the ball, degrees, 0 to 360: 0 red, 60 yellow, 120 green, 240 blue.
@@ -123,6 +126,7 @@ impl Default for NewRig {
             cable_per_turn: 0.094,
             stiffness: Stiffness::Unknown,
             camera: NewCamera::Openni,
+            recorded: None,
             ball_diameter: 0.08,
             ball_hue: 0.0,
         }

@@ -8,6 +8,9 @@ use plumb_protocol::units::Point;
 use serde::Deserializer;
 use thiserror::Error;
 
+/// Current that a TMC2209 bears, amperes, root mean square (data sheet, first page).
+pub(super) const LARGEST_CURRENT_A: f64 = 2.0;
+
 quantities! {
     /// Distance of the ball at which the board acts, metres.
     Distance = Range::above_zero(1.0, "m");
@@ -33,9 +36,8 @@ quantities! {
     HoldTime = Range::new(0.0, 65e-6, "s");
     /// Least time from ENABLE to a pulse, seconds.
     EnableTime = Range::new(0.0, 0.2, "s");
-    /// Current of a motor, amperes, root mean square: what a TMC2209 bears (data sheet, first
-    /// page). The sense resistor may allow less.
-    Current = Range::above_zero(2.0, "A");
+    /// Current of a motor, amperes, root mean square. The sense resistor may allow less.
+    Current = Range::above_zero(LARGEST_CURRENT_A, "A");
     /// Sense resistor of a driver, ohms.
     SenseResistor = Range::new(0.05, 1.0, "Ω");
     /// Share of the supply's voltage.

@@ -41,23 +41,24 @@ fn driver_notes(rig: &NewRig) -> Vec<String> {
     }
 }
 
-/// Returns the notes about TMC2209 on a UART. A board with drivers of its own has known ones.
+/// Returns the notes about TMC2209 on a UART. A board with drivers of its own has their addresses.
 fn uart_notes(rig: &NewRig) -> Vec<String> {
     let page = page("uart-drivers");
+    let has_modules = rig.board.board().has_free_drivers;
     let current = format!("0.8 A is a guess: set `run_current` to the motors' data sheet ({page})");
-    if !rig.board.board().has_free_drivers {
-        return vec![current];
-    }
+    let place = if has_modules { "on each module" } else { "at each driver" };
     let resistor = format!(
-        "the current follows from the sense resistors, the two large resistors on each module: \
-         R110 is 0.11 Ω, as the program takes it; for R150 add `sense_resistor = 0.15` beside \
+        "the current follows from the sense resistors, the two large resistors {place}: R110 is \
+         0.11 Ω, as the program takes it; for R150 add `sense_resistor = 0.15` beside \
          `run_current` ({page})"
     );
-    let addresses = format!(
-        "each driver takes its address from its straps: of motor A MS1 and MS2 low, of B MS1 \
-         high, of C MS2 high ({page})"
-    );
-    vec![current, resistor, addresses]
+    let addresses = has_modules.then(|| {
+        format!(
+            "each driver takes its address from its straps: of motor A MS1 and MS2 low, of B MS1 \
+             high, of C MS2 high ({page})"
+        )
+    });
+    [current, resistor].into_iter().chain(addresses).collect()
 }
 
 /// Returns what to do with the files, for a person.

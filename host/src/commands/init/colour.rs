@@ -25,6 +25,12 @@ pub(super) fn names() -> String {
     COLOURS.map(|(name, _)| name).join(", ")
 }
 
+/// Returns the name of a hue, degrees, or the hue itself where it has none.
+pub(super) fn name(hue: f64) -> String {
+    let colour = COLOURS.iter().find(|(_, of_name)| *of_name == hue);
+    colour.map_or_else(|| hue.to_string(), |(name, _)| (*name).to_owned())
+}
+
 /// Returns the hue of a colour's name or number, degrees.
 pub(super) fn hue(text: &str) -> Result<f64, String> {
     if let Some((_, hue)) = COLOURS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)) {

@@ -4,14 +4,15 @@ use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use plumb_cameras::recording::check_kind;
+use plumb_cameras::recording::{check_kind, own_camera};
 use plumb_cameras::settings::kinect;
 use plumb_cameras::stream::AddressError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::quantity::Range;
 use plumb_runtime::link::windows_port;
-use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
+use plumb_runtime::rig::new_rig::{BALL_RANGE_M, DriverKind, NewCamera, NewRig, Triangle};
 use plumb_runtime::rig::{BoardName, Stiffness};
+use plumb_vision::camera::Camera;
 
 use super::dialogue::{Dialogue, DialogueError};
 use super::{Args, CablesName, CameraName, DriverName, colour};
@@ -23,7 +24,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
     args: &Args,
     dialogue: &mut Dialogue<I, O>,
 ) -> Result<NewRig, Failure> {
-    let usual = NewRig::default();
+    let usual = usual(args.recording.as_deref().and_then(own_camera));
     if dialogue.is_interactive() {
         dialogue.tell("Lengths in metres. Enter takes the value in brackets; Ctrl-D ends.")?;
         dialogue.tell("A guide is the point from which a cable leaves its motor for the ball.")?;
@@ -47,10 +48,15 @@ pub(super) fn rig<I: BufRead, O: Write>(
         None => {
             let question =
                 format!("Colour of the ball ({}, or its hue in degrees)", colour::names());
-            dialogue.ask(&question, "red", colour::hue)?
+            let usual = colour::name(usual.ball_hue);
+            dialogue.ask(&question, &usual, colour::hue)?
         }
     };
     let camera = camera(args, dialogue)?;
+    let recorded = match &camera {
+        NewCamera::Recording(path) => own_camera(path),
+        _ => None,
+    };
     // The link of an emulated board may be in this folder.
     let is_named = |text: &str| !text.trim().is_empty();
     let port_of = |text: &str| match (args.simulated && is_named(text)) || text.contains('/') {
@@ -76,9 +82,21 @@ pub(super) fn rig<I: BufRead, O: Write>(
         cable_per_turn,
         stiffness,
         camera,
+        recorded,
         ball_diameter,
         ball_hue,
     })
+}
+
+/// Returns the defaults, with the ball of a recording.
+fn usual(recorded: Option<Camera>) -> NewRig {
+    let mut usual = NewRig::default();
+    if let Some(camera) = recorded {
+        let [least, most] = BALL_RANGE_M;
+        usual.ball_diameter = camera.ball_diameter.clamp(least, most);
+        usual.ball_hue = camera.ball_hue;
+    }
+    usual
 }
 
 /// Returns the name of a serial port.

@@ -1,11 +1,24 @@
 //! What to write in place of a mistake, for mistakes that people make in files that they edit.
 
 use plumb_cameras::settings::kinect;
+use plumb_config::pin_names::named_pins;
 use plumb_config::toml_file::Mistake;
 
 use super::Document;
 use super::targets::unreadable;
 use crate::rig::LawSettings;
+
+/// Returns whether a key takes the numbers of pins.
+fn is_pin(key: &str) -> bool {
+    key.starts_with("board.pins.")
+}
+
+/// Returns the resistance of a resistor with this mark, ohms: 0.15 of R150; `None` for other texts.
+fn marked_ohms(mark: &str) -> Option<f64> {
+    let digits = mark.strip_prefix(['R', 'r'])?;
+    let is_mark = !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_digit());
+    is_mark.then(|| format!("0.{digits}").parse().ok())?
+}
 
 impl Document<'_> {
     /// Returns what is wrong with a value of another type, and what to write; `None` where the
@@ -25,6 +38,15 @@ impl Document<'_> {
         if bare != value && self.is_number(key) && bare.parse::<f64>().is_ok() {
             return Some(format!("must be a number without quotes: write {bare}"));
         }
+        if let Some(advice) = named_pins(&value.replace(['"', '\''], "")).filter(|_| is_pin(key)) {
+            return Some(advice);
+        }
+        if let Some(number) = self.in_its_unit(key, bare) {
+            return Some(format!("must be a number alone, without its unit: write {number}"));
+        }
+        if let Some(ohms) = marked_ohms(bare).filter(|_| key.ends_with(".sense_resistor")) {
+            return Some(format!("must be in ohms, and not the mark on a resistor: write {ohms}"));
+        }
         if let Some(whole) = value.strip_suffix(".0").filter(|_| message.contains("whole number")) {
             return Some(format!("must be a whole number, without a point: write {whole}"));
         }
@@ -34,6 +56,14 @@ impl Document<'_> {
         let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
         (is_place && message.starts_with("invalid type"))
             .then(|| format!("must be a list of places: write [{value}]"))
+    }
+
+    /// Returns the number of a value with the unit of its key behind it: 0.8 of `0.8 A`. `None` for
+    /// other values.
+    fn in_its_unit<'v>(&self, key: &str, value: &'v str) -> Option<&'v str> {
+        let unit = self.key(key).map(|key| key.unit.as_str()).filter(|unit| *unit != "1")?;
+        let number = value.strip_suffix(unit).filter(|it| it.len() < value.len())?.trim_end();
+        (self.is_number(key) && number.parse::<f64>().is_ok()).then_some(number)
     }
 
     /// Returns what to write in place of a name alone that has required keys: of `driver =

@@ -107,11 +107,7 @@ fn reset(rig: &mut Rig, key: &str) {
 
 /// Returns the keys that make the board refuse `field` of `rig`: those that it refuses with the
 /// defaults of the field's other keys, or else all keys of the field.
-pub(super) fn wrong_keys(
-    rig: &Rig,
-    field: ConfigField,
-    board: BoardCheck<'_>,
-) -> Vec<&'static str> {
+fn wrong_keys(rig: &Rig, field: ConfigField, board: BoardCheck<'_>) -> Vec<&'static str> {
     let keys = match (field, &rig.motors.driver) {
         (ConfigField::Drivers, Driver::Tmc2209Uart(_)) => UART_KEYS,
         _ => keys(field, rig.law.name()),
@@ -125,8 +121,50 @@ pub(super) fn wrong_keys(
     if wrong.is_empty() { keys.to_vec() } else { wrong }
 }
 
+/// Returns the findings about a field of `rig` that the board refuses.
+pub(super) fn findings(
+    document: &Document<'_>,
+    field: ConfigField,
+    rig: &Rig,
+    board: BoardCheck<'_>,
+) -> Vec<Finding> {
+    let mut rest = rig.clone();
+    let mut found = Vec::new();
+    if let (ConfigField::Drivers, Driver::Tmc2209Uart(settings)) = (field, &mut rest.motors.driver)
+    {
+        found.extend(UART_KEYS.iter().filter_map(|key| current(document, rig, key)));
+        UART_KEYS.iter().for_each(|key| reset_uart(settings, key));
+    }
+    if found.is_empty() {
+        found.push(finding(document, field, &wrong_keys(rig, field, board), rig, board));
+    } else if is_refused(&rest, field, board) {
+        found.push(finding(document, field, &wrong_keys(&rest, field, board), &rest, board));
+    }
+    found
+}
+
+/// Returns the finding about `key` where it is the current of drivers on a UART, and beyond what
+/// the other settings of the drivers allow.
+pub(super) fn current(document: &Document<'_>, rig: &Rig, key: &str) -> Option<Finding> {
+    let Driver::Tmc2209Uart(settings) = &rig.motors.driver else { return None };
+    let (value, [least, most], cause) = match key.rsplit('.').next()? {
+        "run_current" => {
+            let cause = format!("`sense_resistor = {}`", settings.sense_resistor.get());
+            (settings.run_current, settings.run_range(), cause)
+        }
+        "hold_current" => {
+            let cause = "these `run_current` and `sense_resistor`".to_owned();
+            (settings.hold_current?, settings.hold_range(), cause)
+        }
+        _ => return None,
+    };
+    let problem = format!("is out of range: with {cause} it is from {least} to {most} A");
+    let is_wrong = !(least..=most).contains(&value.get());
+    is_wrong.then(|| document.finding(Severity::Error, &[key], problem))
+}
+
 /// Returns the finding about a field of `rig` that the board refuses because of these keys.
-pub(super) fn finding(
+fn finding(
     document: &Document<'_>,
     field: ConfigField,
     names: &[&str],

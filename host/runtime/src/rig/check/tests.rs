@@ -152,6 +152,26 @@ fn an_inverted_emergency_input_is_refused_on_a_pico_2_with_what_to_do() {
 }
 
 #[test]
+fn a_mistake_of_syntax_says_that_others_are_hidden() {
+    let rate = ("max_rate = 400.0", "max_rate = fast");
+    let travel = ("travel = [-1000, 1500]", "travel = [-1000, 1500 steps]");
+    let last = |replacements: &[_]| findings(replacements).last().map(ToString::to_string).unwrap();
+    let (one, several) = (last(&[rate]), last(&[rate, travel]));
+    assert!(one.ends_with(". Other mistakes show when this one is mended"), "{one}");
+    assert!(several.ends_with(". Other mistakes show when these are mended"), "{several}");
+    let wrong = [("max_rate = 400.0", "max_rate = -1"), ("microsteps = 16", "microsteps = 3")];
+    let found = findings(&wrong);
+    assert!(found.iter().all(|it| !it.to_string().contains("mended")), "{found:#?}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rig.toml");
+    fs::write(&path, PAPER).unwrap();
+    let camera = camera_file::PAPER.replace("fx = 525.0", "fx = 525 px");
+    fs::write(folder.path().join("camera.toml"), camera).unwrap();
+    let found = check(&path, &board, &|_, _, _| Ok(()));
+    assert!(found.iter().any(|it| it.to_string().contains("mended")), "{found:#?}");
+}
+
+#[test]
 fn a_message_names_a_number_and_its_range_once() {
     let found = findings(&[("host = 0.3", "host = 99.0")]);
     let line = "error: `deadlines.host = 99.0` must be above 0, to 5 s; is it in milliseconds?";

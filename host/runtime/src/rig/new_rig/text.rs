@@ -1,9 +1,10 @@
 //! Texts of a new rig file and camera file. The reference pages explain their keys.
 
 use nalgebra::Point3;
-use plumb_cameras::camera_file;
+use plumb_cameras::camera_file::{self, DISTORTION_KEYS};
 use plumb_config::book::with_pages;
 use plumb_config::reference::{Key, keys};
+use plumb_frame::camera::{CalibratedFor, Camera, Intrinsics};
 
 use super::triangle::WorkspaceBox;
 use super::{Limits, NewCamera, NewRig, Straps};
@@ -22,6 +23,9 @@ const OWN_TABLES: [&str; 10] = [
     "camera",
     "simulation",
 ];
+
+/// Units of depth of a camera without depth.
+const NO_DEPTH: &str = "\"none\"";
 
 /// Text of a TOML file under construction.
 struct Writer {
@@ -219,6 +223,18 @@ fn camera_distance(workspace: &WorkspaceBox) -> f64 {
 /// Returns the text of the camera file.
 pub(super) fn camera_file(rig: &NewRig, limits: &Limits) -> String {
     let mut file = Writer::new(camera_file::REFERENCE, CAMERA_INTRODUCTION);
+    match &rig.recorded {
+        Some(camera) => recorded(&mut file, camera),
+        None => guessed(&mut file, rig, limits),
+    }
+    file.table("ball", "");
+    file.key("ball.diameter_m", &format!("{:?}", rig.ball_diameter));
+    file.key("ball.hue", &format!("{:?}", rig.ball_hue));
+    file.text
+}
+
+/// Writes guessed intrinsics and a guessed pose.
+fn guessed(file: &mut Writer, rig: &NewRig, limits: &Limits) {
     file.table("intrinsics", "");
     file.key("intrinsics.width", "640");
     file.key("intrinsics.height", "480");
@@ -226,15 +242,36 @@ pub(super) fn camera_file(rig: &NewRig, limits: &Limits) -> String {
         file.guess(&format!("intrinsics.{name}"), &number(value), "");
     }
     let has_depth = rig.camera != NewCamera::Webcam;
-    let depth_scale = if has_depth { number(1000.0) } else { "\"none\"".to_owned() };
+    let depth_scale = if has_depth { number(1000.0) } else { NO_DEPTH.to_owned() };
     file.key("intrinsics.depth_scale", &depth_scale);
     let mut place = limits.workspace.at([0.5; 3]);
     place.x += camera_distance(&limits.workspace);
     file.table("pose", "");
     file.guess("pose.translation", &point(place), ": opposite motor C");
     file.guess("pose.quaternion", "[-0.5, -0.5, 0.5, 0.5]", ": it looks along -x, its x is y");
-    file.table("ball", "");
-    file.key("ball.diameter_m", &number(rig.ball_diameter));
-    file.key("ball.hue", &number(rig.ball_hue));
-    file.text
+}
+
+/// Writes the intrinsics and the pose of the camera of a recording.
+fn recorded(file: &mut Writer, camera: &Camera) {
+    const COMMENT: &str = "As in the camera file of the recording.";
+    let Intrinsics { fx, fy, cx, cy, depth_scale, distortion } = camera.intrinsics;
+    file.table("intrinsics", COMMENT);
+    if let CalibratedFor::Size(size) = camera.calibrated_for {
+        file.key("intrinsics.width", &size.width.to_string());
+        file.key("intrinsics.height", &size.height.to_string());
+    }
+    let coefficients = distortion.map(|lens| lens.coefficients().to_array());
+    let distortion = DISTORTION_KEYS.into_iter().zip(coefficients.into_iter().flatten());
+    let lens = [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)];
+    for (name, value) in lens.into_iter().chain(distortion) {
+        file.key(&format!("intrinsics.{name}"), &format!("{value:?}"));
+    }
+    let has_depth = camera.intrinsics.has_depth();
+    let depth_scale = if has_depth { format!("{depth_scale:?}") } else { NO_DEPTH.to_owned() };
+    file.key("intrinsics.depth_scale", &depth_scale);
+    file.table("pose", COMMENT);
+    let [x, y, z] = camera.pose.translation.vector.into();
+    file.key("pose.translation", &format!("[{x:?}, {y:?}, {z:?}]"));
+    let [x, y, z, w] = camera.pose.rotation.coords.into();
+    file.key("pose.quaternion", &format!("[{x:?}, {y:?}, {z:?}, {w:?}]"));
 }

@@ -85,6 +85,39 @@ fn a_number_in_the_wrong_form_is_answered_with_the_right_one() {
 }
 
 #[test]
+fn names_of_pins_and_bare_values_in_braces_are_answered_with_what_to_write() {
+    let driver = "driver = \"a4988\"";
+    let uart = |keys: &str| format!("driver = {{ tmc2209-uart = {{ {keys} }} }}");
+    let several = "must have the numbers of the pins alone: write [10, 11, 12]";
+    let one = "must have the number of the pin alone: write 15";
+    for (line, says) in [
+        ("pins.step = [GP10, GP11, GP12]", several),
+        ("pins.step = ['GP10', 'GP11', 'GP12']", several),
+        ("pins.emergency = GP15", one),
+        ("pins.emergency = \"GP15\"", one),
+    ] {
+        let text = error("[board]", &format!("[board]\n{line}"));
+        assert!(text.contains(says), "{line}: {text}");
+    }
+    let unit = "must be a number alone, without its unit: write";
+    let mark = "must be in ohms, and not the mark on a resistor: write";
+    for (key, value, says) in [
+        ("run_current", "0.6A", format!("{unit} 0.6")),
+        ("run_current", "0.6 A", format!("{unit} 0.6")),
+        ("run_current", "\"0.6 A\"", format!("{unit} 0.6")),
+        ("run_current", "600 mA", "must be a number alone, without a unit or a fra".to_owned()),
+        ("sense_resistor", "R150", format!("{mark} 0.15")),
+        ("sense_resistor", "\"R110\"", format!("{mark} 0.11")),
+        ("sense_resistor", "Rabc", "must be a number; allowed: 0.05 and more".to_owned()),
+    ] {
+        let current = if key == "run_current" { "" } else { "run_current = 0.8, " };
+        let text = error(driver, &uart(&format!("{current}{key} = {value}")));
+        let says = format!("`motors.driver.tmc2209-uart.{key} = {value}` {says}");
+        assert!(text.starts_with(&says), "{text}");
+    }
+}
+
+#[test]
 fn a_workspace_with_a_mistake_is_compared_with_nothing() {
     let workspace = "[workspace]                # within the triangle's sides, above the floor, \
                      below the motors\nmin = [0.10, 0.10, 0.05]\nmax = [0.80, 0.50, 0.60]\n";
