@@ -321,7 +321,11 @@ mod tests {
         assert_eq!(list("[0,6, 1, 0,3]"), format!("4 camera.at: {commas}as in [0.4, 0.5, 0.2]"));
         // TOML has no whole numbers that begin with a zero.
         let zero = list("[0,62, 0,05, 0,3]");
-        assert!(zero.starts_with(&format!("4 : {commas}[0.62, 0.05, 0.3]: at = [")), "{zero}");
+        assert_eq!(zero, format!("4 camera.at: {commas}[0.62, 0.05, 0.3]"));
+        let places = list("[[0,62, 0,05, 0,3], [0,5, 0,2, 0,3]]");
+        assert!(places.ends_with(", [[0.62, 0.05, 0.3], [0.5, 0.2, 0.3]]"), "{places}");
+        let open = message("[rig]\ngain = 1\n[camera\nat = 1\n");
+        assert_eq!(open, "3 [camera: is not closed: a `]` is missing");
         for other in ["[626, 27, 325]", "[0.6, 0.2]"] {
             assert!(!list(other).contains("commas"), "{}", list(other));
         }

@@ -6,7 +6,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::common::{CAMERA_AWAY, Emulator, folder, json, patient, plumb, rig_file, stderr};
+use crate::common::{CAMERA_AWAY, Emulator, folder, json, plumb, rig_file, stderr};
 
 #[test]
 fn a_run_without_a_ball_says_so_and_claims_no_error() {

@@ -25,9 +25,10 @@ pub(super) fn unclosed(text: &str) -> Option<SyntaxMistake> {
     let lacking = if bracket == '[' { ']' } else { '}' };
     let written = text.lines().nth(line - 1).unwrap_or_default();
     let name = written.split('=').next().unwrap_or_default().trim();
+    let is_table = name.starts_with('[');
     Some(SyntaxMistake {
         line,
-        key: key_below(text, line, name),
+        key: if is_table { name.to_owned() } else { key_below(text, line, name) },
         value: String::new(),
         message: format!("is not closed: a `{lacking}` is missing"),
     })

@@ -1,5 +1,7 @@
 //! Errors of syntax, and decimal commas, in words: the key, its value, and what to write.
 
+use std::ops::Range;
+
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
@@ -52,10 +54,7 @@ impl SyntaxMistake {
             let message = format!("must have a decimal point: write {point}");
             return plain(key_below(text, line, &name), value, message);
         }
-        if let Some(message) = list_with_commas(written) {
-            return plain(String::new(), "", message);
-        }
-        if let Some(message) = missing_comma(written) {
+        if let Some(message) = list_with_commas(written).or_else(|| missing_comma(written)) {
             let name = assignment(written).map(|(name, _)| name).unwrap_or_default();
             let key = if name.is_empty() { String::new() } else { key_below(text, line, name) };
             return plain(key, "", message);
@@ -133,8 +132,14 @@ fn value_mistake(value: &str) -> Option<String> {
             _ => format!("must be in quotation marks: write \"{value}\""),
         });
     }
+    let small = value.to_lowercase();
+    if value.starts_with('[') && small != value && has_booleans_alone(&small) {
+        return Some(format!("must be in small letters: write {small}"));
+    }
     if value.starts_with('[') && value.contains(';') && !value.contains(['"', '\'']) {
-        return Some(format!("must have commas: write {}", value.replace(';', ",")));
+        let points = with_decimal_points(value);
+        let what = if points == value { "commas" } else { "decimal points, and commas between" };
+        return Some(format!("must have {what}: write {}", points.replace(';', ",")));
     }
     if let Some(number) = without_groups(value) {
         return Some(format!("must have nothing between its thousands: write {number}"));
@@ -168,7 +173,10 @@ fn other_signs(value: &str) -> Option<String> {
     const QUOTES: [char; 8] = ['“', '”', '„', '‘', '’', '‚', '«', '»'];
     if value.starts_with(QUOTES) {
         let text = value.trim_matches(QUOTES);
-        return Some(format!("must be in plain quotation marks: write \"{text}\""));
+        return Some(match text.parse::<f64>() {
+            Ok(_) => format!("must be a number without quotation marks: write {text}"),
+            Err(_) => format!("must be in plain quotation marks: write \"{text}\""),
+        });
     }
     (value.starts_with(['(', '[']) && value.contains('(') && !value.contains(['"', '\''])).then(
         || {
@@ -234,15 +242,49 @@ fn with_point(text: &str) -> Option<String> {
     is_it.then(|| format!("{whole}.{decimals}"))
 }
 
+/// Returns a list with points in place of the commas between two digits; a list with points is not
+/// changed. Semicolons stand between its numbers.
+fn with_decimal_points(list: &str) -> String {
+    let mut points = list.to_owned();
+    let is_digit = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_digit);
+    let bytes = list.as_bytes();
+    for (place, _) in list.match_indices(',').filter(|_| !list.contains('.')) {
+        if is_digit(bytes[..place].last()) && is_digit(bytes.get(place + 1)) {
+            points.replace_range(place..=place, ".");
+        }
+    }
+    points
+}
+
+/// Returns whether a list has `true` and `false` only.
+fn has_booleans_alone(list: &str) -> bool {
+    let items = list.trim_matches(['[', ']']).split(',').map(str::trim);
+    items.filter(|item| !item.is_empty()).all(|item| ["true", "false"].contains(&item))
+}
+
 /// Returns the message about a line with a list of numbers whose decimals begin with a zero, which
 /// TOML refuses: `[0,05, 0,27, 0,325]`.
 fn list_with_commas(line: &str) -> Option<String> {
-    let list = &line[line.rfind('[')? + 1..];
-    let list = &list[..list.find(']')?];
-    let numbers: Vec<&str> = list.split(',').map(str::trim).filter(|it| !it.is_empty()).collect();
-    let digits = || numbers.iter().map(|text| text.trim_start_matches('-'));
-    let has_zero = digits().any(|digits| digits.len() > 1 && digits.starts_with('0'));
-    (has_zero && digits().all(is_digits)).then(|| pairs_message(&numbers))
+    let value = without_comment(&line[line.find('[')?..]).trim();
+    let (_, numbers) = innermost_lists(value).into_iter().find(|(_, numbers)| {
+        let has_zero = |number: &&str| number.len() > 1 && number.starts_with('0');
+        numbers.iter().map(|text| text.trim_start_matches('-')).any(|number| has_zero(&number))
+    })?;
+    Some(pairs_message(value, &numbers))
+}
+
+/// Returns the lists in `value` that have no list in them and whole numbers only: their places with
+/// their brackets, bytes, and their numbers.
+fn innermost_lists(value: &str) -> Vec<(Range<usize>, Vec<&str>)> {
+    let lists = value.match_indices('[').filter_map(|(begin, _)| {
+        let list = &value[begin + 1..];
+        let list = &list[..list.find([']', '['])?];
+        let numbers = list.split(',').map(str::trim).filter(|it| !it.is_empty());
+        let numbers: Vec<&str> = numbers.collect();
+        let are_whole = numbers.iter().all(|number| is_digits(number.trim_start_matches('-')));
+        (are_whole && !numbers.is_empty()).then(|| (begin..begin + list.len() + 2, numbers))
+    });
+    lists.collect()
 }
 
 /// Returns the message about a line with two numbers or lists that have no comma between them:
@@ -279,33 +321,46 @@ fn search(text: &str, table: &DeTable<'_>, prefix: &str, found: &mut Vec<SyntaxM
         let key = format!("{prefix}{}", name.get_ref());
         if let DeValue::Table(table) = value.get_ref() {
             search(text, table, &format!("{key}."), found);
-        } else if let Some(message) = commas_in(text, value) {
+        } else if let Some(numbers) = commas_in(text, value) {
             let line = line_at(text, value.span().start);
             let value = text.get(value.span()).unwrap_or_default().to_owned();
+            let message = pairs_message(&value, &numbers);
             found.push(SyntaxMistake { line, key, value, message });
         }
     }
 }
 
-/// Returns the message about the first list in `value` whose commas are the decimal sign too.
-fn commas_in(text: &str, value: &Spanned<DeValue<'_>>) -> Option<String> {
+/// Returns the numbers of the first list in `value` whose commas are the decimal sign too.
+fn commas_in<'a>(text: &'a str, value: &Spanned<DeValue<'_>>) -> Option<Vec<&'a str>> {
     let DeValue::Array(list) = value.get_ref() else { return None };
     let is_whole = |it: &Spanned<DeValue<'_>>| matches!(it.get_ref(), DeValue::Integer(_));
     if list.len() >= LEAST_NUMBERS && list.iter().all(is_whole) {
-        let numbers: Vec<&str> = list.iter().filter_map(|it| text.get(it.span())).collect();
-        return Some(pairs_message(&numbers));
+        return Some(list.iter().filter_map(|it| text.get(it.span())).collect());
     }
     list.iter().find_map(|value| commas_in(text, value))
 }
 
-/// Returns the message about numbers that are the parts before and behind decimal commas.
-fn pairs_message(numbers: &[&str]) -> String {
+/// Returns the message about `value`, one of whose lists has these `numbers`: the parts before and
+/// behind decimal commas.
+fn pairs_message(value: &str, numbers: &[&str]) -> String {
     let what = "has commas as the decimal sign and between its numbers: write points";
     if !numbers.len().is_multiple_of(2) {
         return format!("{what}, as in [0.4, 0.5, 0.2]");
     }
-    let points = numbers.chunks(2).map(|pair| pair.join(".")).collect::<Vec<_>>();
-    format!("{what}, [{}]", points.join(", "))
+    let list = |numbers: &[&str]| {
+        let points = numbers.chunks(2).map(|pair| pair.join(".")).collect::<Vec<_>>();
+        format!("[{}]", points.join(", "))
+    };
+    if value.contains('\n') {
+        return format!("{what}, {}", list(numbers));
+    }
+    let mut points = value.to_owned();
+    // A place has as many numbers in each list.
+    let lists = innermost_lists(value).into_iter().filter(|(_, it)| it.len() == numbers.len());
+    for (place, numbers) in lists.rev() {
+        points.replace_range(place, &list(&numbers));
+    }
+    format!("{what}, {points}")
 }
 
 #[cfg(test)]
@@ -319,6 +374,12 @@ mod tests {
             ("/dev/ttyACM0", "must be in quotation marks: write \"/dev/ttyACM0\""),
             ("True", "must be in small letters: write true"),
             ("[0.1; 0.2; 3]", "must have commas: write [0.1, 0.2, 3]"),
+            (
+                "[[0,6; 0,27; -1]]",
+                "must have decimal points, and commas between: write [[0.6, 0.27, -1]]",
+            ),
+            ("[True, False, False]", "must be in small letters: write [true, false, false]"),
+            ("“110”", "must be a number without quotation marks: write 110"),
             ("1,000.0", "must have nothing between its thousands: write 1000.0"),
             ("1.000,5", "must have nothing between its thousands: write 1000.5"),
             ("-1'000", "must have nothing between its thousands: write -1000"),

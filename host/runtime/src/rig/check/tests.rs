@@ -191,7 +191,7 @@ fn decimal_commas_are_named_with_what_to_write() {
             "[[0.400, 0.400, 0.150]]",
             "[[0,626, 0,27, 0,325]]",
             "has commas as the decimal sign and \
-          between its numbers: write points, [0.626, 0.27, 0.325]",
+          between its numbers: write points, [[0.626, 0.27, 0.325]]",
         ),
     ] {
         let found = findings(&[(old, new)]);
