@@ -41,6 +41,8 @@ pub struct Diagnosis<T> {
     pub contents: Option<T>,
     /// All mistakes, in the order of their lines.
     pub mistakes: Vec<Mistake>,
+    /// Keys that misspelt ones stand for: `contents` has placeholders for them.
+    pub meant: Vec<String>,
 }
 
 /// Reads the text of a TOML file as [`parse_toml`](super::parse_toml), and returns all mistakes.
@@ -49,7 +51,8 @@ pub struct Diagnosis<T> {
 pub fn diagnose<T: DeserializeOwned>(text: &str, placeholders: &str) -> Diagnosis<T> {
     let (table, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
-        return Diagnosis { contents: None, mistakes: syntax_mistakes(text, &errors) };
+        let mistakes = syntax_mistakes(text, &errors);
+        return Diagnosis { contents: None, mistakes, meant: Vec::new() };
     }
     let lists = lists_with_commas(text, table.get_ref());
     // Behind the text, so that a span says from which of the two a value is.
@@ -74,14 +77,14 @@ pub fn diagnose<T: DeserializeOwned>(text: &str, placeholders: &str) -> Diagnosi
         }
     }
     // A misspelt key is one mistake, and not a missing key too.
-    let meant = std::mem::take(&mut repair.meant);
+    let meant = repair.meant;
     repair.mistakes.retain(|mistake| mistake.message != MISSING || !meant.contains(&mistake.key));
     for list in lists {
         repair.mistakes.retain(|mistake| mistake.key != list.key);
         repair.mistakes.push(list.into());
     }
     repair.mistakes.sort_by_key(|mistake| mistake.line);
-    Diagnosis { contents, mistakes: repair.mistakes }
+    Diagnosis { contents, mistakes: repair.mistakes, meant }
 }
 
 fn syntax_mistakes(text: &str, errors: &[Error]) -> Vec<Mistake> {

@@ -136,7 +136,8 @@ pub(crate) fn check_text(
     let diagnosis = diagnose::<Rig>(text, PLACEHOLDERS);
     let mut findings = document.mistakes(&diagnosis.mistakes);
     let Some(mut rig) = diagnosis.contents else { return (findings, None) };
-    let wrong: Vec<String> = diagnosis.mistakes.into_iter().map(|mistake| mistake.key).collect();
+    let mistaken = diagnosis.mistakes.into_iter().map(|mistake| mistake.key);
+    let wrong: Vec<String> = mistaken.chain(diagnosis.meant).collect();
     let mut more = values(&document, &rig, board);
     if let Some(folder) = path.parent() {
         rig.camera.relative_to(folder);

@@ -171,6 +171,18 @@ fn a_mistake_of_syntax_says_that_others_are_hidden() {
     assert!(found.iter().any(|it| it.to_string().contains("mended")), "{found:#?}");
 }
 
+/// The table that is meant has placeholders: nothing that follows from them is told.
+#[test]
+fn a_misspelt_table_is_one_mistake() {
+    for (table, misspelt) in [("[workspace]", "[workspce]"), ("[motors]", "[motor]")] {
+        let before = findings(&[]).len();
+        let found = findings(&[(table, misspelt)]);
+        let of_table = |it: &&Finding| it.severity == Severity::Error;
+        assert_eq!(found.iter().filter(of_table).count(), 1, "{found:#?}");
+        assert!(found.len() <= before + 1, "{found:#?}");
+    }
+}
+
 #[test]
 fn a_message_names_a_number_and_its_range_once() {
     let found = findings(&[("host = 0.3", "host = 99.0")]);
