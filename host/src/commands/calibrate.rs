@@ -123,7 +123,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let camera_file = CameraFile { path: &rig.camera.file, text: &text };
     if let Some(path) = &args.import_options.import {
         let (input, answers) = ((path.as_path(), &args.import_options), (args.yes, args.json));
-        return import::import(input, (&rig, &camera), &camera_file, answers);
+        return import::import(input, (file, &rig, &camera), &camera_file, answers);
     }
     if args.lens {
         let (rig, answers) = ((file.as_path(), &rig, camera), (args.yes, args.json));

@@ -51,6 +51,21 @@ fn a_lens_is_written_and_the_pose_stays() {
 }
 
 #[test]
+fn a_lens_that_a_run_ignores_comes_with_the_line_to_write() {
+    let folder = folder();
+    fs::write(folder.path().join("other.yaml"), LENS).unwrap();
+    for (intrinsics, is_ignored) in [("device", true), ("file", false)] {
+        let lines =
+            format!("[camera]\nsource = \"realsense\"\nrealsense.intrinsics = \"{intrinsics}\"\n");
+        let rig = rig_file(folder.path(), |text| text.replacen("[camera]\n", &lines, 1));
+        let arguments = ["calibrate", &rig, "--import", "other.yaml", "--yes"];
+        let text = stderr(&plumb(&arguments, folder.path()));
+        let says = "write `intrinsics = \"file\"` below [camera.realsense] of";
+        assert_eq!(text.contains(says), is_ignored, "{intrinsics}: {text}");
+    }
+}
+
+#[test]
 fn the_size_of_the_pictures_is_needed() {
     let folder = folder();
     let text = "camera_matrix: [[605, 0, 322], [0, 606, 241], [0, 0, 1]]\ndist_coeff: [0, 0, 0, 0]";

@@ -88,7 +88,7 @@ pub(super) fn calibrate(
     let found = calibrate_lens(&views, size)?;
     let pictures = keep_pictures(&shown, &found, camera_file.path)?;
     let mut report = Report::new(&found, pictures);
-    report.findings.extend(without_effect(file, rig));
+    report.findings.extend(output::without_effect(file, rig));
     report.tell();
     let mut written = Ok(false);
     if found.grade() != Grade::Poor {
@@ -101,19 +101,6 @@ pub(super) fn calibrate(
     output::conclude(written, is_json, |is_written| {
         report.written = is_written;
         Ok(serde_json::to_string(&report)?)
-    })
-}
-
-/// Returns what to write so that a run takes the lens of the camera file of `rig`; `None` where it
-/// does. `file` is the rig file.
-fn without_effect(file: &Path, rig: &Rig) -> Option<String> {
-    let source = rig.camera.source(rig.simulation.is_some()).ok()?;
-    rig.camera.has_intrinsics_of_device(source).then(|| {
-        format!(
-            "a run ignores the lens of the camera file, and takes that of the device: write \
-             `intrinsics = \"file\"` below [camera.{source}] of {}",
-            file.display()
-        )
     })
 }
 

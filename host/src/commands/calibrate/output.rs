@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use plumb_calibrate::camera_text::with_pose;
 use plumb_cameras::camera_file;
+use plumb_runtime::rig::Rig;
 use plumb_vision::image::ColourImage;
 
 use super::Found;
@@ -34,6 +35,19 @@ impl CameraFile<'_> {
         camera_file::parse(self.path, &text)?;
         OldFile { path: self.path, text: self.text }.offer(&text, "the pose", is_agreed)
     }
+}
+
+/// Returns what to write in the rig file `file` so that a run takes the lens of its camera file;
+/// `None` where it does.
+pub(super) fn without_effect(file: &Path, rig: &Rig) -> Option<String> {
+    let source = rig.camera.source(rig.simulation.is_some()).ok()?;
+    rig.camera.has_intrinsics_of_device(source).then(|| {
+        format!(
+            "a run ignores the lens of the camera file, and takes that of the device: write \
+             `intrinsics = \"file\"` below [camera.{source}] of {}",
+            file.display()
+        )
+    })
 }
 
 /// Ends a calibration whose file was offered to the user: prints the line of JSON of `report`,

@@ -22,7 +22,7 @@ pub(super) fn file(_: &str) -> Result<PathBuf, String> {
 /// Imports nothing: the option was refused.
 pub(in super::super) fn import(
     _: (&Path, &ImportOptions),
-    _: (&Rig, &Camera),
+    _: (&Path, &Rig, &Camera),
     _: &CameraFile<'_>,
     _: (bool, bool),
 ) -> Result<ExitCode, Failure> {

@@ -38,14 +38,15 @@ pub(super) fn file(text: &str) -> Result<PathBuf, String> {
 }
 
 /// Takes the lens or the pose of the calibration file, and writes it into the camera file of `rig`,
-/// if the user agrees. `is_agreed` answers for him; `is_json` ends with a line of JSON.
+/// if the user agrees. `file` is the rig file. `is_agreed` answers for him; `is_json` ends with a
+/// line of JSON.
 ///
 /// # Errors
 /// Where the file cannot be read, is of no known program, or has a lens or a pose that a camera
 /// file cannot have.
 pub(in super::super) fn import(
     (path, options): (&Path, &ImportOptions),
-    (rig, camera): (&Rig, &Camera),
+    (file, rig, camera): (&Path, &Rig, &Camera),
     camera_file: &CameraFile<'_>,
     (is_agreed, is_json): (bool, bool),
 ) -> Result<ExitCode, Failure> {
@@ -62,7 +63,11 @@ pub(in super::super) fn import(
         Content::Pose(pose) => ("pose", with_pose(old, &pose.pose, &comment)?),
     };
     let new = camera_file::parse(camera_file.path, &text)?;
-    let findings = implausible(rig, &text, &new).iter().map(ToString::to_string).collect();
+    let mut findings: Vec<String> =
+        implausible(rig, &text, &new).iter().map(ToString::to_string).collect();
+    if let Content::Lens(_) = imported.content {
+        findings.extend(output::without_effect(file, rig));
+    }
     let mut report = Report::new(&imported, content, findings);
     report.tell(&imported.content, options.import_size);
     let old_file = OldFile { path: camera_file.path, text: old };
