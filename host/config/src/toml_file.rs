@@ -324,6 +324,9 @@ mod tests {
         assert_eq!(zero, format!("4 camera.at: {commas}[0.62, 0.05, 0.3]"));
         let places = list("[[0,62, 0,05, 0,3], [0,5, 0,2, 0,3]]");
         assert!(places.ends_with(", [[0.62, 0.05, 0.3], [0.5, 0.2, 0.3]]"), "{places}");
+        let twice = message("[rig]\ngain = { a = 1 }\n[rig.gain.b]\nc = 1\n");
+        let value = "line 2 sets `rig.gain`. Remove that line, or write these keys into its braces";
+        assert_eq!(twice, format!("3 rig.gain.b: is there twice: {value}"));
         let open = message("[rig]\ngain = 1\n[camera\nat = 1\n");
         assert_eq!(open, "3 [camera: is not closed: a `]` is missing");
         for other in ["[626, 27, 325]", "[0.6, 0.2]"] {

@@ -81,6 +81,9 @@ impl RunCamera {
         if let Some(warning) = other {
             tell!("plumb: warning: {warning}");
         }
+        if recording.is_some() {
+            note!("the pictures are a recording: its ball does not follow the motors");
+        }
         let signals = sender(&rig.camera).map(|sender| {
             note!("camera: waiting for {sender}, {} s at most", FIRST_FRAME.as_secs());
             if let Some(advice) = without_simulation {

@@ -60,7 +60,7 @@ fn a_lens_that_a_run_ignores_comes_with_the_line_to_write() {
         let rig = rig_file(folder.path(), |text| text.replacen("[camera]\n", &lines, 1));
         let arguments = ["calibrate", &rig, "--import", "other.yaml", "--yes"];
         let text = stderr(&plumb(&arguments, folder.path()));
-        let says = "write `intrinsics = \"file\"` below [camera.realsense] of";
+        let says = "set `intrinsics = \"file\"` in [camera.realsense] of";
         assert_eq!(text.contains(says), is_ignored, "{intrinsics}: {text}");
     }
 }

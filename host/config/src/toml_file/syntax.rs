@@ -50,6 +50,9 @@ impl SyntaxMistake {
             };
             return plain(key, "", "is there twice: remove one of the two".to_owned());
         }
+        if let Some((key, message)) = table_of_a_value(text, written) {
+            return plain(key, "", message);
+        }
         if let Some(DecimalComma { name, value, point }) = decimal_comma(written) {
             let message = format!("must have a decimal point: write {point}");
             return plain(key_below(text, line, &name), value, message);
@@ -71,6 +74,23 @@ impl SyntaxMistake {
             None => plain(String::new(), "", message),
         }
     }
+}
+
+/// Returns the table that a line begins, and the message where a line of the text gives that table,
+/// or one around it, a value; `None` elsewhere.
+fn table_of_a_value(text: &str, line: &str) -> Option<(String, String)> {
+    let table = line.trim().strip_prefix('[')?.split_once(']')?.0.trim();
+    let mut lines = (1..).zip(text.lines());
+    let (number, key) = lines.find_map(|(number, line)| {
+        let key = key_below(text, number, assignment(line)?.0);
+        let rest = table.strip_prefix(key.as_str())?;
+        (rest.is_empty() || rest.starts_with('.')).then_some((number, key))
+    })?;
+    let message = format!(
+        "is there twice: line {number} sets `{key}`. Remove that line, or write these keys into \
+         its braces"
+    );
+    Some((table.to_owned(), message))
 }
 
 /// Returns the name and the value of a line `name = value`, without its comment; `None` for another
@@ -131,6 +151,9 @@ fn value_mistake(value: &str) -> Option<String> {
             word @ ("true" | "false") => format!("must be in small letters: write {word}"),
             _ => format!("must be in quotation marks: write \"{value}\""),
         });
+    }
+    if let Some((before, name)) = next_key(value) {
+        return Some(format!("must have a comma between {before} and `{name}`"));
     }
     let small = value.to_lowercase();
     if value.starts_with('[') && small != value && has_booleans_alone(&small) {
@@ -256,6 +279,14 @@ fn with_decimal_points(list: &str) -> String {
     points
 }
 
+/// Returns the value in braces before a key that no comma separates from it, and that key: 0.8 and
+/// `mode` of `0.8 mode = "spreadcycle"`.
+fn next_key(value: &str) -> Option<(&str, &str)> {
+    let (equals, _) = unquoted(value).into_iter().find(|(_, c)| *c == '=')?;
+    let (before, name) = value[..equals].trim().rsplit_once(char::is_whitespace)?;
+    (!before.contains('{')).then_some((before.trim(), name))
+}
+
 /// Returns whether a list has `true` and `false` only.
 fn has_booleans_alone(list: &str) -> bool {
     let items = list.trim_matches(['[', ']']).split(',').map(str::trim);
@@ -378,6 +409,7 @@ mod tests {
                 "[[0,6; 0,27; -1]]",
                 "must have decimal points, and commas between: write [[0.6, 0.27, -1]]",
             ),
+            ("0.8 sense_resistor = 0.15", "must have a comma between 0.8 and `sense_resistor`"),
             ("[True, False, False]", "must be in small letters: write [true, false, false]"),
             ("“110”", "must be a number without quotation marks: write 110"),
             ("1,000.0", "must have nothing between its thousands: write 1000.0"),

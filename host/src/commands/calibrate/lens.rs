@@ -88,10 +88,13 @@ pub(super) fn calibrate(
     let found = calibrate_lens(&views, size)?;
     let pictures = keep_pictures(&shown, &found, camera_file.path)?;
     let mut report = Report::new(&found, pictures);
-    report.findings.extend(output::without_effect(file, rig));
-    report.tell();
+    let is_poor = found.grade() == Grade::Poor;
+    if !is_poor {
+        report.findings.extend(output::without_effect(file, rig));
+    }
+    report.tell(is_poor);
     let mut written = Ok(false);
-    if found.grade() != Grade::Poor {
+    if !is_poor {
         let lens = (&found.intrinsics, size);
         let text = with_lens(camera_file.text, lens, "plumb calibrate --lens")?;
         camera_file::parse(camera_file.path, &text)?;
@@ -152,8 +155,8 @@ impl Report {
         }
     }
 
-    /// Prints the report for a person.
-    fn tell(&self) {
+    /// Prints the report for a person. A poor lens is not written.
+    fn tell(&self, is_poor: bool) {
         let [k1, k2, p1, p2, k3] = self.distortion;
         tell!("lens: {} ({} pictures, {} corners left out)", self.grade, self.views, self.outliers);
         tell!(
@@ -175,10 +178,12 @@ impl Report {
         for finding in &self.findings {
             tell!("  note: {finding}");
         }
-        if self.grade == Grade::Poor.to_string() {
-            tell!("  this lens is not written, for it is too uncertain");
-        }
         tell!("  pictures: {} (green seen, yellow expected)", self.pictures.display());
-        tell!("  a pose that was found with other intrinsics is wrong: calibrate it again");
+        match is_poor {
+            true => tell!("  this lens is not written, for it is too uncertain"),
+            false => {
+                tell!("  a pose that was found with other intrinsics is wrong: calibrate it again");
+            }
+        }
     }
 }

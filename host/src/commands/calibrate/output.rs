@@ -5,6 +5,8 @@ use std::process::ExitCode;
 
 use plumb_calibrate::camera_text::with_pose;
 use plumb_cameras::camera_file;
+use plumb_config::bounded_read::read_text;
+use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::rig::Rig;
 use plumb_vision::image::ColourImage;
 
@@ -42,11 +44,15 @@ impl CameraFile<'_> {
 pub(super) fn without_effect(file: &Path, rig: &Rig) -> Option<String> {
     let source = rig.camera.source(rig.simulation.is_some()).ok()?;
     rig.camera.has_intrinsics_of_device(source).then(|| {
-        format!(
-            "a run ignores the lens of the camera file, and takes that of the device: write \
-             `intrinsics = \"file\"` below [camera.{source}] of {}",
-            file.display()
-        )
+        let text = read_text(file, MAX_BYTES).unwrap_or_default();
+        // A second table of the device would be a mistake, and so would a second key.
+        let has_table = [format!("[camera.{source}]"), format!("{source}.")];
+        let change = match has_table.iter().any(|it| text.contains(it.as_str())) {
+            true => format!("set `intrinsics = \"file\"` in [camera.{source}]"),
+            false => format!("write `{source}.intrinsics = \"file\"` below [camera]"),
+        };
+        let ignored = "a run ignores the lens of the camera file, and takes that of the device";
+        format!("{ignored}: {change} of {}", file.display())
     })
 }
 

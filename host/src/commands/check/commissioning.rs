@@ -65,6 +65,12 @@ struct CablesLine {
 pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     let file = &args.rig.rig;
     let rig = Rig::read(file)?;
+    if rig.camera.recording.is_some() {
+        return Err(bad_input(
+            "a recording does not follow the motors: the jogs need a live camera. `--file-only` \
+             checks the files",
+        ));
+    }
     let (_, camera) = read_camera(file, &rig)?;
     if !args.yes {
         // A board that cannot be configured makes the question needless.

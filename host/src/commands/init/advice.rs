@@ -61,14 +61,28 @@ fn uart_notes(rig: &NewRig) -> Vec<String> {
     [current, resistor].into_iter().chain(addresses).collect()
 }
 
+/// Returns a path as a word of a command line.
+fn quoted(path: &Path) -> String {
+    let path = path.display().to_string();
+    if path.contains(' ') { format!("\"{path}\"") } else { path }
+}
+
 /// Returns what to do with the files, for a person.
 pub(super) fn next_step(rig: &NewRig, path: &Path) -> String {
-    let path = path.display().to_string();
-    let path = if path.contains(' ') { format!("\"{path}\"") } else { path };
+    let path = quoted(path);
     if rig.camera == NewCamera::Simulated {
         return format!(
             "`plumb emulate --link board &`, then `plumb run {path} --port board`; `kill %1` ends \
              the emulated board"
+        );
+    }
+    if let NewCamera::Recording(recording) = &rig.camera {
+        return format!(
+            "read the comments in both files; then
+  `plumb check {path} --file-only` looks for mistakes in them
+  `plumb replay {}` shows where the ball is found
+  `plumb run {path}` tries a board: the ball of a recording does not follow its motors",
+            quoted(recording)
         );
     }
     let lens = match rig.camera {
@@ -77,7 +91,7 @@ pub(super) fn next_step(rig: &NewRig, path: &Path) -> String {
         }
         NewCamera::Openni => format!(
             "\n  `plumb calibrate {path} --lens` finds the lens of the camera; or let the camera \
-             name it, by\n    `intrinsics = \"device\"` in [camera.openni] of the rig file"
+             name it, by\n    `openni.intrinsics = \"device\"` below [camera] of the rig file"
         ),
         _ => String::new(),
     };

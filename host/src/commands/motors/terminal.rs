@@ -54,7 +54,8 @@ impl KeyMode {
 
 impl Drop for KeyMode {
     fn drop(&mut self) {
-        // A terminal that is gone needs no mode.
-        let _gone = tcsetattr(&self.input, SetArg::TCSANOW, &self.before);
+        // A terminal that is gone needs no mode. The repetitions of a key that is held down are no
+        // part of the next command.
+        let _gone = tcsetattr(&self.input, SetArg::TCSAFLUSH, &self.before);
     }
 }
