@@ -44,5 +44,6 @@ mod style;
 mod targets;
 mod tensions;
 mod waits;
+mod waypoints;
 mod wire_format_page;
 mod wrong_pins;

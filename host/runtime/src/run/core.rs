@@ -319,7 +319,9 @@ impl RunCore {
         let (Some(drive), Some(target)) = (self.goal.drive_mut(), self.target) else { return };
         let radius = self.settings.radius;
         let tolerance = drive.waypoint.tolerance_m.unwrap_or(radius);
-        let arrival = Arrival { target, radius, tolerance };
+        // Before the board knows the ball, the error in its telemetry is 0.
+        let may_pass = tolerance > radius && drive.waypoint.dwell_s == 0.0 && self.knows_ball;
+        let arrival = Arrival { target, tolerance, may_pass };
         if arrival.is_reached(about.as_ref(), ball) {
             drive.note_reached(now);
         }

@@ -51,3 +51,19 @@ fn a_target_that_moved_is_reached_where_the_board_holds_the_ball_at_its_rest() {
     };
     assert_eq!([reached(false), reached(true)], [false, true]);
 }
+
+/// Before the board has a position of the ball, the error in its telemetry is 0.
+#[test]
+fn a_target_with_a_wide_tolerance_is_not_passed_before_the_board_knows_the_ball() {
+    let mut bench = Bench::new(1, false);
+    bench.core.goal.drive_mut().unwrap().waypoint.tolerance_m = Some(0.05);
+    for is_reached in [false, true] {
+        bench.telemetry(State::Seeking, true);
+        bench.picture(TARGET);
+        bench.tick();
+        let is_end = |event: &RunEvent| {
+            matches!(event, RunEvent::TargetEnded { reason: StopReason::Reached, .. })
+        };
+        assert_eq!(bench.events.iter().any(is_end), is_reached);
+    }
+}
