@@ -93,9 +93,15 @@ pub enum TargetsEvent {
     /// The ball has been far from the target for seconds while the target moved on.
     #[error(
         "targets: the ball lags far behind (is the target faster than the motors or \
-         `path.max_speed` of the rig file allow?)"
+         `path.max_speed` of the rig file allow, or the link to the board slow?)"
     )]
     Lagging,
+    /// Targets have come for seconds, and the board has followed none of them.
+    #[error(
+        "targets: they come, and the board follows none, since it does not know where the ball is: \
+         is it in view?"
+    )]
+    NotFollowed,
     /// No target that can be used has come for a second. The target has come to rest beyond its
     /// last place.
     #[error(

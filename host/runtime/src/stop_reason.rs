@@ -59,7 +59,7 @@ impl StopReason {
             ),
             Self::TargetsSilent => Some(
                 "Start the program that sends the targets, or look whether it still does so. \
-                 Between two targets it has --timeout seconds, and a file likewise",
+                 Between two targets there may be --timeout seconds at most",
             ),
             Self::TargetsNotFollowed => Some(
                 "The board follows a target once it knows where the ball is. Look whether the ball \

@@ -41,7 +41,7 @@ impl fmt::Display for TargetsSummary {
             (self.refused, "refused"),
             (unreadable, "unreadable"),
             (out_of_order, "out of order"),
-            (late, "too late"),
+            (late, "too late or with a wrong time"),
             (skipped, "skipped (too early, or too many at once: a file goes with --targets FILE)"),
             (self.ended, "after the end of their motion"),
         ];

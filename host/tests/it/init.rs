@@ -292,7 +292,17 @@ fn what_limits_the_current_of_the_drivers_is_told() {
 fn the_lens_of_a_camera_through_openni2_is_a_step() {
     let folder = folder();
     let text = stderr(&plumb(&["init", "--yes", "--camera", "openni"], folder.path()));
-    assert!(text.contains("--lens") && text.contains("`intrinsics = \"device\"`"), "{text}");
+    assert!(text.contains("--lens") && text.contains("`openni.intrinsics = \"device\"`"), "{text}");
+    // The line that is advised is read.
+    let rig = folder.path().join("rig.toml");
+    let file = fs::read_to_string(&rig).unwrap();
+    fs::write(
+        &rig,
+        file.replacen("\n[camera]\n", "\n[camera]\nopenni.intrinsics = \"device\"\n", 1),
+    )
+    .unwrap();
+    let checked = plumb(&["check", "rig.toml", "--file-only"], folder.path());
+    assert_eq!(checked.status.code(), Some(0), "{}", stderr(&checked));
 }
 
 #[test]

@@ -272,6 +272,10 @@ fn a_stream_without_a_target_ends_the_run_with_the_reason() {
     let sender = Sender::new(circle, 30.0, [0.5, 2.0], |_| 0.0);
     let outcome = TargetRun { timeout: 2.0, is_seen: false, ..TargetRun::default() }.drive(sender);
     assert_eq!(outcome.summary.ending, StopReason::TargetsNotFollowed);
+    let endless = Sender::new(circle, 30.0, [0.5, 30.0], |_| 0.0);
+    let outcome = TargetRun { timeout: 5.0, is_seen: false, ..TargetRun::default() }.drive(endless);
+    assert_eq!(outcome.summary.ending, StopReason::TargetsNotFollowed);
+    assert!(outcome.has(&TargetsEvent::NotFollowed) && outcome.summary.time_s < 6.0);
     assert!(outcome.targets().to_string().ends_with("the board followed none of them"));
 }
 

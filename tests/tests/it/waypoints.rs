@@ -4,7 +4,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_emulator::plant::Task;
 use plumb_protocol::message::State;
@@ -59,7 +58,6 @@ fn drive(waypoints: &[Waypoint]) -> Vec<Vec<(f64, State)>> {
 /// Returns a waypoint at `distance` metres from where the ball hangs at first.
 fn at(distance: f64, dwell_s: f64, tolerance_m: f64) -> Waypoint {
     let Task { start, target, .. } = Task::paper();
-    let (start, target): (Point3<f64>, Point3<f64>) = (start.into(), target.into());
     let place = start + (target - start).normalize() * distance;
     Waypoint { target: place.into(), dwell_s, tolerance_m: Some(tolerance_m) }
 }

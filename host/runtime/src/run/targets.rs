@@ -20,6 +20,9 @@ use crate::targets_summary::TargetsSummary;
 /// Time without a target after which the run says so, seconds.
 pub(super) const PAUSE_S: f64 = 1.0;
 
+/// Time after the first target after which the run says that the board follows none, seconds.
+const NOT_FOLLOWED_S: f64 = 3.0;
+
 /// Least time between two events about places that are not allowed, seconds.
 const LEAST_REFUSAL_S: f64 = 1.0;
 
@@ -81,6 +84,9 @@ pub(crate) struct TargetDrive {
     last_sent: Option<f64>,
     /// Time of the last target that was taken, or of the start of the run.
     last_taken: Option<f64>,
+    /// Time of the first target that was taken.
+    first_taken: Option<f64>,
+    is_wait_told: bool,
     last_refusal: Option<f64>,
     is_paused: bool,
     /// Place of the ball in the last picture that shows it, metres.
@@ -118,6 +124,8 @@ impl TargetDrive {
             zero: None,
             last_sent: None,
             last_taken: None,
+            first_taken: None,
+            is_wait_told: false,
             last_refusal: None,
             is_paused: false,
             ball: None,
@@ -144,10 +152,14 @@ impl TargetDrive {
             events.push(TargetsEvent::Ended);
         }
         let silence = self.silence(now);
-        if !self.is_paused && self.end.is_none() && self.counts.taken > 0 && silence > PAUSE_S {
+        if !self.is_paused && self.end.is_none() && self.has_begun() && silence > PAUSE_S {
             self.is_paused = true;
             self.counts.pauses += 1;
             events.push(TargetsEvent::Ceased);
+        }
+        if self.unfollowed(now) > NOT_FOLLOWED_S && !self.is_wait_told {
+            self.is_wait_told = true;
+            events.push(TargetsEvent::NotFollowed);
         }
         if self.chase.take_lag() {
             events.push(TargetsEvent::Lagging);
@@ -182,6 +194,7 @@ impl TargetDrive {
             return None;
         }
         (self.counts.taken, self.last_taken) = (self.counts.taken + 1, Some(now));
+        self.first_taken.get_or_insert(now);
         std::mem::take(&mut self.is_paused).then_some(TargetsEvent::Resumed)
     }
 
@@ -248,8 +261,15 @@ impl TargetDrive {
     }
 
     /// Returns whether the board was ever to follow one.
-    pub(crate) fn has_begun(&self) -> bool {
+    fn has_begun(&self) -> bool {
         self.zero.is_some()
+    }
+
+    /// Returns the time since the first target while the board follows none, seconds; 0 without
+    /// one, and for targets that steer: a person sees why they are not followed.
+    pub(crate) fn unfollowed(&self, now: f64) -> f64 {
+        let first = self.first_taken.filter(|_| self.is_goal() && !self.has_begun());
+        first.map_or(0.0, |first| now - first)
     }
 
     /// Forgets the targets so far.

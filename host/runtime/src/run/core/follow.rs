@@ -160,15 +160,14 @@ impl RunCore {
         if targets.is_broken() {
             return Some(StopReason::TargetsBroken);
         }
+        if targets.unfollowed(now) > timeout {
+            return Some(StopReason::TargetsNotFollowed);
+        }
         let is_last = self.goal.is_moving() && targets.is_complete();
-        let silent = if is_last {
-            StopReason::Timeout
-        } else if targets.are_refused() {
-            StopReason::TargetsRefused
-        } else if targets.has_taken() && !targets.has_begun() {
-            StopReason::TargetsNotFollowed
-        } else {
-            StopReason::TargetsSilent
+        let silent = match (is_last, targets.are_refused()) {
+            (true, _) => StopReason::Timeout,
+            (false, true) => StopReason::TargetsRefused,
+            (false, false) => StopReason::TargetsSilent,
         };
         (targets.silence(now) > timeout).then_some(silent)
     }
