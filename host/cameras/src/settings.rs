@@ -219,6 +219,17 @@ impl CameraSettings {
         from == IntrinsicsFrom::Device
     }
 
+    /// Returns the columns and rows of the pictures that the camera of `source` is asked for; `None`
+    /// of a source that gives pictures of any size.
+    pub fn asked_size(&self, source: SourceName) -> Option<[u16; 2]> {
+        match source {
+            SourceName::Openni => Some([self.openni.width, self.openni.height]),
+            SourceName::Realsense => Some([self.realsense.width, self.realsense.height]),
+            SourceName::Webcam => Some([self.webcam.width, self.webcam.height]),
+            _ => None,
+        }
+    }
+
     /// Makes the paths relative to `folder`.
     pub fn relative_to(&mut self, folder: &Path) {
         self.file = folder.join(&self.file);

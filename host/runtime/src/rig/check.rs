@@ -20,7 +20,8 @@ use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::reference::{Key, keys};
 use plumb_config::toml_file::{MAX_BYTES, Mistake, diagnose, place};
-use plumb_frame::camera::Camera;
+use plumb_frame::camera::{CalibratedFor, Camera};
+use plumb_frame::image::ImageSize;
 use plumb_frame::source::BoxedError;
 use plumb_protocol::message::Refusal;
 use serde::Serialize;
@@ -98,6 +99,7 @@ fn together(path: &Path, text: &str, simulation: SimulationCheck<'_>) -> Vec<Fin
     let mut findings = implausible(&rig, &camera_text, &camera);
     let document = Document::new(file, &camera_text, camera_file::REFERENCE);
     findings.extend(other_depth_scale(&document, &rig, &camera));
+    findings.extend(other_size(&document, &rig, &camera));
     findings.extend(simulated(&Document::new(path, text, REFERENCE), &rig, &camera, simulation));
     findings
 }
@@ -107,6 +109,24 @@ fn other_depth_scale(document: &Document<'_>, rig: &Rig, camera: &Camera) -> Opt
     let other = OtherDepthScale::of(rig.camera.recording.as_ref()?, camera)?;
     let problem = format!("is written here, but {other}");
     Some(document.finding(Severity::Warning, &["intrinsics.depth_scale"], problem))
+}
+
+/// Returns the warning about intrinsics for pictures of another size than the camera is asked for.
+fn other_size(document: &Document<'_>, rig: &Rig, camera: &Camera) -> Option<Finding> {
+    let source = rig.camera.source(rig.simulation.is_some()).ok()?;
+    let CalibratedFor::Size(ImageSize { width, height }) = camera.calibrated_for else {
+        return None;
+    };
+    let asked = rig.camera.asked_size(source)?;
+    let is_same = asked.map(usize::from) == [width, height];
+    (!is_same && !rig.camera.has_intrinsics_of_device(source)).then(|| {
+        let problem = format!(
+            "are the size of other pictures than the {} x {} of camera.{source} in the rig file: a \
+             run refuses those. `plumb calibrate --lens` finds the lens anew",
+            asked[0], asked[1]
+        );
+        document.finding(Severity::Warning, &["intrinsics.width", "intrinsics.height"], problem)
+    })
 }
 
 /// Checks the simulated rig of a file, where its camera renders that rig.

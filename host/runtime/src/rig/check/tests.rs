@@ -171,6 +171,27 @@ fn a_mistake_of_syntax_says_that_others_are_hidden() {
     assert!(found.iter().any(|it| it.to_string().contains("mended")), "{found:#?}");
 }
 
+#[test]
+fn intrinsics_for_pictures_of_another_size_are_a_warning_where_a_run_takes_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rig.toml");
+    let size = "[intrinsics]\nwidth = 640\nheight = 480\n";
+    let camera = camera_file::PAPER.replacen("[intrinsics]\n", size, 1);
+    fs::write(folder.path().join("camera.toml"), camera).unwrap();
+    for (camera, is_told) in [
+        ("source = \"openni\"", false),
+        ("source = \"openni\"\nopenni.width = 320\nopenni.height = 240", true),
+        ("source = \"webcam\"\nwebcam.width = 1280\nwebcam.height = 720", true),
+        ("source = \"realsense\"\nrealsense.width = 1280\nrealsense.height = 720", false),
+    ] {
+        let text = PAPER.replacen("[camera]\n", &format!("[camera]\n{camera}\n"), 1);
+        fs::write(&path, text).unwrap();
+        let found = check(&path, &board, &|_, _, _| Ok(()));
+        let is_it = |it: &Finding| it.to_string().contains("are the size of other pictures");
+        assert_eq!(found.iter().any(is_it), is_told, "{camera}: {found:#?}");
+    }
+}
+
 /// The table that is meant has placeholders: nothing that follows from them is told.
 #[test]
 fn a_misspelt_table_is_one_mistake() {
