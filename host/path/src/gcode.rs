@@ -124,14 +124,21 @@ fn name(code: &str) -> String {
 
 /// Checks whether a text is G-code: its first line that is no comment has words only, or begins
 /// with a code. Where the line has a comma, two words must stand before it: "X1,Y1,Z1" may be names
-/// of columns.
+/// of columns, and "X1;Y1;Z1" too.
 pub fn is_gcode(text: &str) -> bool {
     let mut lines = lines(text);
     let first = lines.find(|line| !(line.is_empty() || line.starts_with([';', '(', '%'])));
     first.is_some_and(|line| match line.split_once(',') {
         Some((before, _)) => words(before).is_ok_and(|words| words.len() >= 2),
-        None => begins_with_code(line) || words(line).is_ok_and(|words| are_known(&words)),
+        None if begins_with_code(line) => true,
+        None => words(line).is_ok_and(|words| are_known(&words)) && !may_be_names(line),
     })
+}
+
+/// Returns whether a line may be names of columns: "X1;Y1;Z1".
+fn may_be_names(line: &str) -> bool {
+    let is_word = |text| words(text).is_ok_and(|words| words.len() == 1);
+    line.split(';').count() >= 3 && line.split(';').all(is_word)
 }
 
 /// Returns whether the first word of a line is G or M with its number.
@@ -414,6 +421,7 @@ mod tests {
             "t;x;y;z\n",
             "",
             "X1,Y1,Z1\n",
+            "X1;Y1;Z1\n",
             "# x\n",
             "x y z\n",
             "0.1,0.2,0.3",

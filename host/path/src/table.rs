@@ -87,6 +87,12 @@ impl Row {
         self.fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1)
     }
 
+    /// Returns the number of columns of a table with this first line: those without the empty ones
+    /// at the end, but three or more for numbers.
+    fn columns(&self) -> usize {
+        if self.has_names() { self.filled() } else { self.filled().max(AXES.len()) }
+    }
+
     /// Returns a comment as the names of the columns of the numbers below it: one for each, perhaps
     /// not for empty columns at the end. `None` where it has others.
     fn names_above(mut self, first: &Self) -> Option<Self> {
@@ -153,7 +159,7 @@ impl Table {
         let comment = comment.map(|(line, text)| row(line, text.trim_start_matches('#').trim()));
         let spaced_names = comment.as_ref().and_then(Row::spaced_names);
         let commented = comment.and_then(|comment| comment.names_above(rows.first()?));
-        let columns = commented.as_ref().or(rows.first()).map_or(0, Row::filled);
+        let columns = commented.as_ref().or(rows.first()).map_or(0, Row::columns);
         for row in &mut rows {
             let kept = row.filled().max(columns);
             row.fields.truncate(kept);
@@ -230,6 +236,11 @@ impl Table {
     /// Returns the lines.
     pub fn rows(&self) -> &[Row] {
         &self.rows
+    }
+
+    /// Returns whether the comment above the numbers has names between spaces, the time among them.
+    pub fn has_spaced_time(&self) -> bool {
+        self.spaced_names.as_ref().is_some_and(|names| names.split(',').any(is_time))
     }
 
     /// Returns the number of columns of the first line; 0 without a line.

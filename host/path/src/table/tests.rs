@@ -143,8 +143,8 @@ fn a_line_has_its_number_in_the_text() {
     let lines: Vec<(u64, usize)> =
         table.rows().iter().map(|row| (row.line, row.fields.len())).collect();
     assert_eq!(lines, [(3, 2), (5, 1)]);
-    let table = Table::of("# a\r\r1,2\r\r3,,\r");
+    let table = Table::of("# a\r\r1,2,3\r\r3,,,,\r");
     let lines: Vec<(u64, usize)> =
         table.rows().iter().map(|row| (row.line, row.fields.len())).collect();
-    assert_eq!(lines, [(3, 2), (5, 2)]);
+    assert_eq!(lines, [(3, 3), (5, 3)]);
 }

@@ -86,6 +86,9 @@ fn parse_waypoints(
 /// What G-code is, and where it belongs.
 pub(crate) const GCODE: &str = "this is G-code, a path: give it with --path";
 
+/// What a file with times is, and where it belongs.
+const TIMED: &str = "a file with times is a path: --path";
+
 /// Returns what a file is that lists no waypoints; `None` for any other file.
 fn other_kind(text: &str) -> Option<&'static str> {
     if is_gcode(text) {
@@ -105,7 +108,7 @@ fn other_kind(text: &str) -> Option<&'static str> {
 fn wrong_columns(names: &Row) -> String {
     let wrong = wrong_names(&names.fields, &COLUMNS, COORDINATES);
     match names.fields.iter().any(|name| is_time(name)) {
-        true => format!("{wrong}; a file with times is a path: --path"),
+        true => format!("{wrong}; {TIMED}"),
         false => wrong,
     }
 }
@@ -144,7 +147,11 @@ fn parse_row(
     let most = places.len();
     if !(named.least()..=most).contains(&count) || row.bracket_mistake().is_some() {
         let mistake = match (table.separator_mistake(row, most), columns) {
-            (Some(why), _) => WaypointMistake::Separators { line, why, more: 0 },
+            (Some(why), _) => {
+                let is_timed = table.has_spaced_time();
+                let why = if is_timed { format!("{why}; {TIMED}") } else { why };
+                WaypointMistake::Separators { line, why, more: 0 }
+            }
             (None, Some(_)) => WaypointMistake::Columns { line, count, most, more: 0 },
             (None, None) => WaypointMistake::Unnamed { line, count, more: 0 },
         };
@@ -243,6 +250,8 @@ mod tests {
             ("0.2 0.3 0.24\n", "way.csv:1: spaces do not separate columns: write 0.2,0.3,0.24"),
             ("x y z\n1 1 1\n", "tolerance in metres: spaces do not separate columns: write x,y,z"),
             ("# x y z\n1 1 1\n", "in numpy: savetxt(…, delimiter=\",\", header=\"x,y,z\")"),
+            ("# t x y z\n0 1 1 1\n", "\"t,x,y,z\"); a file with times is a path: --path"),
+            ("1,1,\n", "way.csv:1: column 3 (z): '': must be a number"),
             ("x,y,z,\n1,1,1,a\n", "way.csv:2: 4 columns, but the first line names 3"),
             ("x,y,z\r1,1\r", "way.csv:2: 2 columns, but the first line names 3"),
             ("x;y;z;comment\n", "in metres: 'comment' is unknown: remove the column"),
