@@ -11,7 +11,9 @@ use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::gcode;
-use crate::table::{self, Table, and_more, column_count, is_time, places_of, wrong_names};
+use crate::table::{
+    self, Table, and_more, column_count, is_time, more_mistakes, places_of, wrong_names,
+};
 use crate::trajectory::{MAX_COORDINATE_M, Sample};
 
 pub use crate::gcode::{CodeMistake, CodeProblem, is_gcode};
@@ -197,7 +199,8 @@ fn listed<M: Display>(prefix: &str, mistakes: &[M]) -> String {
     let first = mistakes.iter().take(MAX_LISTED);
     let mut lines: Vec<String> = first.map(|mistake| format!("{prefix}{mistake}")).collect();
     if let Some(more) = mistakes.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
-        lines.push(format!("{more} more mistakes"));
+        let more = more_mistakes(more);
+        lines.push(if prefix.is_empty() { more } else { format!("{prefix} {more}") });
     }
     lines.join("\n")
 }
@@ -321,8 +324,7 @@ fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
 /// Returns what to do about a first line with numbers that are not three.
 fn unnamed(first: &table::Row, table: &Table) -> String {
     let counts = Kind::ALL.map(|kind| kind.names().len());
-    let is_complete = first.fields.last().is_some_and(|field| !field.is_empty());
-    let are_timed = is_complete && first.fields.len() == Kind::Timed.names().len();
+    let are_timed = first.fields.len() == Kind::Timed.names().len();
     let mistake = || counts.into_iter().find_map(|count| table.separator_mistake(first, count));
     let mistake = if are_timed { None } else { mistake() };
     mistake.unwrap_or_else(|| "put a first line with these names before the numbers".to_owned())

@@ -16,6 +16,8 @@
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
+use crate::table::lines;
+
 /// Length of an inch, metres.
 const INCH_M: f64 = 0.0254;
 /// Length of a millimetre, metres.
@@ -120,23 +122,35 @@ fn name(code: &str) -> String {
         .unwrap_or_default()
 }
 
-/// Checks whether a text is G-code: its first line that is no comment begins with a word. Where the
-/// line has a comma, two words must stand before it: "X1,Y1,Z1" may be names of columns.
+/// Checks whether a text is G-code: its first line that is no comment has words only, or begins
+/// with a code. Where the line has a comma, two words must stand before it: "X1,Y1,Z1" may be names
+/// of columns, and "X1;Y1;Z1" too.
 pub fn is_gcode(text: &str) -> bool {
-    let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
+    let mut lines = lines(text);
     let first = lines.find(|line| !(line.is_empty() || line.starts_with([';', '(', '%'])));
-    first.is_some_and(|line| {
-        let mut characters = line.chars().filter(|character| !character.is_whitespace());
-        let (letter, next) = (characters.next(), characters.next());
-        letter.is_some_and(|letter| "GMNOTFSXYZ".contains(letter.to_ascii_uppercase()))
-            && next.is_some_and(|next| next.is_ascii_digit() || "+-.".contains(next))
-            && line.split_once(',').is_none_or(|(before, _)| has_words(before))
+    first.is_some_and(|line| match line.split_once(',') {
+        Some((before, _)) => words(before).is_ok_and(|words| words.len() >= 2),
+        None if begins_with_code(line) => true,
+        None => words(line).is_ok_and(|words| are_known(&words)) && !may_be_names(line),
     })
 }
 
-/// Returns whether a text is two words of G-code, or more.
-fn has_words(text: &str) -> bool {
-    words(text).is_ok_and(|words| words.len() >= 2)
+/// Returns whether a line may be names of columns: "X1;Y1;Z1".
+fn may_be_names(line: &str) -> bool {
+    let is_word = |text| words(text).is_ok_and(|words| words.len() == 1);
+    line.split(';').count() >= 3 && line.split(';').all(is_word)
+}
+
+/// Returns whether the first word of a line is G or M with its number.
+fn begins_with_code(line: &str) -> bool {
+    let mut characters = line.chars().filter(|character| !character.is_whitespace());
+    characters.next().is_some_and(|letter| "GM".contains(letter.to_ascii_uppercase()))
+        && characters.next().is_some_and(|next| next.is_ascii_digit())
+}
+
+/// Returns whether a line has words, and begins with one that a line may begin with.
+fn are_known(words: &[Word]) -> bool {
+    words.first().is_some_and(|word| "GMNOTFSXYZ".contains(word.letter))
 }
 
 /// Parses G-code. The path begins at the first place of which X, Y and Z are known.
@@ -146,7 +160,7 @@ fn has_words(text: &str) -> bool {
 pub(crate) fn parse(text: &str) -> Result<Program, Vec<CodeMistake>> {
     let mut machine = Machine::default();
     let mut mistakes = Vec::new();
-    for (line, text) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
+    for (line, text) in (1..).zip(lines(text)) {
         let read = words(text).and_then(|words| machine.read(&words));
         // G0 or G1 may stand in a line with a mistake.
         let is_doubtful = |it: &CodeProblem| *it == CodeProblem::NoMotion && !mistakes.is_empty();
@@ -359,6 +373,8 @@ mod tests {
             }
         }
         assert_eq!(inches.len(), 4);
+        // A carriage return alone ends a line too.
+        assert_eq!(places("G20 G1 X1 Y2 Z3 ; a\rX2\r").len(), 2);
         // The feed is in the units that hold where it is stated.
         let speeds = parse("G20 G1 X1 Y1 Z1 F60\nX2\nG21 X0\nF60 X1\n").unwrap().speeds;
         for (speed, expected) in speeds.iter().zip([0.0254, 0.0254, 0.001]) {
@@ -400,9 +416,22 @@ mod tests {
 
     #[test]
     fn tables_are_no_gcode() {
-        for text in
-            ["x,y,z\n1,2,3\n", "t;x;y;z\n", "", "X1,Y1,Z1\n", "# x\n", "x y z\n", "0.1,0.2,0.3"]
-        {
+        for text in [
+            "x,y,z\n1,2,3\n",
+            "t;x;y;z\n",
+            "",
+            "X1,Y1,Z1\n",
+            "X1;Y1;Z1\n",
+            "# x\n",
+            "x y z\n",
+            "0.1,0.2,0.3",
+            "X-Position;Y-Position;Z-Position\n0,72;0,26;0,36\n",
+            "X-Koordinate\n",
+            "X1_soll\n",
+            "M-Nr;x;y;z\n",
+            "Time\n",
+            "x,y,z\r0.7,0.2,0.3\r",
+        ] {
             assert!(!is_gcode(text), "{text}");
         }
         for text in [
@@ -414,6 +443,9 @@ mod tests {
             "X-1",
             "G1 X6,5",
             "g1x6,5y2",
+            "G1 X",
+            "M117 Hello",
+            "G21\rG0 X1",
         ] {
             assert!(is_gcode(text), "{text}");
         }

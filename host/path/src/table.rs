@@ -5,24 +5,25 @@
 //! begin with `#` are left out; but the last of these before the first numbers may have the names
 //! of the columns, as `numpy.savetxt` writes them. A first line `sep=;` of a spreadsheet names the
 //! separator. The crate `csv` would count the lines without them, so that a message would name a
-//! wrong one.
+//! wrong one. Empty columns at the end are left out too.
 
 /// What to do about a table with decimal commas between commas, for messages.
 const DECIMAL_COMMAS: &str = "commas are the decimal sign and separate the columns too: write \
                                   points (0.4,0.5,0.2), or separate the columns by semicolons \
                                   (0,4;0,5;0,2)";
 
-/// What to do about a line with a separator behind its last column, for messages.
-const TRAILING: &str = "the line ends with a separator: remove it there";
-
 /// What to do about a first column without a name, for messages.
 const INDEX: &str = "column 1 has no name (pandas writes its index there: to_csv(…, index=False))";
 
 /// Units that a name of a column may have behind it: "x [m]", "t (s)", "y_m".
-const UNITS: [&str; 2] = ["m", "s"];
+const UNITS: [&str; 8] = ["m", "meter", "meters", "metre", "metres", "s", "sec", "seconds"];
 
-/// Units that are known without brackets too: "x_mm".
-const WRITTEN_UNITS: [&str; 9] = ["m", "cm", "mm", "in", "s", "ms", "us", "ns", "min"];
+/// Other units that are known without brackets too: "x_mm".
+const OTHER_UNITS: [&str; 9] =
+    ["cm", "mm", "millimeters", "millimetres", "in", "ms", "us", "ns", "min"];
+
+/// Names of the coordinates.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Names of the columns of all tables, for a line whose columns stand between spaces.
 const NAMES: [&str; 6] = ["t", "x", "y", "z", "dwell", "tolerance"];
@@ -43,6 +44,8 @@ pub struct Table {
     rows: Vec<Row>,
     /// Names of the columns in the last comment before the first line, if it has them.
     commented: Option<Row>,
+    /// Names in that comment, if spaces separate them.
+    spaced_names: Option<String>,
 }
 
 /// Line of a table.
@@ -68,7 +71,34 @@ impl Row {
         let names: Vec<String> = self.fields.iter().map(|field| field.to_lowercase()).collect();
         let bases: Vec<&str> = names.iter().map(|name| meant(base(name))).collect();
         bases.iter().all(|name| NAMES.contains(name))
-            && ["x", "y", "z"].iter().all(|name| bases.contains(name))
+            && AXES.iter().all(|name| bases.contains(name))
+    }
+
+    /// Returns the names of columns that stand between spaces, with commas between them; `None`
+    /// where the line has anything else.
+    fn spaced_names(&self) -> Option<String> {
+        let fields = self.text.split_whitespace().map(str::to_owned).collect();
+        let names = Self { line: self.line, fields, text: String::new() };
+        names.names_places().then(|| names.fields.join(","))
+    }
+
+    /// Returns the number of fields without the empty ones at the end.
+    fn filled(&self) -> usize {
+        self.fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1)
+    }
+
+    /// Returns the number of columns of a table with this first line: those without the empty ones
+    /// at the end, but three or more for numbers.
+    fn columns(&self) -> usize {
+        if self.has_names() { self.filled() } else { self.filled().max(AXES.len()) }
+    }
+
+    /// Returns a comment as the names of the columns of the numbers below it: one for each, perhaps
+    /// not for empty columns at the end. `None` where it has others.
+    fn names_above(mut self, first: &Self) -> Option<Self> {
+        self.fields.truncate(self.filled());
+        let has_as_many = (first.filled()..=first.fields.len()).contains(&self.fields.len());
+        (!first.has_names() && has_as_many && self.names_places()).then_some(self)
     }
 
     /// Returns the text of the line, without the last columns where there are many.
@@ -98,11 +128,17 @@ fn is_empty(line: &str) -> bool {
     line.chars().all(|c| c.is_whitespace() || c == '"' || SEPARATORS.contains(&c))
 }
 
+/// Returns the lines of a text, without spaces around them. In a text without line feeds each
+/// carriage return ends a line, as on old Macs.
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    text.split(if text.contains('\n') { '\n' } else { '\r' }).map(str::trim)
+}
+
 impl Table {
     /// Returns the lines of `text` that are neither empty nor a comment.
     pub fn of(text: &str) -> Self {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let lines = (1..).zip(text.lines().map(str::trim)).filter(|(_, line)| !is_empty(line));
+        let lines = (1..).zip(lines(text)).filter(|(_, line)| !is_empty(line));
         let (comments, mut lines): (Vec<(u64, &str)>, Vec<_>) =
             lines.partition(|(_, line)| line.starts_with('#'));
         let named = lines.first().and_then(|(_, line)| named_separator(line));
@@ -117,23 +153,25 @@ impl Table {
             fields: text.split(separator).map(|field| bare(field).to_owned()).collect(),
             text: text.to_owned(),
         };
-        let rows: Vec<Row> = lines.into_iter().map(|(line, text)| row(line, text)).collect();
+        let mut rows: Vec<Row> = lines.into_iter().map(|(line, text)| row(line, text)).collect();
         let is_above = |line: &u64| rows.first().is_some_and(|first| *line < first.line);
         let comment = comments.into_iter().take_while(|(line, _)| is_above(line)).last();
         let comment = comment.map(|(line, text)| row(line, text.trim_start_matches('#').trim()));
-        let columns = rows.first().map_or(0, |first| first.fields.len());
-        let commented = comment.filter(|it| it.fields.len() == columns && it.names_places());
-        Self { separator, rows, commented }
+        let spaced_names = comment.as_ref().and_then(Row::spaced_names);
+        let commented = comment.and_then(|comment| comment.names_above(rows.first()?));
+        let columns = commented.as_ref().or(rows.first()).map_or(0, Row::columns);
+        for row in &mut rows {
+            let kept = row.filled().max(columns);
+            row.fields.truncate(kept);
+        }
+        Self { separator, rows, commented, spaced_names }
     }
 
     /// Takes the first line where it has the names of the columns, or else the comment above it
-    /// that has them. The names are in lower case, and without a unit that is metres or seconds.
+    /// that has them.
     pub fn take_names(&mut self) -> Option<Row> {
         let is_named = self.rows.first()?.has_names();
-        let names = if is_named { Some(self.rows.remove(0)) } else { self.commented.take() };
-        let Row { line, fields, text } = names?;
-        let fields = fields.iter().map(|name| column_name(name)).collect();
-        Some(Row { line, fields, text })
+        if is_named { Some(self.rows.remove(0)) } else { self.commented.take() }
     }
 
     /// Returns what is wrong with the brackets or the separators of a line, and what to do, where
@@ -144,9 +182,6 @@ impl Table {
         }
         if self.has_decimal_commas(row, columns) {
             return Some(DECIMAL_COMMAS.to_owned());
-        }
-        if row.fields.len() > columns && row.fields.last().is_some_and(String::is_empty) {
-            return Some(TRAILING.to_owned());
         }
         let others = SEPARATORS.into_iter().filter(|it| *it != self.separator);
         let mut others = others.filter(|it| row.text.split(*it).count() == columns);
@@ -176,6 +211,12 @@ impl Table {
         if words.len() < 2 || !(words.iter().all(is_name) || words.iter().all(is_number)) {
             return None;
         }
+        if let Some(names) = &self.spaced_names {
+            return Some(format!(
+                "spaces do not separate columns: write commas, between the names too; in numpy: \
+                 savetxt(…, delimiter=\",\", header=\"{names}\")"
+            ));
+        }
         let separator = if row.text.contains(',') { ';' } else { self.separator };
         let line = words.join(&separator.to_string());
         Some(format!("spaces do not separate columns: write {line}"))
@@ -195,6 +236,11 @@ impl Table {
     /// Returns the lines.
     pub fn rows(&self) -> &[Row] {
         &self.rows
+    }
+
+    /// Returns whether the comment above the numbers has names between spaces, the time among them.
+    pub fn has_spaced_time(&self) -> bool {
+        self.spaced_names.as_ref().is_some_and(|names| names.split(',').any(is_time))
     }
 
     /// Returns the number of columns of the first line; 0 without a line.
@@ -239,7 +285,7 @@ fn named_separator(line: &str) -> Option<char> {
 /// Returns the place in `known` of each column that a line of names has, in any order; `None` where
 /// it has others, one twice, or not the first `needed` of them. [`wrong_names`] says why.
 pub fn places_of(found: &[String], known: &[&str], needed: usize) -> Option<Vec<usize>> {
-    let place = |name: &String| known.iter().position(|column| column == name);
+    let place = |name: &String| known.iter().position(|column| *column == column_name(name));
     let places: Vec<usize> = found.iter().map(place).collect::<Option<_>>()?;
     let times = |column: usize| places.iter().filter(|place| **place == column).count();
     let is_complete = (0..needed).all(|column| times(column) == 1);
@@ -250,31 +296,46 @@ pub fn places_of(found: &[String], known: &[&str], needed: usize) -> Option<Vec<
 /// Returns the mistakes in names of columns: "'w' is unknown, z is missing". A table may have the
 /// columns `known`, and must have the first `needed` of them. Empty where there is none.
 pub fn wrong_names(found: &[String], known: &[&str], needed: usize) -> String {
-    let times = |name: &str| found.iter().filter(|it| *it == name).count();
-    let unknown = (1..).zip(found).filter(|(_, name)| !known.contains(&name.as_str()));
-    let unknown = unknown.map(|(column, name)| match with_unit(name) {
-        _ if name.is_empty() && column == found.len() => TRAILING.to_owned(),
-        _ if name.is_empty() && column == 1 => INDEX.to_owned(),
-        _ if name.is_empty() => format!("column {column} has no name"),
-        None if is_time(name) && known.contains(&"t") => format!("'{name}' is unknown: write t"),
-        Some((base, _)) if known.contains(&meant(base)) => {
-            let base = meant(base);
-            let unit = if base == "t" || base == "dwell" { "seconds" } else { "metres" };
-            format!("'{name}' must be in {unit}: convert it, and write {base}")
-        }
-        _ => match base(name) {
-            "dwell" | "tolerance" => {
-                format!("'{name}' is for waypoints (`--waypoints`), not for a path")
-            }
-            _ => format!("'{name}' is unknown"),
-        },
-    });
-    let is_there = |name: &str| found.iter().any(|it| meant(base(it)) == name);
+    let names: Vec<String> = found.iter().map(|name| column_name(name)).collect();
+    let times = |name: &str| names.iter().filter(|it| *it == name).count();
+    let is_there = |name: &str| names.iter().any(|it| proposed(it, &names, known) == Some(name));
     let missing = known.iter().take(needed).filter(|name| !is_there(name));
-    let missing = missing.map(|name| format!("{name} is missing"));
+    let missing: Vec<String> = missing.map(|name| format!("{name} is missing")).collect();
+    let unknown = (1..).zip(found.iter().zip(&names));
+    let unknown = unknown.filter(|(_, (_, name))| !known.contains(&name.as_str()));
+    let unknown = unknown.map(|(column, (written, name))| {
+        let has_other_unit =
+            with_unit(name).is_some_and(|(_, unit)| !unit.is_empty() && !UNITS.contains(&unit));
+        match (proposed(name, &names, known), base(name)) {
+            _ if name.is_empty() && column == 1 => INDEX.to_owned(),
+            _ if name.is_empty() => format!("column {column} has no name"),
+            (Some(known), _) if has_other_unit => {
+                let unit = if known == "t" || known == "dwell" { "seconds" } else { "metres" };
+                format!("'{written}' must be in {unit}: convert it, and write {known}")
+            }
+            (Some(known), _) => format!("'{written}' is unknown: write {known}"),
+            (None, "dwell" | "tolerance") => {
+                format!("'{written}' is for waypoints (`--waypoints`), not for a path")
+            }
+            _ if missing.is_empty() && !is_time(name) => {
+                format!("'{written}' is unknown: remove the column")
+            }
+            _ => format!("'{written}' is unknown"),
+        }
+    });
     let twice = known.iter().filter(|name| times(name) > 1);
     let twice = twice.map(|name| format!("{name} is there {} times", times(name)));
-    shortened(unknown.chain(missing).chain(twice).collect(), ", ")
+    shortened(unknown.chain(missing.iter().cloned()).chain(twice).collect(), ", ")
+}
+
+/// Returns the column of `known` that a person means by one of `names`: t by "timestamp", x by
+/// "x-position" where no other name begins with x.
+fn proposed<'a>(name: &str, names: &[String], known: &[&'a str]) -> Option<&'a str> {
+    let column = meant(base(name));
+    let is_alone = |axis: &str| names.iter().filter(|name| name.starts_with(axis)).count() == 1;
+    let is_axis = |axis: &str| AXES.contains(&axis) && column.starts_with(axis) && is_alone(axis);
+    let known = || known.iter().copied();
+    known().find(|it| *it == column).or_else(|| known().find(|it| is_axis(it)))
 }
 
 /// Returns `words` with `separator` between them, without those above [`MAX_SHOWN`].
@@ -289,7 +350,7 @@ fn shortened(mut words: Vec<String>, separator: &str) -> String {
 
 /// Returns whether the name of a column, perhaps with a unit, is one that people give the time.
 pub fn is_time(name: &str) -> bool {
-    TIME_NAMES.contains(&base(name))
+    TIME_NAMES.contains(&base(&name.to_lowercase()))
 }
 
 /// Returns the name of a column without its unit.
@@ -311,14 +372,28 @@ fn column_name(field: &str) -> String {
     }
 }
 
-/// Returns the name and the unit of a column with a unit in brackets, or behind `_` or a space.
+/// Returns the name and the unit of a column with a unit in brackets, behind "in" or `/`, or behind
+/// `_` or a space.
 fn with_unit(name: &str) -> Option<(&str, &str)> {
     let in_brackets = [('[', ']'), ('(', ')')].iter().find_map(|&(open, close)| {
         let (name, unit) = name.strip_suffix(close)?.split_once(open)?;
         Some((name.trim_end_matches('_').trim(), unit.trim()))
     });
-    let is_unit = |(_, unit): &(&str, &str)| WRITTEN_UNITS.contains(unit);
-    in_brackets.or_else(|| name.rsplit_once(['_', ' ']).filter(is_unit))
+    let is_unit = |(_, unit): &(&str, &str)| UNITS.contains(unit) || OTHER_UNITS.contains(unit);
+    let behind_slash =
+        || name.split_once('/').map(|(name, unit)| (name.trim(), unit.trim())).filter(is_unit);
+    in_brackets
+        .or_else(|| name.split_once(" in "))
+        .or_else(behind_slash)
+        .or_else(|| name.rsplit_once(['_', ' ']).filter(is_unit))
+}
+
+/// Returns the number of further mistakes, which a message does not list.
+pub fn more_mistakes(more: usize) -> String {
+    match more {
+        1 => "1 more mistake".to_owned(),
+        _ => format!("{more} more mistakes"),
+    }
 }
 
 /// Returns the number of columns of a line that has too few or too many of them, for a message.

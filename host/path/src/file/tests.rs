@@ -49,13 +49,19 @@ fn a_mistake_is_named_with_its_line() {
         ("0,4,0,3,0,2\n", "seconds): commas are the decimal sign and separate the columns"),
         ("0,0,4,0,3,0,2\n", "seconds): commas are the decimal sign and separate the columns"),
         ("0,1,1,1\n", "seconds): put a first line with these names before the numbers"),
-        ("0.4,0.3,0.2,\n", "seconds): the line ends with a separator: remove it there"),
+        ("# t x y z\n0 0.4 0.3 0.2\n", "numpy: savetxt(…, delimiter=\",\", header=\"t,x,y,z\")"),
+        ("x,y,z\r0.4,o.3,0.2\r", "2: column y: 'o.3': must be a number"),
+        ("0.4,0.3,\n", "1: column z: '': must be a number"),
+        ("X1;Y1;Z1\n", "seconds): 'X1' is unknown: write x, 'Y1' is unknown: write y"),
         ("0.4 0.3 0.2\n", "seconds): spaces do not separate columns: write 0.4,0.3,0.2"),
         ("0,4 0,3 0,2\n", "seconds): spaces do not separate columns: write 0,4;0,3;0,2"),
         ("X Y z_m\n1 1 1\n", "seconds): spaces do not separate columns: write X,Y,z_m"),
         ("my path\n1,1,1\n", "seconds): 'my path' is unknown, x is missing"),
-        ("x,y,z,\n1,1,1,\n", "seconds): the line ends with a separator: remove it there"),
-        ("x,y,z\n1,1,1,\n1,1,1,\n", "2: the line ends with a separator: remove it there (1"),
+        ("x,y,z,\n1,1,1,a\n", "2: 4 columns, but the first line names 3"),
+        ("x,y,z\n1,1,1,,1\n", "2: 5 columns, but the first line names 3"),
+        ("Nr;x;y;z\n1;1;1;1\n", "seconds): 'Nr' is unknown: remove the column"),
+        ("X-Position;y;z\n0,7;1;1\n", "seconds): 'X-Position' is unknown: write x"),
+        ("X-Koordinate;y;z\n0,7;1;1\n", "seconds): 'X-Koordinate' is unknown: write x"),
         ("x,y,z\n1;1;1\n", "2: the line separates its columns by semicolons, but the first"),
         ("x,y,z\n0,4;1;1\n", "line by commas: separate all by semicolons"),
         ("x;y;z\n0.4,1,1\n", "line by semicolons: separate all by commas"),
@@ -69,7 +75,7 @@ fn a_mistake_is_named_with_its_line() {
         ("t_ms,x,y,z\n0,1,1,1\n", "): 't_ms' must be in seconds: convert it, and write t"),
         ("timestamp,x,y,z\n0,1,1,1\n", "seconds): 'timestamp' is unknown: write t"),
         ("[0.6, 0.25, 0.3]\n", "1: brackets do not belong to a table: write 0.6, 0.25, 0.3"),
-        ("[[1,1,1],\n[1,1,1]]\n", "): brackets do not belong to a table: write 1,1,1"),
+        ("[[1,1,1],\n[1,1,1]]\n", "1: brackets do not belong to a table: write 1,1,1 (1 more"),
         ("x,y,z\n[0.6 1 1]\n", "2: brackets do not belong to a table: write 0.6,1,1"),
         ("x_mm,y,z\n1,1,1\n", "seconds): 'x_mm' must be in metres: convert it, and write x"),
         ("x,y,z\n# a\n0.4,0.3\n", "3: 2 columns, but the first line names 3"),
@@ -113,4 +119,9 @@ fn all_mistakes_are_named_at_once() {
     let error = parse(&many).unwrap_err().to_string();
     assert_eq!(error.lines().count(), MAX_LISTED + 1, "{error}");
     assert!(error.ends_with("980 more mistakes"), "{error}");
+    let error = |lines: usize| parse(&format!("x,y,z\n{}", "0.4,o.3,0.2\n".repeat(lines)));
+    let last =
+        |lines| error(lines).unwrap_err().in_file("way.csv").lines().last().map(str::to_owned);
+    assert_eq!(last(60).unwrap(), "way.csv: 40 more mistakes");
+    assert_eq!(last(21).unwrap(), "way.csv: 1 more mistake");
 }

@@ -5,6 +5,7 @@ use super::*;
 fn numbers(text: &str) -> (Option<Vec<String>>, Vec<Vec<Option<f64>>>) {
     let mut table = Table::of(text);
     let names = table.take_names().map(|row| row.fields);
+    let names = names.map(|names| names.iter().map(|name| column_name(name)).collect());
     let row = |row: &Row| row.fields.iter().map(|field| table.number(field)).collect();
     (names, table.rows().iter().map(row).collect())
 }
@@ -28,6 +29,15 @@ fn marks_names_separators_and_decimal_commas_are_read() {
         "sep=\t\nx\ty\tz\n0,5\t-0,25\t3\n",
         "\"x\",\"y\",\"z\"\n\"0.5\",\"-0.25\",\"3\"\n",
         "# x,y,z\n5.000e-01,-2.500e-01,3.000e+00\n",
+        "x in m;y in m;z in m\n0,5;-0,25;3\n",
+        "x [metres],Y [Meter],z/m\n0.5,-0.25,3\n",
+        "x / m,y_meters,z (metre)\n0.5,-0.25,3\n",
+        "x;y;z;;\n0,5;-0,25;3;;\n",
+        "x;y;z;;\n0,5;-0,25;3\n",
+        "x,y,z\n0.5,-0.25,3,,\n",
+        "# x,y,z,\n0.5,-0.25,3,\n",
+        "x,y,z\r0.5,-0.25,3\r",
+        "sep=;\r\r# a comment\rx;y;z\r0,5;-0,25;3",
         "# my path\n#X [m]; y; z\n\n0,5;-0,25;3\n# z;y;x\n",
     ] {
         assert_eq!(numbers(text), (names.clone(), row.clone()), "{text}");
@@ -69,6 +79,8 @@ fn a_comment_has_names_only_above_the_numbers_and_if_it_has_nothing_else() {
 fn other_units_stay_in_the_names() {
     let (names, _) = numbers("x [mm],y (cm),z [m,x_mm,y_k\n1,2,3,4,5\n");
     assert_eq!(names.unwrap(), ["x [mm]", "y (cm)", "z [m", "x_mm", "y_k"]);
+    let (names, _) = numbers("t in s,t/s,t [seconds],T [sec],x in,x_second\n1,2,3,4,5,6\n");
+    assert_eq!(names.unwrap(), ["t", "t", "t", "t", "x in", "x_second"]);
 }
 
 #[test]
@@ -100,7 +112,14 @@ fn wrong_names_of_columns_are_listed() {
     assert_eq!(wrong("x[mm] y z"), convert);
     assert_eq!(wrong("x[mm] w z"), format!("{convert}, 'w' is unknown, y is missing"));
     assert_eq!(wrong("x_mm y z"), "'x_mm' must be in metres: convert it, and write x");
-    assert_eq!(wrong("x y z "), TRAILING);
+    assert_eq!(wrong("x y z Nr"), "'Nr' is unknown: remove the column");
+    assert_eq!(wrong("x y z zone"), "'zone' is unknown: remove the column");
+    assert_eq!(wrong("X-Ist X-Soll y z"), "'X-Ist' is unknown, 'X-Soll' is unknown, x is missing");
+    let columns = "'Nr' is unknown: remove the column, 'X-Position' is unknown: write x";
+    assert_eq!(wrong("Nr X-Position y z"), columns);
+    let convert = "'X-Pos[mm]' must be in metres: convert it, and write x";
+    assert_eq!(wrong("X-Pos[mm] y z"), convert);
+    assert_eq!(wrong("X_mm y z"), "'X_mm' must be in metres: convert it, and write x");
     assert_eq!(wrong(" x y z"), INDEX);
     assert_eq!(wrong("x  y z"), "column 2 has no name");
     assert_eq!(wrong("z y x"), "");
@@ -112,6 +131,8 @@ fn wrong_names_of_columns_are_listed() {
         let says = format!("'{name}' must be in seconds: convert it, and write t");
         assert_eq!(timed(name), says);
     }
+    let inches = wrong_names(&["X in inches".to_owned()], &["x"], 1);
+    assert_eq!(inches, "'X in inches' must be in metres: convert it, and write x");
     let path = wrong_names(&["x", "y", "z", "dwell"].map(str::to_owned), &["x", "y", "z"], 3);
     assert_eq!(path, "'dwell' is for waypoints (`--waypoints`), not for a path");
 }
@@ -122,4 +143,8 @@ fn a_line_has_its_number_in_the_text() {
     let lines: Vec<(u64, usize)> =
         table.rows().iter().map(|row| (row.line, row.fields.len())).collect();
     assert_eq!(lines, [(3, 2), (5, 1)]);
+    let table = Table::of("# a\r\r1,2,3\r\r3,,,,\r");
+    let lines: Vec<(u64, usize)> =
+        table.rows().iter().map(|row| (row.line, row.fields.len())).collect();
+    assert_eq!(lines, [(3, 3), (5, 3)]);
 }

@@ -86,6 +86,9 @@ fn parse_waypoints(
 /// What G-code is, and where it belongs.
 pub(crate) const GCODE: &str = "this is G-code, a path: give it with --path";
 
+/// What a file with times is, and where it belongs.
+const TIMED: &str = "a file with times is a path: --path";
+
 /// Returns what a file is that lists no waypoints; `None` for any other file.
 fn other_kind(text: &str) -> Option<&'static str> {
     if is_gcode(text) {
@@ -105,7 +108,7 @@ fn other_kind(text: &str) -> Option<&'static str> {
 fn wrong_columns(names: &Row) -> String {
     let wrong = wrong_names(&names.fields, &COLUMNS, COORDINATES);
     match names.fields.iter().any(|name| is_time(name)) {
-        true => format!("{wrong}; a file with times is a path: --path"),
+        true => format!("{wrong}; {TIMED}"),
         false => wrong,
     }
 }
@@ -144,7 +147,11 @@ fn parse_row(
     let most = places.len();
     if !(named.least()..=most).contains(&count) || row.bracket_mistake().is_some() {
         let mistake = match (table.separator_mistake(row, most), columns) {
-            (Some(why), _) => WaypointMistake::Separators { line, why, more: 0 },
+            (Some(why), _) => {
+                let is_timed = table.has_spaced_time();
+                let why = if is_timed { format!("{why}; {TIMED}") } else { why };
+                WaypointMistake::Separators { line, why, more: 0 }
+            }
             (None, Some(_)) => WaypointMistake::Columns { line, count, most, more: 0 },
             (None, None) => WaypointMistake::Unnamed { line, count, more: 0 },
         };
@@ -221,7 +228,18 @@ mod tests {
         let target = [0.4, -0.1, 0.2];
         let expected = vec![Waypoint { target, dwell_s: 2.0, tolerance_m: None }];
         assert_eq!(parse("\u{feff}Dwell [s];Z [m];Y;X (m)\n2;0,2;-0,1;0,4\n"), Ok(expected));
-        assert_eq!(parse("0,4;-0,1;0,2\n"), Ok(vec![Waypoint::new(target)]));
+        for text in [
+            "0,4;-0,1;0,2\n",
+            "x in m;y/m;z [Meter];;\n0,4;-0,1;0,2;;\n",
+            "x,y,z,dwell\n0.4,-0.1,0.2,,,\n",
+            "# x,y,z,dwell,tolerance\n0.4,-0.1,0.2,,\n",
+            "0.4,-0.1,0.2,,\n",
+            "x,y,z\r0.4,-0.1,0.2\r",
+        ] {
+            assert_eq!(parse(text), Ok(vec![Waypoint::new(target)]), "{text}");
+        }
+        let dwell = "x;y;z;dwell in s\n0,4;-0,1;0,2;2\n";
+        assert_eq!(parse(dwell).map(|waypoints| waypoints[0].dwell_s), Ok(2.0));
     }
 
     #[test]
@@ -231,8 +249,15 @@ mod tests {
             ("0.2\n", "way.csv:1: one column: separate x, y and z by commas"),
             ("0.2 0.3 0.24\n", "way.csv:1: spaces do not separate columns: write 0.2,0.3,0.24"),
             ("x y z\n1 1 1\n", "tolerance in metres: spaces do not separate columns: write x,y,z"),
-            ("x,y,z,\n1,1,1,\n", "in metres: the line ends with a separator: remove it there"),
-            ("x,y,z\n1,1,1,\n", "way.csv:2: the line ends with a separator: remove it there"),
+            ("# x y z\n1 1 1\n", "in numpy: savetxt(…, delimiter=\",\", header=\"x,y,z\")"),
+            ("# t x y z\n0 1 1 1\n", "\"t,x,y,z\"); a file with times is a path: --path"),
+            ("1,1,\n", "way.csv:1: column 3 (z): '': must be a number"),
+            ("x,y,z,\n1,1,1,a\n", "way.csv:2: 4 columns, but the first line names 3"),
+            ("x,y,z\r1,1\r", "way.csv:2: 2 columns, but the first line names 3"),
+            ("x;y;z;comment\n", "in metres: 'comment' is unknown: remove the column"),
+            ("Nr;x;y;z\n", "in metres: 'Nr' is unknown: remove the column"),
+            ("X-Position;y;z\n0,7;1;1\n", "in metres: 'X-Position' is unknown: write x"),
+            ("X in mm;y;z\n", "metres: 'X in mm' must be in metres: convert it, and write x"),
             ("x,y,z\n1;1;1\n", "way.csv:2: the line separates its columns by semicolons, but"),
             ("0.2,0.3,0.24,0.3\n", "way.csv:1: 4 columns without names; 3 are x, y, z"),
             ("x,y,z\n0.4,0.3\n", "way.csv:2: 2 columns"),
@@ -329,5 +354,7 @@ mod tests {
         let error = parse(&"0.4,o.3,0.2\n".repeat(1000)).unwrap_err();
         assert_eq!(error.lines().count(), MAX_LISTED + 1, "{error}");
         assert!(error.ends_with("980 more mistakes"), "{error}");
+        let error = parse(&"0.4,o.3,0.2\n".repeat(MAX_LISTED + 1)).unwrap_err();
+        assert!(error.ends_with("way.csv: 1 more mistake"), "{error}");
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use plumb_config::bounded_read::ReadError;
-use plumb_path::table::{and_more, column_count};
+use plumb_path::table::{and_more, column_count, more_mistakes};
 use thiserror::Error;
 
 use crate::rig::MotionError;
@@ -167,7 +167,7 @@ fn listed(path: &Path, mistakes: &[WaypointMistake]) -> String {
     let mut lines: Vec<String> =
         shown.map(|mistake| format!("{}:{mistake}", path.display())).collect();
     if let Some(more) = mistakes.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
-        lines.push(format!("{}: {more} more mistakes", path.display()));
+        lines.push(format!("{}: {}", path.display(), more_mistakes(more)));
     }
     lines.join("\n")
 }
