@@ -134,13 +134,15 @@ fn part_of_a_list(text: &str, line: usize) -> Option<String> {
     if value == Some(list) {
         return None;
     }
-    if let Some(message) = value_mistake(list).filter(|_| list.starts_with('[')) {
+    if let Some(message) = value_mistake(list).filter(|_| list.starts_with(['[', '('])) {
         return Some(message.replacen(": write ", &format!(": for {list} write "), 1));
     }
-    if value.is_none() && written.ends_with(';') {
-        return Some(format!("must have a comma, and no `;`, behind {list}"));
-    }
     let above = above.iter().rfind(|line| !line.is_empty())?;
+    // The error is told behind the semicolon, and in the line below it.
+    let lists = [written, above].into_iter().filter(|line| line.starts_with('['));
+    if let Some(list) = lists.filter_map(|line| line.strip_suffix(';')).next() {
+        return Some(format!("must have commas between lists: for {list}; write {list},"));
+    }
     missing_comma(&format!("{above} {written}"))
 }
 
@@ -398,7 +400,7 @@ fn next_key(value: &str) -> Option<(&str, &str)> {
 /// Returns the message about a line with a list of numbers whose decimals begin with a zero, which
 /// TOML refuses: `[0,05, 0,27, 0,325]`.
 fn list_with_commas(line: &str) -> Option<String> {
-    let value = without_comment(&line[line.find('[')?..]).trim();
+    let value = without_comment(&line[line.find('[')?..]).trim().trim_end_matches([',', ';']);
     let (_, numbers) = innermost_lists(value).into_iter().find(|(_, numbers)| {
         let has_zero = |number: &&str| number.len() > 1 && number.starts_with('0');
         numbers.iter().map(|text| text.trim_start_matches('-')).any(|number| has_zero(&number))
@@ -580,13 +582,15 @@ mod tests {
     fn a_list_of_several_lines_is_answered_with_its_key() {
         let points =
             "must have decimal points, and commas between: for [0,6; 0,3] write [0.6, 0.3]";
+        let semicolon = "must have commas between lists: for [1, 2]; write [1, 2],";
         let commas = "must have commas: for [0.6; 0.3] write [0.6, 0.3]";
         for (list, line, says) in [
             ("[\n  [0,6; 0,3],\n  [0,5; 0,3],\n]", 3, points),
             ("[\n  [1, 2],\n  [0,6; 0,3]]", 4, points),
             ("[[0.6; 0.3],\n  [1, 2]]", 2, commas),
             ("[\n  [0.6; 0.3];\n  [1, 2]\n]", 3, commas),
-            ("[\n  [1, 2];\n  [3, 4]\n]", 3, "must have a comma, and no `;`, behind [1, 2]"),
+            ("[\n  [1, 2];\n  [3, 4]\n]", 3, semicolon),
+            ("[\n  (1, 2),\n  [3, 4]\n]", 3, "must be in square brackets: for (1, 2) write [1, 2]"),
             ("[\n  [1, 2] # a\n\n  [3, 4]\n]", 5, "must have a comma between 2] and [3"),
         ] {
             let text = format!("[t]\na = {list}\n");
