@@ -5,6 +5,7 @@
 //! - [`quantity`]: numbers with a range and a unit; [`digit_groups`]: numbers with signs between
 //!   their thousands; [`any_case`](mod@any_case): names in any case;
 //!   [`misspelt`]: the name that a misspelt one means; [`pin_names`]: pins by their names;
+//!   [`booleans`](mod@booleans): truth values in other words;
 //!   [`reference`](mod@reference): the keys of a file, from its reference page in the book.
 //! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
 //!   records are whole, also where the disk is full.
@@ -17,6 +18,7 @@
 
 pub mod any_case;
 pub mod book;
+pub mod booleans;
 pub mod bounded_read;
 pub mod digit_groups;
 pub mod error_chain;

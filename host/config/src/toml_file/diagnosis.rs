@@ -95,8 +95,11 @@ fn syntax_mistakes(text: &str, errors: &[Error]) -> Vec<Mistake> {
         mistakes.retain(|mistake| mistake.line < Some(bracket.line));
         mistakes.push(bracket.into());
     }
-    // Further errors in a line follow from its first.
-    mistakes.dedup_by_key(|mistake| mistake.line);
+    // Further errors in a line follow from its first, and other lines of a list have the same one.
+    mistakes.sort_by_key(|mistake| mistake.line);
+    mistakes.dedup_by(|later, first| {
+        later.line == first.line || (later.key == first.key && later.message.contains(": for "))
+    });
     mistakes.iter_mut().for_each(|mistake| mistake.hides_others = true);
     mistakes
 }
@@ -175,7 +178,11 @@ impl Repair<'_> {
         let value = find(self.table.get_ref(), path).map(Spanned::span).unwrap_or_default();
         let value = self.text.get(value).unwrap_or_default();
         let (value, message) = match kind {
-            Kind::Unknown => ("", unknown(error.message())),
+            Kind::Unknown => {
+                let line = self.text.lines().nth(line_at(self.text, span.start) - 1);
+                let twice = line.and_then(|line| table_again(line, path));
+                ("", twice.unwrap_or_else(|| unknown(error.message())))
+            }
             Kind::Missing => ("", MISSING.to_owned()),
             Kind::Wrong => (value, wrong(error.message())),
         };
@@ -187,6 +194,15 @@ impl Repair<'_> {
             hides_others: false,
         }
     }
+}
+
+/// Returns the message about a line, with the unknown key `path`, whose key begins with the name of
+/// the table that it is in: `board.kind = "pico"` below `[board]`. `None` for other keys.
+fn table_again(line: &str, path: &[String]) -> Option<String> {
+    let table = path.split_last()?.1.join(".");
+    let (key, _) = line.split_once('=')?;
+    let own = key.trim().strip_prefix(&table)?.strip_prefix('.')?;
+    (!table.is_empty()).then(|| format!("is no key of this file: write `{own}` below [{table}]"))
 }
 
 /// Returns the message about an unknown key, where `message` is that of the crate `toml`.

@@ -7,7 +7,8 @@ use toml::de::{DeTable, DeValue, Error};
 
 use super::brackets::{unclosed, unquoted};
 use super::{line_at, one_line};
-use crate::digit_groups::{is_digits, without_groups};
+use crate::booleans::booleans;
+use crate::digit_groups::{is_digits, thousands, with_point, without_groups};
 use crate::pin_names::named_pins;
 use crate::type_words::in_words;
 
@@ -53,14 +54,19 @@ impl SyntaxMistake {
         if let Some((key, message)) = table_of_a_value(text, written) {
             return plain(key, "", message);
         }
-        if let Some(DecimalComma { name, value, point }) = decimal_comma(written) {
-            let message = format!("must have a decimal point: write {point}");
-            return plain(key_below(text, line, &name), value, message);
+        if let Some(DecimalComma { name, value, advice }) = decimal_comma(written) {
+            return plain(key_below(text, line, &name), value, advice);
         }
+        let open = open_key(text, line);
         if let Some(message) = list_with_commas(written).or_else(|| missing_comma(written)) {
-            let name = assignment(written).map(|(name, _)| name).unwrap_or_default();
-            let key = if name.is_empty() { String::new() } else { key_below(text, line, name) };
+            let key = assignment(written).map(|(name, _)| key_below(text, line, name));
+            return plain(key.or(open).unwrap_or_default(), "", message);
+        }
+        if let Some((key, message)) = open.zip(part_of_a_list(text, line)) {
             return plain(key, "", message);
+        }
+        if let Some(table) = header_without_bracket(written) {
+            return plain(String::new(), "", format!("a `[` is missing: write [{table}]"));
         }
         let message = in_words(&one_line(error.message()));
         let innermost = wrong_in_braces(written);
@@ -91,6 +97,53 @@ fn table_of_a_value(text: &str, line: &str) -> Option<(String, String)> {
          its braces"
     );
     Some((table.to_owned(), message))
+}
+
+/// Returns the name of the table in a line `workspace]`; `None` for another line.
+fn header_without_bracket(line: &str) -> Option<&str> {
+    let table = without_comment(line).trim().strip_suffix(']')?.trim();
+    let is_part = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    (table.starts_with(|c: char| c.is_ascii_alphabetic()) && table.chars().all(is_part))
+        .then_some(table)
+}
+
+/// Returns the key whose list, begun in a line above, `line` continues or begins.
+fn open_key(text: &str, line: usize) -> Option<String> {
+    let above: Vec<&str> = text.lines().take(line).collect();
+    let begin = above.iter().rposition(|line| assignment(line).is_some())?;
+    let count = |line: &&str, bracket| unquoted(line).iter().filter(|it| it.1 == bracket).count();
+    let of = |bracket| above[begin..above.len() - 1].iter().map(|it| count(it, bracket)).sum();
+    let (open, closed): (usize, usize) = (of('['), of(']'));
+    let is_open = open > closed || begin + 1 == line;
+    is_open.then(|| key_below(text, begin + 1, assignment(above[begin]).map_or("", |it| it.0)))
+}
+
+/// Returns what is wrong in a line of a list of several lines, and what to write for it.
+fn part_of_a_list(text: &str, line: usize) -> Option<String> {
+    let lines: Vec<&str> =
+        text.lines().take(line).map(|line| without_comment(line).trim()).collect();
+    let (written, above) = lines.split_last()?;
+    let value = assignment(written).map(|(_, value)| value);
+    let part = value.unwrap_or(written).trim_end_matches([',', ';', ' ']);
+    // The brackets of the whole list stand in other lines.
+    let surplus = part.matches('[').count() as isize - part.matches(']').count() as isize;
+    let mut list = part;
+    for _ in 0..surplus.abs() {
+        list = if surplus > 0 { list.strip_prefix('[')? } else { list.strip_suffix(']')? }.trim();
+    }
+    if value == Some(list) {
+        return None;
+    }
+    if let Some(message) = value_mistake(list).filter(|_| list.starts_with(['[', '('])) {
+        return Some(message.replacen(": write ", &format!(": for {list} write "), 1));
+    }
+    let above = above.iter().rfind(|line| !line.is_empty())?;
+    // The error is told behind the semicolon, and in the line below it.
+    let lists = [written, above].into_iter().filter(|line| line.starts_with('['));
+    if let Some(list) = lists.filter_map(|line| line.strip_suffix(';')).next() {
+        return Some(format!("must have commas between lists: for {list}; write {list},"));
+    }
+    missing_comma(&format!("{above} {written}"))
 }
 
 /// Returns the name and the value of a line `name = value`, without its comment; `None` for another
@@ -143,21 +196,22 @@ fn value_mistake(value: &str) -> Option<String> {
     if let Some(message) = named_pins(value) {
         return Some(message);
     }
+    if let Some(message) = typeset(value) {
+        return Some(message);
+    }
+    if let Some(booleans) = booleans(value).filter(|it| it != value) {
+        let is_large = booleans == value.to_lowercase();
+        let what = if is_large { "in small letters" } else { "true or false" };
+        return Some(format!("must be {what}: write {booleans}"));
+    }
     let is_word = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
     if value.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/')
         && value.chars().all(is_word)
     {
-        return Some(match value.to_lowercase().as_str() {
-            word @ ("true" | "false") => format!("must be in small letters: write {word}"),
-            _ => format!("must be in quotation marks: write \"{value}\""),
-        });
+        return Some(format!("must be in quotation marks: write \"{value}\""));
     }
     if let Some((before, name)) = next_key(value) {
         return Some(format!("must have a comma between {before} and `{name}`"));
-    }
-    let small = value.to_lowercase();
-    if value.starts_with('[') && small != value && has_booleans_alone(&small) {
-        return Some(format!("must be in small letters: write {small}"));
     }
     if value.starts_with('[') && value.contains(';') && !value.contains(['"', '\'']) {
         let points = with_decimal_points(value);
@@ -190,10 +244,36 @@ fn is_number_with_more(value: &str) -> bool {
         && more.trim_start().starts_with(is_more)
 }
 
+/// Quotation marks of a word processor.
+const QUOTES: [char; 8] = ['“', '”', '„', '‘', '’', '‚', '«', '»'];
+
+/// Signs of a word processor for a minus: two dashes, and the minus of formulas.
+const MINUS_SIGNS: [char; 3] = ['–', '—', '−'];
+
+/// Returns the message about a number or list with the minus signs of a word processor, or a list
+/// with its quotation marks; `None` for other values.
+fn typeset(value: &str) -> Option<String> {
+    let is_list = value.starts_with('[');
+    let (what, plain) = if is_list && value.contains(QUOTES) {
+        ("be in plain quotation marks", value.replace(QUOTES, "\""))
+    } else if value.contains(MINUS_SIGNS) && !value.contains(['"', '\'']) {
+        let minus = value.replace(MINUS_SIGNS, "-");
+        let points = if is_list && minus.contains(';') {
+            Some(with_decimal_points(&minus).replace(';', ","))
+        } else {
+            with_point(&minus)
+        };
+        ("have a plain minus sign", points.unwrap_or(minus))
+    } else {
+        return None;
+    };
+    let is_read = DeTable::parse(&format!("x = {plain}")).is_ok();
+    is_read.then(|| format!("must {what}: write {plain}"))
+}
+
 /// Returns the message about a value in the quotation marks of a word processor, or with the
 /// parentheses of a tuple; `None` for other values.
 fn other_signs(value: &str) -> Option<String> {
-    const QUOTES: [char; 8] = ['“', '”', '„', '‘', '’', '‚', '«', '»'];
     if value.starts_with(QUOTES) {
         let text = value.trim_matches(QUOTES);
         return Some(match text.parse::<f64>() {
@@ -213,6 +293,11 @@ fn other_signs(value: &str) -> Option<String> {
 pub(super) fn key_below(text: &str, line: usize, name: &str) -> String {
     let above = text.lines().take(line - 1).map(str::trim);
     let headers = above.filter_map(|line| line.strip_prefix('[')?.split_once(']'));
+    // A line of a list is none.
+    let is_name = |table: &str| {
+        table.trim_start_matches(['[', ' ']).starts_with(|c: char| c.is_ascii_alphabetic())
+    };
+    let headers = headers.filter(|(table, _)| is_name(table));
     match headers.last() {
         Some((table, _)) => format!("{}.{name}", table.trim()),
         None => name.to_owned(),
@@ -223,20 +308,52 @@ pub(super) fn key_below(text: &str, line: usize, name: &str) -> String {
 struct DecimalComma<'a> {
     /// Its key, with the inline tables around it: `driver.coils.duty`.
     name: String,
-    /// The number.
+    /// The number, with the unit behind it.
     value: &'a str,
-    /// The number with a decimal point.
-    point: String,
+    /// What to write.
+    advice: String,
 }
 
 /// Looks for the first number of a line with a decimal comma.
 fn decimal_comma(line: &str) -> Option<DecimalComma<'_>> {
     assignments(line).into_iter().find_map(|(name, begin)| {
         let value = line[begin..].trim_start();
-        let value = value.split(['}', '#', ' ', '\t']).next().unwrap_or_default();
-        let value = value.trim_end_matches(',');
-        Some(DecimalComma { name, value, point: with_point(value)? })
+        let value = value.split(['}', '#']).next().unwrap_or_default().trim_end();
+        let is_of_number = |c: char| c.is_ascii_digit() || "+-,".contains(c);
+        let length = value.find(|c: char| !is_of_number(c)).unwrap_or(value.len());
+        let (number, rest) = value.split_at(length);
+        let unit = if number.ends_with(',') { "" } else { rest.split(',').next()?.trim_end() };
+        let number = number.trim_end_matches(',');
+        let advice = decimal_point(number)?;
+        if is_unit(unit) {
+            let value = &value[..length + unit.len()];
+            let advice = "must be a number alone, with a decimal point".to_owned();
+            return Some(DecimalComma { name, value, advice });
+        }
+        (rest.is_empty() || rest.starts_with([' ', '\t']) || value[..length].ends_with(','))
+            .then_some(DecimalComma { name, value: number, advice })
     })
+}
+
+/// Returns whether the text behind a number is its unit.
+fn is_unit(text: &str) -> bool {
+    let is_begin = |c: char| c.is_alphabetic() || "/%°".contains(c);
+    text.trim_start().starts_with(is_begin) && !text.contains('=')
+}
+
+/// Returns what to write for a number with a decimal comma; `None` for any other text. Before three
+/// digits the comma may stand between thousands.
+fn decimal_point(text: &str) -> Option<String> {
+    let point = with_point(text)?;
+    match thousands(text) {
+        Some(whole) => {
+            let shown = point.trim_end_matches('0');
+            let shown = if shown.ends_with('.') { format!("{shown}0") } else { shown.to_owned() };
+            let what = "must have a decimal point, or nothing between its thousands";
+            Some(format!("{what}: write {shown} or {whole}"))
+        }
+        None => Some(format!("must have a decimal point: write {point}")),
+    }
 }
 
 /// Returns the keys of a line, with the inline tables around them, and where their values begin,
@@ -256,13 +373,6 @@ fn assignments(line: &str) -> Vec<(String, usize)> {
         begin = place + 1;
     }
     found
-}
-
-/// Returns a number with a decimal comma with a decimal point; `None` for any other text.
-fn with_point(text: &str) -> Option<String> {
-    let (whole, decimals) = text.split_once(',')?;
-    let is_it = is_digits(whole.trim_start_matches(['-', '+'])) && is_digits(decimals);
-    is_it.then(|| format!("{whole}.{decimals}"))
 }
 
 /// Returns a list with points in place of the commas between two digits; a list with points is not
@@ -287,16 +397,10 @@ fn next_key(value: &str) -> Option<(&str, &str)> {
     (!before.contains('{')).then_some((before.trim(), name))
 }
 
-/// Returns whether a list has `true` and `false` only.
-fn has_booleans_alone(list: &str) -> bool {
-    let items = list.trim_matches(['[', ']']).split(',').map(str::trim);
-    items.filter(|item| !item.is_empty()).all(|item| ["true", "false"].contains(&item))
-}
-
 /// Returns the message about a line with a list of numbers whose decimals begin with a zero, which
 /// TOML refuses: `[0,05, 0,27, 0,325]`.
 fn list_with_commas(line: &str) -> Option<String> {
-    let value = without_comment(&line[line.find('[')?..]).trim();
+    let value = without_comment(&line[line.find('[')?..]).trim().trim_end_matches([',', ';']);
     let (_, numbers) = innermost_lists(value).into_iter().find(|(_, numbers)| {
         let has_zero = |number: &&str| number.len() > 1 && number.starts_with('0');
         numbers.iter().map(|text| text.trim_start_matches('-')).any(|number| has_zero(&number))
@@ -411,6 +515,20 @@ mod tests {
             ),
             ("0.8 sense_resistor = 0.15", "must have a comma between 0.8 and `sense_resistor`"),
             ("[True, False, False]", "must be in small letters: write [true, false, false]"),
+            ("[True; False; False]", "must be true or false: write [true, false, false]"),
+            ("[yes, no, no]", "must be true or false: write [true, false, false]"),
+            ("yes", "must be true or false: write true"),
+            (
+                "[[0,6; 0,3; 0,3]; [0,65; 0,3; 0,3]]",
+                "must have decimal points, and commas between: write [[0.6, 0.3, 0.3], [0.65, \
+                 0.3, 0.3]]",
+            ),
+            ("[“A”, „B“]", "must be in plain quotation marks: write [\"A\", \"B\"]"),
+            ("[‘A’, ‘B’]", "must be in plain quotation marks: write [\"A\", \"B\"]"),
+            ("[–1.0, 1.0]", "must have a plain minus sign: write [-1.0, 1.0]"),
+            ("[−1,5; 1,0]", "must have a plain minus sign: write [-1.5, 1.0]"),
+            ("—0.04", "must have a plain minus sign: write -0.04"),
+            ("−0,04", "must have a plain minus sign: write -0.04"),
             ("“110”", "must be a number without quotation marks: write 110"),
             ("1,000.0", "must have nothing between its thousands: write 1000.0"),
             ("1.000,5", "must have nothing between its thousands: write 1000.5"),
@@ -435,12 +553,56 @@ mod tests {
 
     #[test]
     fn a_decimal_comma_is_found_with_the_tables_around_it() {
-        let name = |line| decimal_comma(line).map(|it| format!("{} {}", it.name, it.point));
-        let found = |text: &str| Some(text.to_owned());
-        assert_eq!(name("gain = 0,5"), found("gain 0.5"));
-        assert_eq!(name("a = { b = { c = 1, d = 0,5 } }"), found("a.b.d 0.5"));
-        assert_eq!(name("a = { b = { c = 1 }, d = 0,5 }"), found("a.d 0.5"));
-        assert_eq!(name("a = { b = 1 }"), None);
+        let point = "must have a decimal point";
+        let thousands = format!("{point}, or nothing between its thousands: write");
+        let alone = "must be a number alone, with a decimal point";
+        for (line, name, value, advice) in [
+            ("gain = 0,5", "gain", "0,5", format!("{point}: write 0.5")),
+            ("a = { b = { c = 1, d = 0,5 } }", "a.b.d", "0,5", format!("{point}: write 0.5")),
+            ("a = { b = { c = 1 }, d = 0,5, e = 1 }", "a.d", "0,5", format!("{point}: write 0.5")),
+            ("a = 0,5 # m", "a", "0,5", format!("{point}: write 0.5")),
+            ("a = { b = 0,5 c = 1 }", "a.b", "0,5", format!("{point}: write 0.5")),
+            ("a = 1,100", "a", "1,100", format!("{thousands} 1.1 or 1100")),
+            ("a = -1,000", "a", "-1,000", format!("{thousands} -1.0 or -1000")),
+            ("a = 0,100", "a", "0,100", format!("{point}: write 0.100")),
+            ("a = 0,4 cm", "a", "0,4 cm", alone.to_owned()),
+            ("a = { b = 2,5cm, c = 1 }", "a.b", "2,5cm", alone.to_owned()),
+            ("a = 2,5 mm/s # 1", "a", "2,5 mm/s", alone.to_owned()),
+        ] {
+            let found = decimal_comma(line).unwrap();
+            let found = (found.name.as_str(), found.value, found.advice);
+            assert_eq!(found, (name, value, advice), "{line}");
+        }
+        for line in ["a = { b = 1 }", "a = 1,000,000", "a = 0,5.1", "a = [0,5]", "a = \"0,5\""] {
+            assert!(decimal_comma(line).is_none(), "{line}");
+        }
+    }
+
+    #[test]
+    fn a_list_of_several_lines_is_answered_with_its_key() {
+        let points =
+            "must have decimal points, and commas between: for [0,6; 0,3] write [0.6, 0.3]";
+        let semicolon = "must have commas between lists: for [1, 2]; write [1, 2],";
+        let commas = "must have commas: for [0.6; 0.3] write [0.6, 0.3]";
+        for (list, line, says) in [
+            ("[\n  [0,6; 0,3],\n  [0,5; 0,3],\n]", 3, points),
+            ("[\n  [1, 2],\n  [0,6; 0,3]]", 4, points),
+            ("[[0.6; 0.3],\n  [1, 2]]", 2, commas),
+            ("[\n  [0.6; 0.3];\n  [1, 2]\n]", 3, commas),
+            ("[\n  [1, 2];\n  [3, 4]\n]", 3, semicolon),
+            ("[\n  (1, 2),\n  [3, 4]\n]", 3, "must be in square brackets: for (1, 2) write [1, 2]"),
+            ("[\n  [1, 2] # a\n\n  [3, 4]\n]", 5, "must have a comma between 2] and [3"),
+        ] {
+            let text = format!("[t]\na = {list}\n");
+            let (_, errors) = DeTable::parse_recoverable(&text);
+            let found = SyntaxMistake::of(&text, &errors[0]);
+            let found = (found.line, found.key.as_str(), found.message.as_str());
+            assert_eq!(found, (line, "t.a", says), "{text}");
+        }
+        let text = "[a]\nb = [\n  [1, 2],\n]\nworkspace] # c\n";
+        let (_, errors) = DeTable::parse_recoverable(text);
+        let message = SyntaxMistake::of(text, &errors[0]).message;
+        assert_eq!(message, "a `[` is missing: write [workspace]");
     }
 
     #[test]

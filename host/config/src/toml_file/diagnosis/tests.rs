@@ -129,3 +129,11 @@ fn a_misspelt_key_is_one_mistake() {
     let text = "[rig]\ngain = 2\nzzzzz = 3\nat = [1, 2]\n";
     assert_eq!(mistakes(text), expected(&[(1, "rig.steps", ""), (3, "rig.zzzzz", "")]));
 }
+
+#[test]
+fn a_key_with_its_table_below_that_table_is_answered_with_the_rest() {
+    let text = "[rig]\nrig.gain = 2\nsteps = 3\nat = [1, 2]\n";
+    let mistakes = diagnose::<File>(text, PLACEHOLDERS).mistakes;
+    let message = "is no key of this file: write `gain` below [rig]";
+    assert!(mistakes.iter().any(|it| it.message == message), "{mistakes:#?}");
+}

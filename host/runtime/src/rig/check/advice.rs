@@ -1,7 +1,10 @@
 //! What to write in place of a mistake, for mistakes that people make in files that they edit.
 
 use plumb_cameras::settings::kinect;
+use plumb_config::booleans::with_numbers;
+use plumb_config::digit_groups::{thousands, with_point};
 use plumb_config::pin_names::named_pins;
+use plumb_config::reference::Key;
 use plumb_config::toml_file::Mistake;
 
 use super::Document;
@@ -18,6 +21,18 @@ fn marked_ohms(mark: &str) -> Option<f64> {
     let digits = mark.strip_prefix(['R', 'r'])?;
     let is_mark = !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_digit());
     is_mark.then(|| format!("0.{digits}").parse().ok())?
+}
+
+/// Returns the power of ten between a common unit and that of a key: -3 of `mm` for metres; `None`
+/// for other units. A key's own unit has 0.
+fn power_of_ten(written: &str, unit: &str) -> Option<i8> {
+    match (unit, written) {
+        _ if unit == written => Some(0),
+        ("m", "cm") | ("m/s", "cm/s") => Some(-2),
+        ("m", "mm") | ("s", "ms") | ("m/s", "mm/s") | ("A", "mA") => Some(-3),
+        ("s", "µs" | "μs" | "us") => Some(-6),
+        _ => None,
+    }
 }
 
 impl Document<'_> {
@@ -41,8 +56,16 @@ impl Document<'_> {
         if let Some(advice) = named_pins(&value.replace(['"', '\''], "")).filter(|_| is_pin(key)) {
             return Some(advice);
         }
-        if let Some(number) = self.in_its_unit(key, bare) {
-            return Some(format!("must be a number alone, without its unit: write {number}"));
+        if let Some(advice) = self.in_its_unit(key, bare) {
+            return Some(advice);
+        }
+        if let Some(advice) = self.unknown_header(mistake) {
+            return Some(advice);
+        }
+        if let Some(booleans) =
+            with_numbers(value).filter(|_| message.ends_with("expected true or false"))
+        {
+            return Some(format!("must be true or false: write {booleans}"));
         }
         if let Some(ohms) = marked_ohms(bare).filter(|_| key.ends_with(".sense_resistor")) {
             return Some(format!("must be in ohms, and not the mark on a resistor: write {ohms}"));
@@ -50,7 +73,8 @@ impl Document<'_> {
         if let Some(whole) = value.strip_suffix(".0").filter(|_| message.contains("whole number")) {
             return Some(format!("must be a whole number, without a point: write {whole}"));
         }
-        if let Some(places) = (key == "targets").then(|| unreadable(value)).flatten() {
+        let is_unknown = key == "targets" && !message.contains(": write ");
+        if let Some(places) = is_unknown.then(|| unreadable(value)).flatten() {
             return Some(places);
         }
         let is_place = key == "targets" && value.starts_with('[') && !value.starts_with("[[");
@@ -58,18 +82,59 @@ impl Document<'_> {
             .then(|| format!("must be a list of places: write [{value}]"))
     }
 
-    /// Returns the number of a value with the unit of its key behind it: 0.8 of `0.8 A`. `None` for
-    /// other values.
-    fn in_its_unit<'v>(&self, key: &str, value: &'v str) -> Option<&'v str> {
-        let unit = self.key(key).map(|key| key.unit.as_str()).filter(|unit| *unit != "1")?;
-        let number = value.strip_suffix(unit).filter(|it| it.len() < value.len())?.trim_end();
-        (self.is_number(key) && number.parse::<f64>().is_ok()).then_some(number)
+    /// Returns what is wrong with a number and its unit, and what to write in the unit of its key:
+    /// 0.004 of `0,4 cm` for a key in metres. `None` for other values.
+    fn in_its_unit(&self, key: &str, value: &str) -> Option<String> {
+        let unit = self.key(key).filter(|_| self.is_number(key))?.unit.as_str();
+        let length = value.find(|c: char| !c.is_ascii_digit() && !"+-.,".contains(c))?;
+        let (number, written) = (&value[..length], value[length..].trim());
+        // A comma before three digits may stand between thousands.
+        let point = with_point(number).filter(|_| thousands(number).is_none());
+        let point = point.as_deref().unwrap_or(number);
+        let in_unit = power_of_ten(written, unit)
+            .and_then(|power| format!("{point}e{power}").parse::<f64>().ok());
+        match in_unit {
+            _ if unit.is_empty() || unit == "1" => None,
+            Some(_) if written == unit => {
+                Some(format!("must be a number alone, without its unit: write {point}"))
+            }
+            Some(number) => {
+                Some(format!("must be a number in {unit}, without a unit: write {number}"))
+            }
+            None => with_point(number)
+                .filter(|_| !written.is_empty())
+                .map(|_| format!("must be a number alone in {unit}, with a decimal point")),
+        }
+    }
+
+    /// Returns what is wrong with the line of a table that the file does not have; `None` for other
+    /// mistakes, and where the message names a similar table.
+    fn unknown_header(&self, mistake: &Mistake) -> Option<String> {
+        let Mistake { key, line, message, .. } = mistake;
+        let line = self.text.lines().nth((*line)? - 1)?;
+        if !line.trim().starts_with('[') || !message.starts_with("is no key of this file: remove") {
+            return None;
+        }
+        let name = key.rsplit('.').next()?;
+        let mut tables: Vec<&str> = Vec::new();
+        for Key { name, .. } in &self.keys {
+            let within = name.match_indices('.').map(|(dot, _)| &name[..dot]);
+            tables.extend(within.filter(|table| !tables.contains(table)).collect::<Vec<_>>());
+        }
+        let is_meant = |table: &&&str| {
+            name.len() > 2 && table.split('.').next_back().is_some_and(|it| it.starts_with(name))
+        };
+        if let Some(table) = tables.iter().find(is_meant) {
+            return Some(format!("is no table of this file; did you mean [{table}]?"));
+        }
+        tables.retain(|table| !table.contains('.'));
+        Some(format!("is no table of this file; its tables: {}", tables.join(", ")))
     }
 
     /// Returns what to write in place of a name alone that has required keys: of `driver =
     /// "coils"` it is `driver.coils = { duty = 0.8 }`.
     fn choice(&self, mistake: &Mistake) -> Option<String> {
-        let name = mistake.value.strip_prefix(['"', '\''])?.strip_suffix(['"', '\''])?;
+        let name = mistake.value.trim_matches(['"', '\'']);
         let full = format!("{}.{name}.", mistake.key);
         let keys =
             self.keys.iter().filter(|key| key.is_required).filter_map(|key| {

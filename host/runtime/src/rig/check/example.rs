@@ -8,6 +8,13 @@ impl Document<'_> {
     /// Returns the end of a sentence: an example of the key `name` that can be copied to its line.
     /// Where the file does not have the key, the text says below which table it belongs.
     pub(super) fn example(&self, name: &str, value: &str) -> String {
+        let target = (name == "targets").then(|| self.middle());
+        let value = match &target {
+            Some(Some(target)) => target,
+            // One outside the workspace would be the next mistake.
+            Some(None) => return String::new(),
+            None => value,
+        };
         if let Some(written) = self.written(name) {
             return format!(", for example `{written} = {value}`");
         }
@@ -21,6 +28,20 @@ impl Document<'_> {
             }
         }
         format!(", for example `{name} = {value}` at the top of the file")
+    }
+
+    /// Returns a target in the middle of the workspace, to the millimetre; `None` where the text
+    /// has no workspace that can be read.
+    fn middle(&self) -> Option<String> {
+        let corner = |key: &str| -> Option<Vec<f64>> {
+            let value = place(self.text, key)?.value;
+            let list = value.strip_prefix('[')?.strip_suffix(']')?;
+            list.split(',').map(|number| number.trim().parse().ok()).collect()
+        };
+        let (min, max) = (corner("workspace.min")?, corner("workspace.max")?);
+        let middle = min.iter().zip(&max).map(|(min, max)| ((min + max) * 500.0).round() / 1e3);
+        let middle: Vec<f64> = middle.collect();
+        (min.len() == 3 && max.len() == 3).then(|| format!("[{middle:?}]"))
     }
 
     /// Returns the key `name` as its line has it, without the table that it stands in: `max_rate`

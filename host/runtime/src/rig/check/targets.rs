@@ -73,9 +73,21 @@ pub(super) fn no_place(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
     Some(document.finding(Severity::Error, keys, problem))
 }
 
-/// Returns the warning about the first target at the border of the workspace.
+/// Returns the warning about the first target at the border of the workspace, or about a radius of
+/// "reached" for which every place is at the border.
 pub(super) fn at_border(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
     let target = rig.target_at_border(rig.target_places())?;
+    let (min, max) = (rig.workspace.min, rig.workspace.max);
+    let widths = min.iter().zip(&max).map(|(min, max)| max.get() - min.get());
+    let room = widths.fold(f64::INFINITY, f64::min) / 2.0;
+    if room < target.enough_m {
+        let problem = format!(
+            "is larger than the room for the ball: no place is more than {:.0} mm from the border \
+             of the workspace, and the board stops if the ball swings across it",
+            room * 1e3
+        );
+        return Some(document.finding(Severity::Warning, &["reached.radius"], problem));
+    }
     let problem = format!("put target {} {target}", target.number);
     let keys = ["targets", "workspace.min", "workspace.max"];
     Some(document.finding(Severity::Warning, &keys, problem))

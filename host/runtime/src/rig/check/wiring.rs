@@ -1,5 +1,6 @@
 //! Wirings that the board refuses, by the keys of the rig file.
 
+use plumb_config::toml_file::place;
 use plumb_protocol::boards::Board;
 use plumb_protocol::units::Nanoseconds;
 use plumb_protocol::wiring::{Drivers, Line, PinError, Wiring, WiringError};
@@ -16,7 +17,15 @@ pub(super) fn finding(
     error: WiringError,
 ) -> Finding {
     let OutOfRange { key, why, .. } = refusal(rig, wiring, error);
-    document.finding(Severity::Error, &[key], why)
+    match error {
+        WiringError::Pin(line, PinError::Twice) if place(document.text, key).is_none() => {
+            let other = other_line(wiring, line).map_or(key, self::key);
+            let why =
+                format!("{why}; this is the default of `{key}`, which the file does not have");
+            document.finding(Severity::Error, &[key, other], why)
+        }
+        _ => document.finding(Severity::Error, &[key], why),
+    }
 }
 
 /// Returns the refusal of the wiring of `rig` for `error`, with the key that it follows from.
@@ -106,9 +115,20 @@ fn latching_input(wiring: &Wiring) -> String {
     )
 }
 
+/// Returns the pin of a line.
+fn pin_of(wiring: &Wiring, line: Line) -> u8 {
+    wiring.lines().find(|(other, _)| *other == line).map_or(0, |(_, pin)| pin)
+}
+
+/// Returns the other line at the pin of `line`.
+fn other_line(wiring: &Wiring, line: Line) -> Option<Line> {
+    let pin = pin_of(wiring, line);
+    wiring.lines().find(|(other, at)| *other != line && *at == pin).map(|(other, _)| other)
+}
+
 /// Returns what is wrong with the pin of a line.
 fn problem(wiring: &Wiring, line: Line, error: PinError) -> String {
-    let pin = wiring.lines().find(|(other, _)| *other == line).map_or(0, |(_, pin)| pin);
+    let pin = pin_of(wiring, line);
     let board = wiring.board;
     match error {
         PinError::Missing => format!("puts {line} at GP{pin}, which {board} does not have"),
@@ -118,8 +138,8 @@ fn problem(wiring: &Wiring, line: Line, error: PinError) -> String {
         }
         PinError::NoUart => format!("puts {line} at GP{pin}, where {board} does not have it"),
         PinError::Twice => {
-            let user = wiring.lines().find(|(other, at)| *other != line && *at == pin);
-            let user = user.map_or_else(|| "the drivers".to_owned(), |(user, _)| user.to_string());
+            let user = other_line(wiring, line);
+            let user = user.map_or_else(|| "the drivers".to_owned(), |user| user.to_string());
             format!("puts {line} at GP{pin}, where {user} is too")
         }
     }
