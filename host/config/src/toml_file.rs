@@ -14,7 +14,8 @@ use crate::bounded_read::{ReadError, excerpt, read_text};
 use crate::misspelt::nearest;
 use crate::type_words::in_words;
 
-use syntax::{SyntaxMistake, lists_with_commas};
+use lists::lists_with_commas;
+use syntax::SyntaxMistake;
 
 pub use diagnosis::{Diagnosis, Mistake, diagnose};
 pub use items::{WrongItem, wrong_items};
@@ -22,7 +23,9 @@ pub use items::{WrongItem, wrong_items};
 mod brackets;
 mod diagnosis;
 mod items;
+mod lists;
 mod syntax;
+mod values;
 
 /// Most bytes of a file. Parsing takes about 60 times as much memory.
 pub const MAX_BYTES: u64 = 1 << 20;

@@ -11,7 +11,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, Error};
 
 use super::brackets::unclosed;
-use super::syntax::{SyntaxMistake, lists_with_commas};
+use super::lists::lists_with_commas;
+use super::syntax::SyntaxMistake;
 use super::{KeyPath, expected_name, key_at, line_at, one_line};
 use crate::type_words::in_words;
 

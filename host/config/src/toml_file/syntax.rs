@@ -1,15 +1,12 @@
 //! Errors of syntax, and decimal commas, in words: the key, its value, and what to write.
 
-use std::ops::Range;
-
-use toml::Spanned;
-use toml::de::{DeTable, DeValue, Error};
+use toml::de::{DeTable, Error};
 
 use super::brackets::{unclosed, unquoted};
+use super::lists::{list_with_commas, missing_comma};
+use super::values::value_mistake;
 use super::{line_at, one_line};
-use crate::booleans::booleans;
-use crate::digit_groups::{is_digits, thousands, with_point, without_groups};
-use crate::pin_names::named_pins;
+use crate::digit_groups::{thousands, with_point};
 use crate::type_words::in_words;
 
 /// Mistake in the syntax of a file.
@@ -183,110 +180,11 @@ fn value_at(line: &str, begin: usize) -> &str {
 }
 
 /// Returns a value without the comment behind it.
-fn without_comment(value: &str) -> &str {
+pub(super) fn without_comment(value: &str) -> &str {
     match unquoted(value).last() {
         Some((comment, '#')) => &value[..*comment],
         _ => value,
     }
-}
-
-/// Returns what is wrong with a value that people write, and what to write; `None` where that is
-/// not known.
-fn value_mistake(value: &str) -> Option<String> {
-    if let Some(message) = named_pins(value) {
-        return Some(message);
-    }
-    if let Some(message) = typeset(value) {
-        return Some(message);
-    }
-    if let Some(booleans) = booleans(value).filter(|it| it != value) {
-        let is_large = booleans == value.to_lowercase();
-        let what = if is_large { "in small letters" } else { "true or false" };
-        return Some(format!("must be {what}: write {booleans}"));
-    }
-    let is_word = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
-    if value.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/')
-        && value.chars().all(is_word)
-    {
-        return Some(format!("must be in quotation marks: write \"{value}\""));
-    }
-    if let Some((before, name)) = next_key(value) {
-        return Some(format!("must have a comma between {before} and `{name}`"));
-    }
-    if value.starts_with('[') && value.contains(';') && !value.contains(['"', '\'']) {
-        let points = with_decimal_points(value);
-        let what = if points == value { "commas" } else { "decimal points, and commas between" };
-        return Some(format!("must have {what}: write {}", points.replace(';', ",")));
-    }
-    if let Some(number) = without_groups(value) {
-        return Some(format!("must have nothing between its thousands: write {number}"));
-    }
-    if is_number_with_more(value) {
-        return Some("must be a number alone, without a unit or a fraction".to_owned());
-    }
-    let items = || value.split([',', '[', ']']).map(str::trim);
-    if value.starts_with('[') && !value.contains(['"', '\'']) && items().any(is_number_with_more) {
-        return Some("must have numbers alone, without units or fractions".to_owned());
-    }
-    other_signs(value)
-}
-
-/// Returns whether a value is a number with a unit or a divisor behind it: `110 steps/s`, `1/16`.
-fn is_number_with_more(value: &str) -> bool {
-    let digits = value.trim_start_matches(['-', '+']);
-    let more = digits.trim_start_matches(|c: char| c.is_ascii_digit());
-    let more = more.strip_prefix('.').unwrap_or(more);
-    let more = more.trim_start_matches(|c: char| c.is_ascii_digit());
-    let has_prefix = ["0x", "0o", "0b"].iter().any(|prefix| digits.starts_with(prefix));
-    let is_more = |c: char| c.is_alphabetic() || "/%°".contains(c);
-    digits.starts_with(|c: char| c.is_ascii_digit())
-        && !has_prefix
-        && more.trim_start().starts_with(is_more)
-}
-
-/// Quotation marks of a word processor.
-const QUOTES: [char; 8] = ['“', '”', '„', '‘', '’', '‚', '«', '»'];
-
-/// Signs of a word processor for a minus: two dashes, and the minus of formulas.
-const MINUS_SIGNS: [char; 3] = ['–', '—', '−'];
-
-/// Returns the message about a number or list with the minus signs of a word processor, or a list
-/// with its quotation marks; `None` for other values.
-fn typeset(value: &str) -> Option<String> {
-    let is_list = value.starts_with('[');
-    let (what, plain) = if is_list && value.contains(QUOTES) {
-        ("be in plain quotation marks", value.replace(QUOTES, "\""))
-    } else if value.contains(MINUS_SIGNS) && !value.contains(['"', '\'']) {
-        let minus = value.replace(MINUS_SIGNS, "-");
-        let points = if is_list && minus.contains(';') {
-            Some(with_decimal_points(&minus).replace(';', ","))
-        } else {
-            with_point(&minus)
-        };
-        ("have a plain minus sign", points.unwrap_or(minus))
-    } else {
-        return None;
-    };
-    let is_read = DeTable::parse(&format!("x = {plain}")).is_ok();
-    is_read.then(|| format!("must {what}: write {plain}"))
-}
-
-/// Returns the message about a value in the quotation marks of a word processor, or with the
-/// parentheses of a tuple; `None` for other values.
-fn other_signs(value: &str) -> Option<String> {
-    if value.starts_with(QUOTES) {
-        let text = value.trim_matches(QUOTES);
-        return Some(match text.parse::<f64>() {
-            Ok(_) => format!("must be a number without quotation marks: write {text}"),
-            Err(_) => format!("must be in plain quotation marks: write \"{text}\""),
-        });
-    }
-    (value.starts_with(['(', '[']) && value.contains('(') && !value.contains(['"', '\''])).then(
-        || {
-            let list = value.replace('(', "[").replace(')', "]");
-            format!("must be in square brackets: write {list}")
-        },
-    )
 }
 
 /// Returns the key `name` of a line with the table that it is in.
@@ -375,181 +273,9 @@ fn assignments(line: &str) -> Vec<(String, usize)> {
     found
 }
 
-/// Returns a list with points in place of the commas between two digits; a list with points is not
-/// changed. Semicolons stand between its numbers.
-fn with_decimal_points(list: &str) -> String {
-    let mut points = list.to_owned();
-    let is_digit = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_digit);
-    let bytes = list.as_bytes();
-    for (place, _) in list.match_indices(',').filter(|_| !list.contains('.')) {
-        if is_digit(bytes[..place].last()) && is_digit(bytes.get(place + 1)) {
-            points.replace_range(place..=place, ".");
-        }
-    }
-    points
-}
-
-/// Returns the value in braces before a key that no comma separates from it, and that key: 0.8 and
-/// `mode` of `0.8 mode = "spreadcycle"`.
-fn next_key(value: &str) -> Option<(&str, &str)> {
-    let (equals, _) = unquoted(value).into_iter().find(|(_, c)| *c == '=')?;
-    let (before, name) = value[..equals].trim().rsplit_once(char::is_whitespace)?;
-    (!before.contains('{')).then_some((before.trim(), name))
-}
-
-/// Returns the message about a line with a list of numbers whose decimals begin with a zero, which
-/// TOML refuses: `[0,05, 0,27, 0,325]`.
-fn list_with_commas(line: &str) -> Option<String> {
-    let value = without_comment(&line[line.find('[')?..]).trim().trim_end_matches([',', ';']);
-    let (_, numbers) = innermost_lists(value).into_iter().find(|(_, numbers)| {
-        let has_zero = |number: &&str| number.len() > 1 && number.starts_with('0');
-        numbers.iter().map(|text| text.trim_start_matches('-')).any(|number| has_zero(&number))
-    })?;
-    Some(pairs_message(value, &numbers))
-}
-
-/// Returns the lists in `value` that have no list in them and whole numbers only: their places with
-/// their brackets, bytes, and their numbers.
-fn innermost_lists(value: &str) -> Vec<(Range<usize>, Vec<&str>)> {
-    let lists = value.match_indices('[').filter_map(|(begin, _)| {
-        let list = &value[begin + 1..];
-        let list = &list[..list.find([']', '['])?];
-        let numbers = list.split(',').map(str::trim).filter(|it| !it.is_empty());
-        let numbers: Vec<&str> = numbers.collect();
-        let are_whole = numbers.iter().all(|number| is_digits(number.trim_start_matches('-')));
-        (are_whole && !numbers.is_empty()).then(|| (begin..begin + list.len() + 2, numbers))
-    });
-    lists.collect()
-}
-
-/// Returns the message about a line with two numbers or lists that have no comma between them:
-/// `[0.05 0.27, 0.325]`.
-fn missing_comma(line: &str) -> Option<String> {
-    let line = without_comment(line);
-    let list = &line[line.find('[')?..];
-    if list.contains(['"', '\'', '{', '=', ';']) {
-        return None;
-    }
-    let words: Vec<&str> = list.split_whitespace().collect();
-    let is_end = |word: &str| word.ends_with(|c: char| c.is_ascii_digit() || ".]".contains(c));
-    let is_begin =
-        |word: &str| word.starts_with(|c: char| c.is_ascii_digit() || "-+.[".contains(c));
-    let gap = words.windows(2).find(|pair| is_end(pair[0]) && is_begin(pair[1]))?;
-    let (before, behind) = (gap[0].trim_start_matches('['), gap[1].trim_end_matches([',', ']']));
-    Some(format!("must have a comma between {before} and {behind}"))
-}
-
-/// Least number of whole numbers of a list that are taken for fewer numbers with decimal commas: no
-/// key has so many numbers.
-const LEAST_NUMBERS: usize = 5;
-
-/// Returns the keys with a list whose commas are the decimal sign too: it has whole numbers only,
-/// and too many of them. The crate `toml` ignores the numbers at the end of such a list.
-pub(super) fn lists_with_commas(text: &str, table: &DeTable<'_>) -> Vec<SyntaxMistake> {
-    let mut found = Vec::new();
-    search(text, table, "", &mut found);
-    found
-}
-
-fn search(text: &str, table: &DeTable<'_>, prefix: &str, found: &mut Vec<SyntaxMistake>) {
-    for (name, value) in table {
-        let key = format!("{prefix}{}", name.get_ref());
-        if let DeValue::Table(table) = value.get_ref() {
-            search(text, table, &format!("{key}."), found);
-        } else if let Some(numbers) = commas_in(text, value) {
-            let line = line_at(text, value.span().start);
-            let value = text.get(value.span()).unwrap_or_default().to_owned();
-            let message = pairs_message(&value, &numbers);
-            found.push(SyntaxMistake { line, key, value, message });
-        }
-    }
-}
-
-/// Returns the numbers of the first list in `value` whose commas are the decimal sign too.
-fn commas_in<'a>(text: &'a str, value: &Spanned<DeValue<'_>>) -> Option<Vec<&'a str>> {
-    let DeValue::Array(list) = value.get_ref() else { return None };
-    let is_whole = |it: &Spanned<DeValue<'_>>| matches!(it.get_ref(), DeValue::Integer(_));
-    if list.len() >= LEAST_NUMBERS && list.iter().all(is_whole) {
-        return Some(list.iter().filter_map(|it| text.get(it.span())).collect());
-    }
-    list.iter().find_map(|value| commas_in(text, value))
-}
-
-/// Returns the message about `value`, one of whose lists has these `numbers`: the parts before and
-/// behind decimal commas.
-fn pairs_message(value: &str, numbers: &[&str]) -> String {
-    let what = "has commas as the decimal sign and between its numbers: write points";
-    if !numbers.len().is_multiple_of(2) {
-        return format!("{what}, as in [0.4, 0.5, 0.2]");
-    }
-    let list = |numbers: &[&str]| {
-        let points = numbers.chunks(2).map(|pair| pair.join(".")).collect::<Vec<_>>();
-        format!("[{}]", points.join(", "))
-    };
-    if value.contains('\n') {
-        return format!("{what}, {}", list(numbers));
-    }
-    let mut points = value.to_owned();
-    // A place has as many numbers in each list.
-    let lists = innermost_lists(value).into_iter().filter(|(_, it)| it.len() == numbers.len());
-    for (place, numbers) in lists.rev() {
-        points.replace_range(place, &list(&numbers));
-    }
-    format!("{what}, {points}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn what_people_write_is_answered_with_what_to_write() {
-        for (value, answer) in [
-            ("TMC2209", "must be in quotation marks: write \"TMC2209\""),
-            ("/dev/ttyACM0", "must be in quotation marks: write \"/dev/ttyACM0\""),
-            ("True", "must be in small letters: write true"),
-            ("[0.1; 0.2; 3]", "must have commas: write [0.1, 0.2, 3]"),
-            (
-                "[[0,6; 0,27; -1]]",
-                "must have decimal points, and commas between: write [[0.6, 0.27, -1]]",
-            ),
-            ("0.8 sense_resistor = 0.15", "must have a comma between 0.8 and `sense_resistor`"),
-            ("[True, False, False]", "must be in small letters: write [true, false, false]"),
-            ("[True; False; False]", "must be true or false: write [true, false, false]"),
-            ("[yes, no, no]", "must be true or false: write [true, false, false]"),
-            ("yes", "must be true or false: write true"),
-            (
-                "[[0,6; 0,3; 0,3]; [0,65; 0,3; 0,3]]",
-                "must have decimal points, and commas between: write [[0.6, 0.3, 0.3], [0.65, \
-                 0.3, 0.3]]",
-            ),
-            ("[“A”, „B“]", "must be in plain quotation marks: write [\"A\", \"B\"]"),
-            ("[‘A’, ‘B’]", "must be in plain quotation marks: write [\"A\", \"B\"]"),
-            ("[–1.0, 1.0]", "must have a plain minus sign: write [-1.0, 1.0]"),
-            ("[−1,5; 1,0]", "must have a plain minus sign: write [-1.5, 1.0]"),
-            ("—0.04", "must have a plain minus sign: write -0.04"),
-            ("−0,04", "must have a plain minus sign: write -0.04"),
-            ("“110”", "must be a number without quotation marks: write 110"),
-            ("1,000.0", "must have nothing between its thousands: write 1000.0"),
-            ("1.000,5", "must have nothing between its thousands: write 1000.5"),
-            ("-1'000", "must have nothing between its thousands: write -1000"),
-            ("1 000 000", "must have nothing between its thousands: write 1000000"),
-            ("110 steps/s", "must be a number alone, without a unit or a fraction"),
-            ("-0.5m", "must be a number alone, without a unit or a fraction"),
-            ("1/16", "must be a number alone, without a unit or a fraction"),
-            ("“tmc2209”", "must be in plain quotation marks: write \"tmc2209\""),
-            ("(0.6, 0.2)", "must be in square brackets: write [0.6, 0.2]"),
-            ("[[0.6, 0.2 m, 0.3]]", "must have numbers alone, without units or fractions"),
-            ("[GP10, 11,GPIO12]", "must have the numbers of the pins alone: write [10, 11, 12]"),
-            ("GP15", "must have the number of the pin alone: write 15"),
-            ("[(1, 2), (3, 4)]", "must be in square brackets: write [[1, 2], [3, 4]]"),
-        ] {
-            assert_eq!(value_mistake(value).as_deref(), Some(answer), "{value}");
-        }
-        for value in ["1.2.3", "1..2", "0x", "\"a", "[1, 2", "{ a = 1 }", "é", "-"] {
-            assert_eq!(value_mistake(value), None, "{value}");
-        }
-    }
 
     #[test]
     fn a_decimal_comma_is_found_with_the_tables_around_it() {
@@ -618,21 +344,6 @@ mod tests {
             let wrong = wrong_in_braces(line);
             let wrong = wrong.as_ref().map(|(name, value)| (name.as_str(), *value));
             assert_eq!(wrong, found, "{line}");
-        }
-    }
-
-    #[test]
-    fn a_missing_comma_is_found_between_numbers_and_lists_only() {
-        for (line, gap) in [
-            ("at = [0.85 0.61, 0.665]", "0.85 and 0.61"),
-            ("  [0.1, -0.2 -.3],  # 1 2", "-0.2 and -.3"),
-            ("min = [[1, 2] [3, 4]]", "2] and [3"),
-        ] {
-            let message = format!("must have a comma between {gap}");
-            assert_eq!(missing_comma(line), Some(message), "{line}");
-        }
-        for line in ["a = [1, 2]", "a = 1 2", "a = ['1 2']", "[table] # 1 2", "a = [1 , 2 ]"] {
-            assert_eq!(missing_comma(line), None, "{line}");
         }
     }
 
