@@ -219,8 +219,8 @@ impl CameraSettings {
         from == IntrinsicsFrom::Device
     }
 
-    /// Returns the columns and rows of the pictures that the camera of `source` is asked for; `None`
-    /// of a source that gives pictures of any size.
+    /// Returns the columns and rows of the pictures that the camera of `source` is asked for;
+    /// `None` of a source that gives pictures of any size.
     pub fn asked_size(&self, source: SourceName) -> Option<[u16; 2]> {
         match source {
             SourceName::Openni => Some([self.openni.width, self.openni.height]),
