@@ -8,9 +8,9 @@ use plumb_runtime::board_fault::{BoardFault, after_fault};
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
-use super::exit::ExitClass;
+use super::exit::{BAD_INPUT, ExitClass};
 use super::rig_args::PortArgs;
-use super::{Failure, failed};
+use super::{Failure, bad_input, failed};
 
 /// Opens the port, connects to the board of `rig` of `file`, and configures it.
 ///
@@ -99,7 +99,19 @@ pub(super) fn explained(error: impl ExitClass + 'static, file: &Path, port: &Por
             let (advice, file) = (after_fault(*fault), file.display());
             failed(format!("{stopped}. {advice} `plumb clear {file}{port}` clears it"))
         }
-        _ => error.into(),
+        Some(of_link) => in_short(of_link, &error),
+        None => error.into(),
+    }
+}
+
+/// Returns the failure of the error of the link, which is in the chain of `error`, with the exit
+/// code and the advice of that.
+fn in_short(of_link: &LinkError, error: &impl ExitClass) -> Failure {
+    let message = ErrorChain(of_link);
+    let failure = if error.exit_code() == BAD_INPUT { bad_input(message) } else { failed(message) };
+    match error.advice() {
+        Some(advice) => failure.with_advice(advice),
+        None => failure,
     }
 }
 

@@ -72,7 +72,11 @@ const MINUS_SIGNS: [char; 3] = ['–', '—', '−'];
 fn typeset(value: &str) -> Option<String> {
     let is_list = value.starts_with('[');
     let (what, plain) = if is_list && value.contains(QUOTES) {
-        ("be in plain quotation marks", value.replace(QUOTES, "\""))
+        let plain = value.replace(QUOTES, "\"");
+        match booleans(&plain) {
+            Some(list) => ("be true or false", list),
+            None => ("be in plain quotation marks", plain),
+        }
     } else if value.contains(MINUS_SIGNS) && !value.contains(['"', '\'']) {
         let minus = value.replace(MINUS_SIGNS, "-");
         let points = if is_list && minus.contains(';') {
@@ -155,6 +159,7 @@ mod tests {
             ),
             ("[“A”, „B“]", "must be in plain quotation marks: write [\"A\", \"B\"]"),
             ("[‘A’, ‘B’]", "must be in plain quotation marks: write [\"A\", \"B\"]"),
+            ("[“true”, “no”]", "must be true or false: write [true, false]"),
             ("[–1.0, 1.0]", "must have a plain minus sign: write [-1.0, 1.0]"),
             ("[−1,5; 1,0]", "must have a plain minus sign: write [-1.5, 1.0]"),
             ("—0.04", "must have a plain minus sign: write -0.04"),
