@@ -228,10 +228,11 @@ pub enum Doubt {
     /// The ball is seen in too few pictures.
     #[error("the ball was seen in too few pictures")]
     Pictures,
-    /// The measured places are not those of a ball on taut cables.
+    /// The measured places fit neither stiff nor soft cables that are taut.
     #[error(
-        "the measured places are not those of a ball on taut cables; check again, with the ball \
-         nearer to the middle of the triangle and no other program at work on this computer"
+        "the measured places fit neither stiff nor soft cables; check again with the ball nearer \
+         to the middle of the triangle (`plumb goto` to a target of the rig file), taut cables, \
+         and no other program at work on this computer"
     )]
     Unexplained,
     /// Slow and fast swings explain the places about as well.
