@@ -4,8 +4,8 @@
 //!   [`toml_text`]: change of values in their text.
 //! - [`quantity`]: numbers with a range and a unit; [`digit_groups`]: numbers with signs between
 //!   their thousands; [`any_case`](mod@any_case): names in any case;
-//!   [`misspelt`]: the name that a misspelt one means; [`pin_names`]: pins by their names;
-//!   [`booleans`](mod@booleans): truth values in other words;
+//!   [`misspelt`]: the name that a misspelt one means;
+//!   [`word_values`]: truth values in other words, and pins by their names;
 //!   [`reference`](mod@reference): the keys of a file, from its reference page in the book.
 //! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
 //!   records are whole, also where the disk is full.
@@ -18,15 +18,14 @@
 
 pub mod any_case;
 pub mod book;
-pub mod booleans;
 pub mod bounded_read;
 pub mod digit_groups;
 pub mod error_chain;
 pub mod misspelt;
-pub mod pin_names;
 pub mod quantity;
 pub mod reference;
 pub mod toml_file;
 pub mod toml_text;
 pub mod type_words;
 pub mod whole_writes;
+pub mod word_values;

@@ -37,14 +37,16 @@ pub(super) fn unclosed(text: &str) -> Option<SyntaxMistake> {
 /// Returns whether a line (without spaces at its ends) is a key with its value, or the name of a
 /// table: neither may stand in brackets.
 fn begins_anew(line: &str) -> bool {
-    let is_name = |text: &str| {
-        let is_part = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-        text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(is_part)
-    };
     let is_value = |text: &str| ["true", "false", "inf", "nan"].contains(&text);
     let table = line.strip_prefix('[').and_then(|line| line.split_once(']'));
     let key = line.split_once('=').is_some_and(|(name, _)| is_name(name.trim()));
     key || table.is_some_and(|(name, _)| is_name(name) && !is_value(name))
+}
+
+/// Returns whether a text is the name of a key or a table, perhaps with the tables around it.
+pub(super) fn is_name(text: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(is_part)
 }
 
 /// Returns the brackets of a line outside its strings and its comment.

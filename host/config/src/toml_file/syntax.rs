@@ -2,7 +2,7 @@
 
 use toml::de::{DeTable, Error};
 
-use super::brackets::{unclosed, unquoted};
+use super::brackets::{is_name, unclosed, unquoted};
 use super::lists::{list_with_commas, missing_comma};
 use super::values::value_mistake;
 use super::{line_at, one_line};
@@ -99,9 +99,7 @@ fn table_of_a_value(text: &str, line: &str) -> Option<(String, String)> {
 /// Returns the name of the table in a line `workspace]`; `None` for another line.
 fn header_without_bracket(line: &str) -> Option<&str> {
     let table = without_comment(line).trim().strip_suffix(']')?.trim();
-    let is_part = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-    (table.starts_with(|c: char| c.is_ascii_alphabetic()) && table.chars().all(is_part))
-        .then_some(table)
+    is_name(table).then_some(table)
 }
 
 /// Returns the key whose list, begun in a line above, `line` continues or begins.

@@ -3,9 +3,8 @@
 use toml::de::DeTable;
 
 use super::brackets::unquoted;
-use crate::booleans::booleans;
 use crate::digit_groups::{with_point, without_groups};
-use crate::pin_names::named_pins;
+use crate::word_values::{booleans, named_pins};
 
 /// Returns what is wrong with a value that people write, and what to write; `None` where that is
 /// not known.

@@ -1,11 +1,10 @@
 //! What to write in place of a mistake, for mistakes that people make in files that they edit.
 
 use plumb_cameras::settings::kinect;
-use plumb_config::booleans::with_numbers;
 use plumb_config::digit_groups::{thousands, with_point};
-use plumb_config::pin_names::named_pins;
 use plumb_config::reference::Key;
 use plumb_config::toml_file::Mistake;
+use plumb_config::word_values::{named_pins, with_numbers};
 
 use super::Document;
 use super::targets::unreadable;
