@@ -197,7 +197,7 @@ impl From<CameraFile> for Camera {
 }
 
 /// Value of `intrinsics.depth_scale` of a camera without depth.
-pub(crate) const NO_DEPTH: &str = "none";
+pub const NO_DEPTH: &str = "none";
 
 /// Table `[intrinsics]` with a distortion that can be inverted.
 #[derive(Debug, Deserialize)]

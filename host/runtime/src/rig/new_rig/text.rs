@@ -1,7 +1,7 @@
 //! Texts of a new rig file and camera file. The reference pages explain their keys.
 
 use nalgebra::Point3;
-use plumb_cameras::camera_file::{self, DISTORTION_KEYS};
+use plumb_cameras::camera_file::{self, DISTORTION_KEYS, NO_DEPTH};
 use plumb_config::book::with_pages;
 use plumb_config::reference::{Key, keys};
 use plumb_frame::camera::{CalibratedFor, Camera, Intrinsics};
@@ -23,9 +23,6 @@ const OWN_TABLES: [&str; 10] = [
     "camera",
     "simulation",
 ];
-
-/// Units of depth of a camera without depth.
-const NO_DEPTH: &str = "\"none\"";
 
 /// Text of a TOML file under construction.
 struct Writer {
@@ -242,7 +239,7 @@ fn guessed(file: &mut Writer, rig: &NewRig, limits: &Limits) {
         file.guess(&format!("intrinsics.{name}"), &number(value), "");
     }
     let has_depth = rig.camera != NewCamera::Webcam;
-    let depth_scale = if has_depth { number(1000.0) } else { NO_DEPTH.to_owned() };
+    let depth_scale = if has_depth { number(1000.0) } else { format!("{NO_DEPTH:?}") };
     file.key("intrinsics.depth_scale", &depth_scale);
     let mut place = limits.workspace.at([0.5; 3]);
     place.x += camera_distance(&limits.workspace);
@@ -267,7 +264,7 @@ fn recorded(file: &mut Writer, camera: &Camera) {
         file.key(&format!("intrinsics.{name}"), &format!("{value:?}"));
     }
     let has_depth = camera.intrinsics.has_depth();
-    let depth_scale = if has_depth { format!("{depth_scale:?}") } else { NO_DEPTH.to_owned() };
+    let depth_scale = if has_depth { format!("{depth_scale:?}") } else { format!("{NO_DEPTH:?}") };
     file.key("intrinsics.depth_scale", &depth_scale);
     file.table("pose", COMMENT);
     let [x, y, z] = camera.pose.translation.vector.into();
