@@ -2,6 +2,7 @@
 
 mod advice;
 mod board;
+mod camera;
 mod example;
 pub(super) mod size;
 mod targets;
@@ -14,14 +15,12 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::camera_file;
-use plumb_cameras::recording::{OtherDepthScale, check_kind};
-use plumb_cameras::settings::{CameraSettings, SourceName, not_built};
+use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::reference::{Key, keys};
 use plumb_config::toml_file::{MAX_BYTES, Mistake, diagnose, place};
-use plumb_frame::camera::{CalibratedFor, Camera};
-use plumb_frame::image::ImageSize;
+use plumb_frame::camera::Camera;
 use plumb_frame::source::BoxedError;
 use plumb_protocol::message::Refusal;
 use serde::Serialize;
@@ -69,7 +68,7 @@ pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>
     }
     let (mut findings, camera) = check_text(path, &text, board);
     if let Some(file) = camera {
-        findings.extend(camera_file(&file, &Document::new(path, &text, REFERENCE)));
+        findings.extend(camera::file(&file, &Document::new(path, &text, REFERENCE)));
     }
     if findings.iter().all(|finding| finding.severity == Severity::Warning) {
         findings.extend(together(path, &text, simulation));
@@ -98,35 +97,9 @@ fn together(path: &Path, text: &str, simulation: SimulationCheck<'_>) -> Vec<Fin
     let Ok(camera) = camera_file::parse(file, &camera_text) else { return Vec::new() };
     let mut findings = implausible(&rig, &camera_text, &camera);
     let document = Document::new(file, &camera_text, camera_file::REFERENCE);
-    findings.extend(other_depth_scale(&document, &rig, &camera));
-    findings.extend(other_size(&document, &rig, &camera));
+    findings.extend(camera::other_pictures(&document, &rig, &camera));
     findings.extend(simulated(&Document::new(path, text, REFERENCE), &rig, &camera, simulation));
     findings
-}
-
-/// Returns the warning about other units of depth in the camera file than those of the recording.
-fn other_depth_scale(document: &Document<'_>, rig: &Rig, camera: &Camera) -> Option<Finding> {
-    let other = OtherDepthScale::of(rig.camera.recording.as_ref()?, camera)?;
-    let problem = format!("is written here, but {other}");
-    Some(document.finding(Severity::Warning, &["intrinsics.depth_scale"], problem))
-}
-
-/// Returns the warning about intrinsics for pictures of another size than the camera is asked for.
-fn other_size(document: &Document<'_>, rig: &Rig, camera: &Camera) -> Option<Finding> {
-    let source = rig.camera.source(rig.simulation.is_some()).ok()?;
-    let CalibratedFor::Size(ImageSize { width, height }) = camera.calibrated_for else {
-        return None;
-    };
-    let asked = rig.camera.asked_size(source)?;
-    let is_same = asked.map(usize::from) == [width, height];
-    (!is_same && !rig.camera.has_intrinsics_of_device(source)).then(|| {
-        let problem = format!(
-            "are the size of other pictures than the {} x {} of camera.{source} in the rig file: a \
-             run refuses those. `plumb calibrate --lens` finds the lens anew",
-            asked[0], asked[1]
-        );
-        document.finding(Severity::Warning, &["intrinsics.width", "intrinsics.height"], problem)
-    })
 }
 
 /// Checks the simulated rig of a file, where its camera renders that rig.
@@ -165,7 +138,7 @@ pub(crate) fn check_text(
     // Whether the source is named depends on each of these keys.
     let source = ["camera.source", "camera.recording", "camera.stream"];
     if !source.iter().any(|key| is_below(key, &wrong)) {
-        more.extend(camera(&document, &rig.camera, rig.simulation.is_some()));
+        more.extend(camera::source(&document, &rig.camera, rig.simulation.is_some()));
     }
     // A size or a workspace with a placeholder in it tells nothing about the other tables.
     let tables = ["size", "simulation", "workspace"];
@@ -242,42 +215,6 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
         findings.extend(targets::at_border(document, rig));
     }
     findings
-}
-
-/// Returns the error of the table `[camera]`, or the warning about it.
-fn camera(document: &Document<'_>, settings: &CameraSettings, simulation: bool) -> Option<Finding> {
-    if let Err(error) = settings.source(simulation) {
-        let keys = ["camera.source", "camera.recording"];
-        let key = if settings.source.is_some() { &keys[..1] } else { &keys[1..] };
-        return Some(document.finding(Severity::Error, key, format!("is wrong: {error}")));
-    }
-    if let Some(why) = settings.source(simulation).ok().and_then(not_built) {
-        let problem = format!("cannot be opened: {why}");
-        return Some(document.finding(Severity::Warning, &["camera.source"], problem));
-    }
-    let recording: &PathBuf = settings.recording.as_ref()?;
-    let problem = match check_kind(recording) {
-        _ if !recording.exists() => {
-            format!("names no file: {} does not exist", recording.display())
-        }
-        Ok(()) => return None,
-        Err(error) => format!("names no recording: {}", ErrorChain(&error)),
-    };
-    Some(document.finding(Severity::Error, &["camera.recording"], problem))
-}
-
-/// Returns the errors of the camera file at `path`, which the rig file `rig` names.
-fn camera_file(path: &Path, rig: &Document<'_>) -> Vec<Finding> {
-    let wrong = |problem| vec![rig.finding(Severity::Error, &["camera.file"], problem)];
-    let text = match read_text(path, MAX_BYTES) {
-        Ok(text) => text,
-        Err(error) => return wrong(format!("is wrong: {}", ErrorChain(&error))),
-    };
-    if camera_file::is_rig_file(&text) {
-        return wrong(format!("is wrong: {} is a rig file; give the camera file", path.display()));
-    }
-    let document = Document::new(path, &text, camera_file::REFERENCE);
-    document.mistakes(&camera_file::mistakes(&text))
 }
 
 /// Returns the error of a whole file. The message may begin with its name.

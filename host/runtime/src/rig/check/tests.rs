@@ -2,6 +2,7 @@ mod advice;
 
 use std::fs;
 
+use plumb_cameras::settings::not_built;
 use plumb_config::toml_file::place;
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::{ConfigField, Refusal};
