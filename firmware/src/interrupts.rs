@@ -5,6 +5,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::SCB;
 use embassy_executor::{InterruptExecutor, SendSpawner, SpawnError, SpawnToken, Spawner};
+use embassy_rp::interrupt::typelevel::{self, Binding};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::{bind_interrupts, i2c, peripherals, pio, uart, usb};
 
@@ -14,19 +15,21 @@ use crate::link::usb::errata::FrameHandler;
 bind_interrupts!(pub(crate) struct Interrupts {
     USBCTRL_IRQ => FrameHandler, usb::InterruptHandler<peripherals::USB>;
     UART0_IRQ => uart::BufferedInterruptHandler<peripherals::UART0>;
-    PIO0_IRQ_0 => pio::InterruptHandler<peripherals::PIO0>;
     I2C0_IRQ => i2c::InterruptHandler<peripherals::I2C0>;
 });
 
+// SAFETY: the handler wakes tasks that wait for the state machines, and no task does. PIO0's INTE
+// stays 0, so that its interrupt never comes, and 1.8 kB of flash are free.
+unsafe impl Binding<typelevel::PIO0_IRQ_0, pio::InterruptHandler<peripherals::PIO0>>
+    for Interrupts
+{
+}
+
 /// Puts the peripherals' interrupts above the tasks and below the stepping interrupt.
 pub(crate) fn set_priorities() {
-    for interrupt in [
-        chip::TIME_DRIVER,
-        interrupt::USBCTRL_IRQ,
-        interrupt::UART0_IRQ,
-        interrupt::PIO0_IRQ_0,
-        interrupt::I2C0_IRQ,
-    ] {
+    for interrupt in
+        [chip::TIME_DRIVER, interrupt::USBCTRL_IRQ, interrupt::UART0_IRQ, interrupt::I2C0_IRQ]
+    {
         interrupt.set_priority(Priority::P2);
     }
 }

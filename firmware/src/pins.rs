@@ -4,6 +4,11 @@
 //! leaves it: an input with its pull-down, which no peripheral drives. A pin's function and its
 //! overrides are one register (IO_BANK0's CTRL, RP2040 datasheet, section 2.19.2): OUTOVER and
 //! OEOVER also make a constant level, and INOVER inverts what the peripherals see.
+//!
+//! A pin that two wirings in a row use is not an input between them. One that the next wiring does
+//! not use becomes an input with the pull of its idle level, so that no driver sees a pulse.
+
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_rp::pac;
 use embassy_rp::pac::io::regs::GpioCtrl as Ctrl;
@@ -17,6 +22,12 @@ use crate::chip::{self, HAS_LATCHING_INPUTS};
 pub(crate) const UART_RX: u8 = UART[1];
 /// LED of a board without a configuration.
 pub(crate) const LED: Option<Pin> = PICO.pins.led;
+
+/// Pins that the wiring in force uses, a bit each; at first the LED's.
+static IN_USE: AtomicU32 = AtomicU32::new(match LED {
+    Some(led) => 1 << led.number,
+    None => 0,
+});
 
 /// Pin functions (RP2040 datasheet, section 2.19.2).
 pub(crate) mod function {
@@ -83,8 +94,21 @@ pub(crate) fn release_all() {
     }
 }
 
-/// Connects the pins of a wiring, save ENABLE, which [`crate::enable`] drives, and the LED. No
-/// motor has current meanwhile.
+/// Releases the pins of the last wiring that are not `used` now: each becomes an input and keeps its
+/// pull.
+#[cold]
+fn release_unused(used: u32) {
+    // Only the stepping interrupt, which calls this, changes it.
+    let unused = IN_USE.load(Ordering::Relaxed) & !used;
+    IN_USE.store(used, Ordering::Relaxed);
+    each(unused, |pin| {
+        set(pin, control(function::NONE));
+        pac::PADS_BANK0.gpio(pin.into()).modify(|w| w.set_ie(!HAS_LATCHING_INPUTS));
+    });
+}
+
+/// Changes to the pins of a wiring. [`crate::enable`] drives ENABLE, and the heartbeat drives the
+/// LED. No motor has current meanwhile.
 #[cold]
 pub(crate) fn connect(wiring: &Wiring) {
     let pins = &wiring.pins;
@@ -99,36 +123,49 @@ pub(crate) fn connect(wiring: &Wiring) {
     // A loop that is cut reads as open.
     let open = if pins.emergency.inverted { Pull::Down } else { Pull::Up };
     set_pad(pins.emergency.number, open, true);
+    let others = pins.enable.numbers().iter().chain(pins.led.as_ref().map(|led| &led.number));
+    let mut used = wiring.driver_pins() | 1 << pins.emergency.number;
+    others.for_each(|pin| used |= 1 << pin);
     match wiring.drivers {
-        Drivers::StepDir(_) => connect_steps(pins),
+        Drivers::StepDir(_) => used |= connect_steps(pins),
         Drivers::Tmc2209(driver) => {
-            connect_steps(pins);
+            used |= connect_steps(pins);
             for pin in driver.uart {
+                used |= 1 << pin;
                 set(pin, control(function::UART));
                 // The line is idle while nothing drives it.
                 set_pad(pin, Pull::Up, true);
             }
         }
-        Drivers::Coils(_) => each(wiring.driver_pins(), |pin| set(pin, control(function::PWM))),
+        Drivers::Coils(_) => each(wiring.driver_pins(), |pin| {
+            set_pad(pin, Pull::Down, false);
+            set(pin, control(function::PWM));
+        }),
         Drivers::MotorHats(_) => each(wiring.driver_pins(), |pin| {
             set(pin, control(function::I2C));
             set_pad(pin, Pull::Up, true);
         }),
     }
+    release_unused(used);
 }
 
-/// Connects STEP and DIR of the motors.
+/// Connects STEP and DIR of the motors. Returns these pins, a bit each.
 #[cold]
-fn connect_steps(pins: &Pins) {
+fn connect_steps(pins: &Pins) -> u32 {
+    let mut used = 0;
     for motor in &pins.motors {
-        if HAS_LATCHING_INPUTS {
-            // The witness reads them.
-            set_pad(motor.step.number, Pull::Down, true);
-            set_pad(motor.direction.number, Pull::Down, true);
-        }
-        set(motor.step.number, generated(motor.step));
-        set(motor.direction.number, generated(motor.direction));
+        used |= connect_step(motor.step) | connect_step(motor.direction);
     }
+    used
+}
+
+/// Connects STEP or DIR of a motor, which the witness reads. Returns its bit.
+#[cold]
+#[inline(never)]
+fn connect_step(pin: Pin) -> u32 {
+    set_pad(pin.number, if pin.inverted { Pull::Up } else { Pull::Down }, true);
+    set(pin.number, generated(pin));
+    1 << pin.number
 }
 
 /// Returns the register of a pin of the step generator. The witness (PIO1) sees what the generator
@@ -145,6 +182,9 @@ pub(crate) fn generated(pin: Pin) -> Ctrl {
 }
 
 /// Calls `act` with each pin of a set of bits.
-fn each(pins: u32, act: impl Fn(u8)) {
-    (0..PIN_COUNT).filter(|pin| pins & 1 << pin != 0).for_each(act);
+fn each(mut pins: u32, act: impl Fn(u8)) {
+    while pins != 0 {
+        act(pins.trailing_zeros() as u8);
+        pins &= pins - 1;
+    }
 }

@@ -106,7 +106,7 @@ pub(crate) struct Stepping {
     coils: Coils,
     enable: Enable,
     watchdog: TickWatchdog,
-    /// The board's configuration generation for which the drivers were set up.
+    /// The board's wiring generation for which pins and drivers were set up.
     generation: u32,
     commutated: Commutated,
     /// The board's time: the beginning of the coming tick.
@@ -244,7 +244,7 @@ impl Stepping {
         if tick.bootloader {
             self.leave();
         }
-        if self.board.generation() != self.generation {
+        if self.board.wiring_generation() != self.generation {
             self.change_wiring();
         }
         if tick.store || tick.test_flash {
@@ -280,12 +280,12 @@ impl Stepping {
         }
     }
 
-    /// Changes to the pins and drivers of a new configuration; at standstill. The state machines
+    /// Changes to the pins and drivers of a new wiring; at standstill. The state machines
     /// start again with the coming tick.
     #[cold]
     #[inline(never)]
     fn change_wiring(&mut self) {
-        self.generation = self.board.generation();
+        self.generation = self.board.wiring_generation();
         self.enable.set(false);
         self.turn_fields();
         if self.running {
@@ -297,7 +297,6 @@ impl Stepping {
         witness::stop();
         self.enable.disconnect();
         watchdog::set_led(None);
-        pins::release_all();
         self.commutated = Commutated::None;
         self.connect();
     }

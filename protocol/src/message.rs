@@ -499,9 +499,18 @@ pub struct DriverReading {
     /// Whether a coil seems to be open, while the motor turns. A hint only: fast motion may cause
     /// it.
     pub has_open_load: bool,
+    /// Whether the last replies that it should have sent were damaged or did not come.
+    pub has_lost_replies: bool,
     /// Reading of StallGuard, 0 to 510: lower at a higher load. `None` before the first one, and
     /// with [`SpreadCycle`](crate::wiring::Chopper::SpreadCycle).
     pub stall_guard: Option<u16>,
+}
+
+impl DriverReading {
+    /// Returns whether this has a warning.
+    pub const fn has_warning(&self) -> bool {
+        self.is_hot || self.has_open_load || self.has_lost_replies
+    }
 }
 
 /// Report that the board has stopped by itself.

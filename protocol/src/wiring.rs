@@ -9,7 +9,7 @@ use crate::provenance::BoardKind;
 use crate::units::{Milliamperes, Milliohms, Milliseconds, Nanoseconds};
 
 /// Wiring of a board: [`Command::Wire`](crate::Command::Wire).
-#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, Eq)]
 pub struct Wiring {
     /// The board that the pins are those of.
     pub board: BoardKind,
@@ -286,6 +286,16 @@ pub enum PinError {
     Twice,
     /// The drivers' UART is not at this pin.
     NoUart,
+}
+
+impl PartialEq for Wiring {
+    /// Compares as a derived implementation does; the firmware has one copy of it.
+    #[cold]
+    #[inline(never)]
+    fn eq(&self, other: &Self) -> bool {
+        let Self { board, pins, drivers } = self;
+        (board, pins, drivers) == (&other.board, &other.pins, &other.drivers)
+    }
 }
 
 impl Wiring {

@@ -154,6 +154,12 @@ impl Board {
         self.setup.generation()
     }
 
+    /// Returns the number of changes of the wiring or the microsteps since the start; wraps. With
+    /// each, pins and drivers are set up anew; other configurations leave them as they are.
+    pub fn wiring_generation(&self) -> u32 {
+        self.setup.wiring_generation()
+    }
+
     /// Returns the step generator's timing for the configured drivers.
     pub fn driver_timing(&self) -> Option<DriverTiming> {
         self.setup.params().map(|params| params.timing)

@@ -6,13 +6,14 @@
 //! Monitor::exchange -> request -> UART -> single wire, with an echo -> reply -> Monitor::take
 //!         set up (registers, IFCNT, version) -> DIR of each driver -> Ready
 //!         poll: GSTAT and DRV_STATUS of each, one SG_RESULT -> Failed, Readings
+//!         after a failure: GSTAT and IFCNT of each -> set-up of those that need it -> Ready
 //! ```
 //!
 //! # Time to a fault
 //! An exchange takes [`EXCHANGE_US`], and a round over three drivers has seven: 10.5 ms. A flag of
-//! a driver is found after eight exchanges at most, 12 ms, and a silent driver after ten, 15 ms. A
-//! damaged reply is asked for again up to twice: with two of three replies damaged a flag is found
-//! after 36 ms at most.
+//! a driver is found after eight exchanges at most, 12 ms. A damaged or missing reply is asked for
+//! again up to twice: with two of three replies damaged a flag is found after 36 ms at most. A
+//! driver whose poll has no reply for 0.3 s has failed; before that its reading has a warning.
 
 mod datagram;
 mod monitor;

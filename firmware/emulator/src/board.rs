@@ -3,6 +3,7 @@
 //! positions are taken at even intervals.
 
 mod driver_uart;
+mod hold;
 mod sampler;
 
 use std::ops::Range;
@@ -21,6 +22,7 @@ use crate::harness::{Harness, LawDelay};
 use crate::plant::{Plant, RigError};
 use crate::wire::{Link, Traffic, Wire};
 use driver_uart::DriverUart;
+use hold::Hold;
 use sampler::Sampler;
 
 pub use driver_uart::DriverTrouble;
@@ -43,6 +45,8 @@ const WAITING_BYTES_MAX: usize = 1 << 16;
 pub struct EmulatedBoard {
     harness: Harness,
     plant: Option<Box<dyn Plant + Send>>,
+    /// Which motors of the rig hold their cables.
+    hold: Hold,
     /// Positions of the rig's motors at the board's last start, full steps since the rig's start.
     origin: PerMotor<f64>,
     /// Link between the host and the board; `None` for a direct connection.
@@ -57,7 +61,7 @@ pub struct EmulatedBoard {
     emergency: Range<Micros>,
     /// Drivers on a UART, where the configuration has some.
     drivers: Option<DriverUart>,
-    /// The board's configuration generation that has these drivers.
+    /// The board's wiring generation that has these drivers.
     generation: u32,
     /// Trouble of a driver by a plan.
     trouble: Option<DriverTrouble>,
@@ -71,6 +75,7 @@ impl EmulatedBoard {
         Self {
             harness,
             plant: None,
+            hold: Hold::default(),
             origin: [0.0; MOTORS],
             link: None,
             now: Micros(0),
@@ -158,6 +163,9 @@ impl EmulatedBoard {
             // count the same pulses.
             self.requests = self.harness.tick(self.now);
             let asked = self.requests.unwrap_or_default();
+            if let Some(asked) = self.requests {
+                self.hold.enabled = asked.drivers_enabled;
+            }
             if asked.diagnose {
                 self.harness.on_diagnosed(ChipCounts::default());
             }
@@ -178,6 +186,8 @@ impl EmulatedBoard {
                 sampler.note(self.now, motors);
             }
             if let Some(plant) = &mut self.plant {
+                let currents = self.drivers.as_ref().map(DriverUart::currents);
+                self.hold.advance(currents, plant.as_mut());
                 plant.advance(f64::from(TICK_US) * 1e-6, motors)?;
             }
         }
@@ -187,8 +197,8 @@ impl EmulatedBoard {
     /// Runs the drivers on a UART to the present tick, and passes what they tell to the board.
     fn run_drivers(&mut self) {
         let core = &self.harness.board;
-        if core.generation() != self.generation {
-            self.generation = core.generation();
+        if core.wiring_generation() != self.generation {
+            self.generation = core.wiring_generation();
             self.drivers = DriverUart::of(core, self.now);
         }
         let Some(drivers) = &mut self.drivers else { return };
@@ -274,6 +284,7 @@ impl EmulatedBoard {
         self.origin = self.rig_motors();
         self.harness.restart(cause, None);
         (self.drivers, self.generation) = (None, 0);
+        self.hold.enabled = false;
         if let Some(link) = &mut self.link {
             link.to_host.restart(self.now);
         }

@@ -174,6 +174,13 @@ impl Driver {
         self.value(register::CHOPCONF) & TOFF != 0
     }
 
+    /// Returns whether the driver gives its motor current while ENABLE is on.
+    pub fn has_current(&self) -> bool {
+        self.is_on()
+            && self.value(register::GSTAT) & gstat::DRV_ERR == 0
+            && self.trouble != Some(Trouble::Undervoltage)
+    }
+
     /// Stores the flags that outlive their reason (section 5.5.3).
     fn keep_flags(&mut self) {
         let is_shorted = self.trouble == Some(Trouble::Short) && self.is_on();

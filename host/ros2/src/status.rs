@@ -203,9 +203,8 @@ impl RunStatus {
         let state = self
             .state
             .map_or_else(|| "waiting for the board".to_owned(), |state| state.to_string());
-        let has_warning = |driver: &DriverReading| driver.is_hot || driver.has_open_load;
         match &self.drivers {
-            Some(drivers) if drivers.iter().any(has_warning) => {
+            Some(drivers) if drivers.iter().any(DriverReading::has_warning) => {
                 (Level::Warn, format!("{state}; motor drivers: {}", driver_warnings(drivers)))
             }
             _ => (Level::Ok, state),

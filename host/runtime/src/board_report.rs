@@ -86,7 +86,8 @@ pub fn driver_warnings(drivers: &[DriverReading; 3]) -> String {
     let warnings = drivers.iter().zip("ABC".chars()).flat_map(|(driver, motor)| {
         let hot = driver.is_hot.then(|| format!("{motor} hot"));
         let open = driver.has_open_load.then(|| format!("{motor} open coil"));
-        hot.into_iter().chain(open)
+        let lost = driver.has_lost_replies.then(|| format!("{motor} lost replies"));
+        hot.into_iter().chain(open).chain(lost)
     });
     let text = warnings.collect::<Vec<_>>().join(", ");
     if text.is_empty() { NO_WARNINGS.to_owned() } else { text }
@@ -98,6 +99,8 @@ pub fn warning_advice(drivers: &[DriverReading; 3]) -> Option<&'static str> {
         Some("cool the driver, or give its motor less current, before it switches off")
     } else if drivers.iter().any(|driver| driver.has_open_load) {
         Some("check the wires of that motor; fast motion shows an open coil too")
+    } else if drivers.iter().any(|driver| driver.has_lost_replies) {
+        Some("check the wire of the drivers' UART: the board stops after 0.3 s without a reply")
     } else {
         None
     }

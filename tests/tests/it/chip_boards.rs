@@ -9,7 +9,7 @@ use plumb_protocol::boards::{PIN_COUNT, SKR_PICO, UART};
 use plumb_protocol::message::{Command, Fault, Hello, Jog, Refusal, State};
 use plumb_protocol::units::{Milliseconds, Rate, Steps16};
 use plumb_protocol::wiring::{
-    Drivers, EnablePolarity, Line, Pin, PinError, StepDir, Wiring, WiringError,
+    Drivers, EnablePins, EnablePolarity, Line, Pin, PinError, StepDir, Wiring, WiringError,
 };
 use plumb_tests::chip::{
     CYCLES_PER_US, Chip, EMERGENCY, EMERGENCY_FILTER_US, ENABLE, fast_config, firmware_image,
@@ -107,6 +107,60 @@ fn a_dm542_gets_its_pulses_after_the_time_of_its_enable() {
     let sent = chip.cycle;
     let reply = chip.send(&frame, 20_000);
     assert!(edges(&reply, 2, 1)[0] - sent < 10_000 * CYCLES_PER_US);
+}
+
+/// The wiring in force with other limits touches no pin: no driver sees a pulse, a direction or an
+/// ENABLE. STEP of motor A is inverted: as an input with its pull-down it would be at its active
+/// level.
+#[test]
+fn a_configuration_with_the_wiring_in_force_touches_no_pin() {
+    let Some(image) = firmware_image() else { return };
+    let mut wiring = Wiring::example();
+    wiring.pins.motors[0].step.inverted = true;
+    let mut config = fast_config(400.0, StepDir::TMC2209).config;
+    let mut chip = Chip::start_with(&image, &wiring.pins).wired(wiring, config);
+    chip.run_us(1000);
+    let motors = wiring.pins.motors.iter().flat_map(|pins| [pins.step, pins.direction]);
+    let mut pins: Vec<u8> = motors.map(|pin| pin.number).collect();
+    pins.extend(wiring.pins.enable.numbers());
+    chip.execute(json!({ "list": pins }));
+    for _ in 0..3 {
+        config.motors[0].max_rate.0 /= 2;
+        chip.request(Command::Hello(Hello::OURS));
+        assert_eq!(chip.request(Command::Wire(wiring)), None);
+        let frame = chip.frame(Command::Configure(config));
+        let reply = chip.send(&frame, 20_000);
+        assert_eq!(reply["edges"], serde_json::Value::Null, "{reply}");
+    }
+    assert_eq!(chip.state(), State::Ready);
+    assert_eq!(chip.pin_level(ENABLE), 0, "on");
+    assert_eq!(chip.request(jog(1, 5)), None);
+    chip.run_us(100_000);
+    assert_eq!(chip.motors, [0.0, 5.0, 0.0]);
+}
+
+/// Another wiring switches the drivers off. STEP and DIR that it has too keep their levels, and a
+/// pin that it has not goes to its idle level.
+#[test]
+fn another_wiring_gives_no_pulse() {
+    let Some(image) = firmware_image() else { return };
+    let mut wiring = Wiring::example();
+    wiring.pins.motors[0].step.inverted = true;
+    wiring.pins.motors[1].step.inverted = true;
+    let former = wiring.pins.motors[1].step.number;
+    let config = fast_config(400.0, StepDir::TMC2209).config;
+    let mut chip = Chip::start_with(&image, &wiring.pins).wired(wiring, config);
+    chip.run_us(1000);
+    chip.execute(json!({ "list": [wiring.pins.motors[0].step.number, former, ENABLE] }));
+    wiring.pins.motors[1].step = Pin::inverted(28);
+    wiring.pins.enable = EnablePins::Shared(22);
+    assert_eq!(chip.request(Command::Wire(wiring)), None);
+    let frame = chip.frame(Command::Configure(config));
+    let reply = chip.send(&frame, 20_000);
+    let edges_of = |pin| [0, 1].map(|level| edges(&reply, pin, level).len());
+    assert_eq!([wiring.pins.motors[0].step.number, former].map(edges_of), [[0, 0]; 2], "{reply}");
+    assert_eq!(edges_of(ENABLE), [0, 1], "the former ENABLE goes off and stays off");
+    assert_eq!((chip.pin_level(former), chip.pin_level(22)), (1, 0));
 }
 
 /// Opens the emergency input while the processor hangs. Returns the cycle.

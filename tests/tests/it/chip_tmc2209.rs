@@ -69,7 +69,7 @@ fn disturb(chip: &mut Chip, index: usize, what: &str, value: serde_json::Value) 
 /// Runs the chip until the board reports a fault of a driver. Returns it, and the time, ms.
 fn fault(chip: &mut Chip) -> (DriverFault, u32) {
     let before = chip.received.len();
-    for ms in 1..=200 {
+    for ms in 1..=400 {
         chip.run_us(1000);
         let fault = chip.received[before..].iter().find_map(|message| match message {
             FromBoard::Fault(report) => Some(report.fault),
@@ -80,7 +80,7 @@ fn fault(chip: &mut Chip) -> (DriverFault, u32) {
             return (fault, ms);
         }
     }
-    panic!("no fault in 0.2 s");
+    panic!("no fault in 0.4 s");
 }
 
 /// Returns the newest readings since message number `after`.
@@ -125,6 +125,57 @@ fn the_drivers_are_set_up_get_current_and_turn_the_motors() {
     assert_eq!((of(3, "milliamperes"), of(3, "writes")), (0, 1), "E is off");
 }
 
+/// Milliamperes and writes of each driver.
+fn drivers(chip: &mut Chip) -> [[i64; 2]; 4] {
+    let reply = chip.execute(json!({ "drivers": true }));
+    [0, 1, 2, 3].map(|index| {
+        ["milliamperes", "writes"].map(|name| reply["drivers"][index][name].as_i64().expect(name))
+    })
+}
+
+#[test]
+fn a_configuration_with_the_wiring_in_force_keeps_every_driver_and_its_current() {
+    let Some(image) = firmware_image() else { return };
+    let mut chip = ready(&image);
+    let before = drivers(&mut chip);
+    let motors = wiring().pins.motors;
+    let steps = motors.iter().flat_map(|pins| [pins.step.number, pins.direction.number]);
+    chip.execute(json!({ "list": steps.chain(ENABLES).collect::<Vec<_>>() }));
+    let mut config = fast_config(200.0, StepDir::TMC2209).config;
+    config.deadlines.host = Milliseconds(5000);
+    let mut frames = chip.frame(Command::Hello(Hello::OURS));
+    frames.extend(chip.frame(Command::Wire(wiring())));
+    frames.extend(chip.frame(Command::Configure(config)));
+    let mut reply = chip.send(&frames, 1000);
+    for _ in 0..200 {
+        assert_eq!(reply["edges"], serde_json::Value::Null, "{reply}");
+        assert!(drivers(&mut chip)[..3].iter().all(|driver| driver[0] > 0), "a current");
+        reply = chip.run_us(1000);
+    }
+    assert_eq!(drivers(&mut chip), before, "and no write");
+    assert_eq!(chip.state(), State::Ready);
+}
+
+#[test]
+fn clear_after_a_fault_of_a_driver_keeps_the_current_of_the_others() {
+    let Some(image) = firmware_image() else { return };
+    let mut chip = ready(&image);
+    let before = drivers(&mut chip);
+    disturb(&mut chip, 1, "reset", json!(true));
+    assert_eq!(fault(&mut chip).0, DriverFault::Reset(1));
+    let frame = chip.frame(Command::ClearFault);
+    chip.send(&frame, 1000);
+    for _ in 0..200 {
+        let now = drivers(&mut chip);
+        assert!(now[0][0] > 0 && now[2][0] > 0, "{now:?}");
+        chip.run_us(1000);
+    }
+    let after = drivers(&mut chip);
+    assert_eq!((after[0], after[2]), (before[0], before[2]), "no write");
+    assert_eq!(after[1], [before[1][0], before[1][1] + 11], "its settings again");
+    assert_eq!(chip.state(), State::Ready);
+}
+
 #[test]
 fn a_warm_driver_is_a_warning_and_the_motor_turns_on() {
     let Some(image) = firmware_image() else { return };
@@ -154,7 +205,7 @@ fn a_warm_driver_is_a_warning_and_the_motor_turns_on() {
 }
 
 #[test]
-fn a_fault_of_a_driver_stops_the_board_within_50_ms_and_can_be_cleared_once_it_is_over() {
+fn a_fault_of_a_driver_stops_the_board_and_can_be_cleared_once_it_is_over() {
     let Some(image) = firmware_image() else { return };
     let mut chip = ready(&image);
     let faults: [(&str, serde_json::Value, serde_json::Value, DriverFault); 5] = [
@@ -171,7 +222,9 @@ fn a_fault_of_a_driver_stops_the_board_within_50_ms_and_can_be_cleared_once_it_i
         let (found, ms) = fault(&mut chip);
         println!("{expected:?} after {ms} ms");
         assert_eq!(found, expected);
-        assert!(ms <= LIMIT_MS, "{what}: {ms} ms");
+        // A silent driver counts as lost after 0.3 s.
+        let lost = if what == "isSilent" { 300 } else { 0 };
+        assert!((lost..=lost + LIMIT_MS).contains(&ms), "{what}: {ms} ms");
         chip.run_us(300_000);
         assert_eq!(chip.status().rates, [Rate(0); 3], "the motors have ramped down");
         assert!(are_on(&mut chip), "and hold");

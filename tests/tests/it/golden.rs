@@ -267,12 +267,11 @@ fn reports() {
         let report = FaultReport { time: Micros(300_200), fault, configuration: Some(298) };
         assert_bytes(FromBoard::Fault(report), hex);
     }
-    let reading =
-        |is_hot, has_open_load, stall_guard| DriverReading { is_hot, has_open_load, stall_guard };
+    let quiet = DriverReading::default();
     let motors = [
-        reading(false, false, Some(300)),
-        reading(true, false, Some(0)),
-        reading(false, true, None),
+        DriverReading { stall_guard: Some(300), ..quiet },
+        DriverReading { is_hot: true, has_lost_replies: true, stall_guard: Some(0), ..quiet },
+        DriverReading { has_open_load: true, ..quiet },
     ];
     assert_bytes(
         FromBoard::Drivers(DriverReport { time: Micros(1_234_567), motors }),

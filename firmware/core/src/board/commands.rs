@@ -219,7 +219,8 @@ impl Board {
         Ok(())
     }
 
-    /// Puts `params`, which were made from `wiring` and `config`, into force; at standstill.
+    /// Puts `params`, which were made from `wiring` and `config`, into force; at standstill. Where
+    /// pins and drivers do not change, the motors keep their current.
     #[cold]
     pub(super) fn apply_config(&mut self, params: Params, wiring: &Wiring, config: &Config) {
         self.planner.configure(&params);
@@ -228,11 +229,12 @@ impl Board {
             LawSelection::Inline(law) => Some(law),
             LawSelection::Deferred(_) => None,
         });
-        self.setup.apply(params, wiring, config);
-        // New drivers are switched off first.
-        self.schedule.drivers_on = false;
-        let has_uart = wiring.drivers.tmc2209().is_some();
-        self.schedule.driver_setup = if has_uart { DriverSetup::First } else { DriverSetup::Done };
+        if self.setup.apply(params, wiring, config) {
+            // New drivers are switched off first.
+            self.schedule.drivers_on = false;
+            let first = wiring.drivers.tmc2209().map(|_| DriverSetup::First);
+            self.schedule.driver_setup = first.unwrap_or(DriverSetup::Done);
+        }
         if self.state == State::Unconfigured {
             self.state = State::Ready;
         }
@@ -341,7 +343,8 @@ impl Board {
         self.state = state;
     }
 
-    /// Turns one motor. One that stands outside its travel may only come back, and slowly.
+    /// Turns one motor; at standstill. One that stands outside its travel may only come back, and slowly.
+    #[cold]
     fn jog(&mut self, now: Micros, jog: Jog) -> Result<(), Refusal> {
         let params = self.setup.require()?;
         let motor = usize::from(jog.motor);

@@ -19,12 +19,22 @@ pub(super) struct Setup {
     pub(super) staged: Option<Wiring>,
     /// Number of configurations since the start; wraps.
     generation: u32,
+    /// Number of changes of the wiring or the microsteps since the start; wraps.
+    wiring_generation: u32,
 }
 
 impl Setup {
     /// Creates the setup of a board without a configuration.
     pub(super) fn new(build: BuildLimits) -> Self {
-        Self { build, params: None, config: None, wiring: None, staged: None, generation: 0 }
+        Self {
+            build,
+            params: None,
+            config: None,
+            wiring: None,
+            staged: None,
+            generation: 0,
+            wiring_generation: 0,
+        }
     }
 
     /// Checks `wiring`, and `config` with it, against their ranges and the limits of the build.
@@ -36,11 +46,18 @@ impl Setup {
         Params::check(config, &wiring.drivers, &self.build).map_err(Refusal::Config)
     }
 
-    /// Puts `params`, which were made from `wiring` and `config`, into force.
-    pub(super) fn apply(&mut self, params: Params, wiring: &Wiring, config: &Config) {
+    /// Puts `params`, which were made from `wiring` and `config`, into force. Returns whether the
+    /// pins and drivers change: with another wiring or other microsteps.
+    pub(super) fn apply(&mut self, params: Params, wiring: &Wiring, config: &Config) -> bool {
+        let microsteps = self.config.map(|config| config.microsteps);
+        let changed = self.wiring != Some(*wiring) || microsteps != Some(config.microsteps);
+        if changed {
+            self.wiring_generation = self.wiring_generation.wrapping_add(1);
+        }
         self.params = Some(params);
         (self.wiring, self.config) = (Some(*wiring), Some(*config));
         self.generation = self.generation.wrapping_add(1);
+        changed
     }
 
     /// Returns the wiring in force.
@@ -70,6 +87,11 @@ impl Setup {
     /// Returns the number of configurations since the start; wraps.
     pub(super) fn generation(&self) -> u32 {
         self.generation
+    }
+
+    /// Returns the number of changes of the wiring or the microsteps since the start; wraps.
+    pub(super) fn wiring_generation(&self) -> u32 {
+        self.wiring_generation
     }
 
     /// Checks that no motor stands outside its travel; `positions` in 1/16 steps from its

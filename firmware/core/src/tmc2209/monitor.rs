@@ -6,16 +6,15 @@ use plumb_protocol::wiring::Chopper;
 
 use super::datagram::{Exchange, NoAnswer};
 use super::register;
-use super::settings::Settings;
+use super::settings::{SEND_DELAY, Settings};
 use crate::vector::per_motor;
 
 /// Attempts for an exchange, and for the set-up of a driver.
 const ATTEMPTS: u8 = 3;
+/// Exchanges without an answer of a driver's poll after which the driver counts as lost: 0.3 s.
+const MAX_UNANSWERED: u8 = 200;
 /// Addresses on a wire.
 const ADDRESSES: u8 = 4;
-/// NODECONF: a reply comes after three times 8 bits. On a wire with several drivers it must be 2 at
-/// least, or the others may take a reply for a damaged request (section 5.1).
-const SEND_DELAY: u32 = 2 << 8;
 /// Version of the chip in IOIN.
 const VERSION: u32 = 0x21;
 /// Rounds of the poll between two reports: about 0.1 s.
@@ -28,6 +27,7 @@ const NONE: u8 = MOTORS as u8;
 
 /// Bits of GSTAT (section 5.1).
 mod gstat {
+    pub(super) const ALL: u32 = 0b111;
     pub(super) const RESET: u32 = 1;
     pub(super) const SHUT_DOWN: u32 = 1 << 1;
     pub(super) const UNDERVOLTAGE: u32 = 1 << 2;
@@ -62,6 +62,8 @@ enum Phase {
     SetUp { motor: u8, item: u8 },
     /// Checks that DIR of a driver follows: with DIR of motor `high` high, or of none.
     Directions { high: u8, motor: u8 },
+    /// Checks after a failure whether a motor's driver has kept its settings: GSTAT, then IFCNT.
+    Check { motor: u8, has_state: bool },
     /// Watches a motor's driver: GSTAT, then DRV_STATUS; at last SG_RESULT of one.
     Poll { motor: u8, has_state: bool },
     /// A driver failed.
@@ -77,8 +79,12 @@ pub struct Monitor {
     are_off: bool,
     /// Failed attempts of the present exchange, and of the present set-up.
     attempts: [u8; 2],
-    /// IFCNT before the writes.
-    count: u8,
+    /// Drivers that are to be set up, a bit each.
+    pending: u8,
+    /// IFCNT of each driver: before the writes, and once it is set up.
+    counts: PerMotor<u8>,
+    /// Exchanges since each driver's last answered poll; saturating.
+    unanswered: PerMotor<u8>,
     /// GSTAT of the driver that is asked for its DRV_STATUS.
     state: u32,
     /// Open coils of each driver in its last poll while its motor turned.
@@ -101,7 +107,9 @@ impl Monitor {
             phase: Phase::Delay { address: 0 },
             are_off: true,
             attempts: [0; 2],
-            count: 0,
+            pending: (1 << MOTORS) - 1,
+            counts: [0; MOTORS],
+            unanswered: [0; MOTORS],
             state: 0,
             open: [0; MOTORS],
             readings: [DriverReading::default(); MOTORS],
@@ -111,11 +119,16 @@ impl Monitor {
         }
     }
 
-    /// Sets up the drivers again, after a failure.
+    /// Sets up the drivers again, after a failure. Once they have been on, a driver that has kept
+    /// its settings gets no write: its motor keeps its current.
     #[cold]
     pub fn set_up_again(&mut self) {
-        let are_off = self.are_off;
-        *self = Self { are_off, ..Self::new(self.settings) };
+        if self.are_off {
+            *self = Self::new(self.settings);
+            return;
+        }
+        self.attempts = [0; 2];
+        self.phase = Phase::Check { motor: 0, has_state: false };
     }
 
     /// Returns whether a driver failed, so that there is nothing to send.
@@ -140,8 +153,11 @@ impl Monitor {
                 directions: Some(per_motor(|motor| motor == usize::from(high))),
                 ..read(motor, register::IOIN)
             },
+            Phase::Check { motor, has_state: true } => read(motor, register::IFCNT),
             Phase::Poll { motor: NONE, .. } => read(self.loaded, register::SG_RESULT),
-            Phase::Poll { motor, has_state: false } => read(motor, register::GSTAT),
+            Phase::Check { motor, has_state: false } | Phase::Poll { motor, has_state: false } => {
+                read(motor, register::GSTAT)
+            }
             Phase::Poll { motor, has_state: true } => read(motor, register::DRV_STATUS),
             Phase::Failed => return None,
         })
@@ -150,15 +166,35 @@ impl Monitor {
     /// Takes in the bytes that came over the wire in the last [`exchange`](Self::exchange).
     #[cold]
     pub fn take(&mut self, received: &[u8]) -> Option<Event> {
-        match self.exchange()?.answer(received) {
+        let answer = self.exchange()?.answer(received);
+        if matches!(self.phase, Phase::Poll { .. }) {
+            self.unanswered = self.unanswered.map(|exchanges| exchanges.saturating_add(1));
+        }
+        match answer {
             Ok(value) => {
                 self.attempts[0] = 0;
                 self.advance(value)
             }
             Err(reason) => {
                 self.attempts[0] += 1;
-                (self.attempts[0] == ATTEMPTS).then(|| self.fail(self.unanswered(reason)))
+                (self.attempts[0] >= ATTEMPTS).then(|| self.give_up(reason)).flatten()
             }
+        }
+    }
+
+    /// Goes on after the last attempt of an exchange: in the poll with the next driver, unless this
+    /// one is lost.
+    #[cold]
+    fn give_up(&mut self, reason: NoAnswer) -> Option<Event> {
+        self.attempts[0] = 0;
+        match self.phase {
+            Phase::Poll { motor: NONE, .. } => self.end_round(None),
+            Phase::Poll { motor, .. } if self.unanswered[usize::from(motor)] < MAX_UNANSWERED => {
+                let lost =
+                    DriverReading { has_lost_replies: true, ..self.readings[usize::from(motor)] };
+                self.note(motor, lost)
+            }
+            _ => Some(self.fail(self.no_answer(reason))),
         }
     }
 
@@ -174,14 +210,22 @@ impl Monitor {
         Event::Failed(fault)
     }
 
+    /// Ends the sequence for a driver that is to be set up.
+    #[cold]
+    fn fail_motor(&mut self, motor: u8, fault: DriverFault) -> Event {
+        self.pending |= 1 << motor;
+        self.fail(fault)
+    }
+
     /// Returns the fault of a driver without an answer. Two drivers with one address answer at
     /// once. Their answers damage each other where they differ: in IOIN, where their pins do.
     #[cold]
-    fn unanswered(&self, reason: NoAnswer) -> DriverFault {
+    fn no_answer(&self, reason: NoAnswer) -> DriverFault {
         let motor = match self.phase {
             Phase::Poll { motor: NONE, .. } => self.loaded,
             Phase::SetUp { motor, .. }
             | Phase::Directions { motor, .. }
+            | Phase::Check { motor, .. }
             | Phase::Poll { motor, .. } => motor,
             Phase::Delay { .. } | Phase::Failed => 0,
         };
@@ -207,7 +251,8 @@ impl Monitor {
             }
             Phase::SetUp { motor, item } => self.set_up(motor, item, value),
             Phase::Directions { high, motor } => self.check_direction(high, motor, value),
-            Phase::Poll { motor: NONE, .. } => self.end_round(value),
+            Phase::Check { motor, has_state } => self.check_settings(motor, has_state, value),
+            Phase::Poll { motor: NONE, .. } => self.end_round(Some(value)),
             Phase::Poll { motor, has_state: false } => {
                 self.state = value;
                 self.phase = Phase::Poll { motor, has_state: true };
@@ -218,12 +263,43 @@ impl Monitor {
         }
     }
 
+    /// Notes whether a driver has lost its settings: it was reset, has a flag that a set-up ends,
+    /// or has not counted the writes that it got.
+    #[cold]
+    fn check_settings(&mut self, motor: u8, has_state: bool, value: u32) -> Option<Event> {
+        let is_lost = match has_state {
+            false => value & gstat::ALL != 0,
+            true => value as u8 != self.counts[usize::from(motor)],
+        };
+        self.pending |= u8::from(is_lost) << motor;
+        self.phase = match (has_state, motor + 1) {
+            (false, _) => Phase::Check { motor, has_state: true },
+            (true, NONE) => return self.set_up_from(0),
+            (true, motor) => Phase::Check { motor, has_state: false },
+        };
+        None
+    }
+
+    /// Sets up the next driver from this motor's on, and goes on after the last.
+    #[cold]
+    fn set_up_from(&mut self, motor: u8) -> Option<Event> {
+        let skipped = (self.pending >> motor).trailing_zeros() as u8;
+        self.phase = match motor.saturating_add(skipped) {
+            motor if motor < NONE => Phase::SetUp { motor, item: 0 },
+            _ if self.are_off => Phase::Directions { high: NONE, motor: 0 },
+            _ => return Some(self.begin_poll()),
+        };
+        None
+    }
+
     #[cold]
     fn set_up(&mut self, motor: u8, item: u8, value: u32) -> Option<Event> {
+        let count = &mut self.counts[usize::from(motor)];
         self.phase = Phase::SetUp { motor, item: item + 1 };
         match item {
-            0 => self.count = value as u8,
-            COUNT_ITEM if value as u8 == self.count.wrapping_add(Settings::WRITES) => {
+            0 => *count = value as u8,
+            COUNT_ITEM if value as u8 == count.wrapping_add(Settings::WRITES) => {
+                *count = value as u8;
                 self.attempts[1] = 0;
             }
             COUNT_ITEM => {
@@ -235,9 +311,10 @@ impl Monitor {
             }
             item if item < COUNT_ITEM => {}
             _ if value >> 24 != VERSION => return Some(self.fail(DriverFault::Version(motor))),
-            _ if motor + 1 < NONE => self.phase = Phase::SetUp { motor: motor + 1, item: 0 },
-            _ if self.are_off => self.phase = Phase::Directions { high: NONE, motor: 0 },
-            _ => return Some(self.begin_poll()),
+            _ => {
+                self.pending &= !(1 << motor);
+                return self.set_up_from(motor + 1);
+            }
         }
         None
     }
@@ -260,6 +337,7 @@ impl Monitor {
     #[cold]
     fn begin_poll(&mut self) -> Event {
         self.are_off = false;
+        self.unanswered = [0; MOTORS];
         self.phase = Phase::Poll { motor: 0, has_state: false };
         Event::Ready
     }
@@ -282,7 +360,7 @@ impl Monitor {
             None
         };
         if let Some(fault) = fault {
-            return Some(self.fail(fault));
+            return Some(self.fail_motor(motor, fault));
         }
         let turns = !has(drv_status::STANDSTILL);
         let open = if turns { flags & drv_status::OPEN_LOAD } else { 0 };
@@ -290,23 +368,34 @@ impl Monitor {
         let reading = DriverReading {
             is_hot: has(drv_status::PREWARNING),
             has_open_load: open & self.open[index] != 0,
+            has_lost_replies: false,
             ..self.readings[index]
         };
         self.open[index] = open;
+        self.unanswered[index] = 0;
+        self.note(motor, reading)
+    }
+
+    /// Notes the reading of a motor's driver, and goes on with the next one.
+    #[cold]
+    fn note(&mut self, motor: u8, reading: DriverReading) -> Option<Event> {
+        let index = usize::from(motor);
         self.has_changed |= reading != self.readings[index];
         self.readings[index] = reading;
         self.phase = Phase::Poll { motor: motor + 1, has_state: false };
         if motor + 1 == NONE && self.settings.chopper != Chopper::StealthChop {
-            return self.end_round(0);
+            return self.end_round(None);
         }
         None
     }
 
-    /// Takes in SG_RESULT of a driver, and ends the round.
+    /// Takes in SG_RESULT of a driver where it was read, and ends the round.
     #[cold]
-    fn end_round(&mut self, result: u32) -> Option<Event> {
+    fn end_round(&mut self, result: Option<u32>) -> Option<Event> {
         if self.settings.chopper == Chopper::StealthChop {
-            self.readings[usize::from(self.loaded)].stall_guard = Some(result as u16 & 0x3ff);
+            if let Some(result) = result {
+                self.readings[usize::from(self.loaded)].stall_guard = Some(result as u16 & 0x3ff);
+            }
             self.loaded = (self.loaded + 1) % NONE;
         }
         self.phase = Phase::Poll { motor: 0, has_state: false };

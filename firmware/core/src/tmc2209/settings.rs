@@ -33,6 +33,9 @@ const POWER_DOWN: u32 = 20;
 const PWMCONF: u32 = 0xc10d_0024;
 /// GSTAT: clears all flags.
 const ALL_FLAGS: u32 = 7;
+/// NODECONF: a reply comes after three times 8 bits. On a wire with several drivers it must be 2 at
+/// least, or the others may take a reply for a damaged request (section 5.1).
+pub(super) const SEND_DELAY: u32 = 2 << 8;
 
 /// Values of the registers for drivers of one kind and setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +49,7 @@ pub struct Settings {
 
 impl Settings {
     /// Number of the registers that are written.
-    pub(super) const WRITES: u8 = 10;
+    pub(super) const WRITES: u8 = 11;
 
     /// Computes the values for `microsteps` in a full step. Returns `None` where the sense resistor
     /// does not allow the currents, a motor would have no current, or more at rest than in motion.
@@ -87,6 +90,7 @@ impl Settings {
             6 => (register::COOLCONF, 0),
             7 => (register::PWMCONF, PWMCONF),
             8 => (register::CHOPCONF, self.chopconf | ON),
+            9 => (register::NODECONF, SEND_DELAY),
             _ => (register::GSTAT, ALL_FLAGS),
         }
     }

@@ -2,11 +2,11 @@
 //! they are set up, and a fault of one stops the board.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
-use plumb_protocol::Wiring;
 use plumb_protocol::boards::PICO;
 use plumb_protocol::message::*;
 use plumb_protocol::units::{Micros, Milliamperes, Rate, Steps16};
 use plumb_protocol::wiring::{Drivers, Tmc2209};
+use plumb_protocol::{Config, Wiring};
 
 use crate::common::bench::{BALL, Bench, TARGET, point};
 use crate::common::{BUILD, config};
@@ -60,6 +60,41 @@ fn drivers_get_current_and_motors_move_once_they_are_set_up() {
     assert_eq!(bench.harness.board.positions(), [0; 3], "130 ms after ENABLE");
     run(&mut bench, 5);
     assert_eq!(bench.harness.board.positions(), [160, 0, 0]);
+}
+
+#[test]
+fn a_configuration_with_the_wiring_in_force_leaves_the_drivers_as_they_are() {
+    let mut bench = configured();
+    bench.harness.on_drivers_ready();
+    bench.run_ms(140);
+    let wirings = bench.harness.board.wiring_generation();
+    let mut slower = config();
+    slower.motors[0].max_rate.0 /= 2;
+    bench.greet();
+    for config in [config(), slower] {
+        assert_eq!(bench.send(Command::Wire(tmc2209())), Ok(()));
+        assert_eq!(bench.send(Command::Configure(config)), Ok(()));
+        assert_eq!(bench.harness.board.wiring_generation(), wirings);
+        for _ in 0..1000 {
+            let asked = bench.tick();
+            assert!(asked.drivers_enabled && !asked.set_up_drivers, "{asked:?}");
+        }
+    }
+    assert_eq!(jog(&mut bench), Ok(()), "the motors move at once");
+    run(&mut bench, 5);
+    assert_eq!(bench.harness.board.positions(), [160, 0, 0]);
+    // Other microsteps are other registers of the drivers, and other currents another wiring.
+    let finer = Config { microsteps: config().microsteps / 2, ..config() };
+    let weaker = Tmc2209 { hold: Milliamperes(700), ..Tmc2209::of(&PICO) };
+    let weaker = Wiring::pico(Drivers::Tmc2209(weaker));
+    for (wiring, config) in [(tmc2209(), finer), (weaker, finer)] {
+        assert_eq!(bench.send(Command::Wire(wiring)), Ok(()));
+        assert_eq!(bench.send(Command::Configure(config)), Ok(()));
+        let asked = bench.tick();
+        assert!(!asked.drivers_enabled && asked.set_up_drivers, "{asked:?}");
+        bench.harness.on_drivers_ready();
+        assert!(bench.tick().drivers_enabled);
+    }
 }
 
 #[test]
@@ -144,6 +179,7 @@ fn readings_go_to_a_host_that_was_greeted() {
     let readings = [0, 1, 2].map(|motor| DriverReading {
         is_hot: motor == 1,
         has_open_load: false,
+        has_lost_replies: motor == 2,
         stall_guard: Some(100 * motor),
     });
     let mut bench = Bench::new(BUILD);

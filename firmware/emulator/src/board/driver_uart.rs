@@ -10,8 +10,7 @@ use plumb_protocol::units::Micros;
 
 use crate::tmc2209::{Driver, Trouble, Wire};
 
-/// A trouble of a motor's driver on a UART, for a rehearsal: the motor and its cable do not notice
-/// it.
+/// A trouble of a motor's driver on a UART, for a rehearsal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DriverTrouble {
     /// Index of the motor, 0 to 2.
@@ -64,6 +63,11 @@ impl DriverUart {
     /// Requests that drivers that failed are set up again.
     pub(super) fn request_set_up(&mut self) {
         self.is_set_up_wanted = true;
+    }
+
+    /// Returns which drivers give their motors current while ENABLE is on.
+    pub(super) fn currents(&self) -> PerMotor<bool> {
+        std::array::from_fn(|motor| self.wire.drivers[motor].has_current())
     }
 
     /// Runs to `now`, with motors that turn at these rates. Call this in every tick, which is

@@ -214,6 +214,11 @@ impl Plant for Elastic {
         Ok(())
     }
 
+    fn run_off(&mut self, heights_m: PerMotor<f64>) {
+        let more = self.geometry.lengthening_m(&self.position, heights_m);
+        self.start_lengths_m.iter_mut().zip(more).for_each(|(start, more)| *start += more);
+    }
+
     fn ball(&self) -> Point3<f64> {
         self.position
     }

@@ -82,6 +82,16 @@ impl Geometry {
         self.motors.map(|m| (ball - m).norm())
     }
 
+    /// Returns by how much each cable to a ball at `ball` gets longer while the ball sinks by these
+    /// small heights; metres.
+    pub(crate) fn lengthening_m(
+        &self,
+        ball: &Point3<f64>,
+        heights_m: PerMotor<f64>,
+    ) -> PerMotor<f64> {
+        std::array::from_fn(|i| heights_m[i] * (self.motors[i] - ball).normalize().z)
+    }
+
     /// Returns the cable lengths after `motors` full steps (+ pays out) from `start_m`, metres.
     ///
     /// # Errors

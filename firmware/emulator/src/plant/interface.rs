@@ -28,6 +28,11 @@ pub trait Plant {
         self.advance(0.0, motors)
     }
 
+    /// Lets each cable run off its drum, whose motor has no current, as far as a ball needs that
+    /// sinks by this height (metres, 0 or more; order A, B, C). It counts from the next
+    /// [`advance`](Self::advance) on. The default is for a plant whose motors always have current.
+    fn run_off(&mut self, _heights_m: PerMotor<f64>) {}
+
     /// Returns the ball's centre, metres in the rig frame.
     fn ball(&self) -> Point3<f64>;
 

@@ -54,6 +54,11 @@ impl Plant for QuasiStatic {
         Ok(())
     }
 
+    fn run_off(&mut self, heights_m: PerMotor<f64>) {
+        let more = self.geometry.lengthening_m(&self.hang.ball, heights_m);
+        self.start_lengths_m.iter_mut().zip(more).for_each(|(start, more)| *start += more);
+    }
+
     fn ball(&self) -> Point3<f64> {
         self.hang.ball
     }

@@ -63,6 +63,14 @@ impl Plant for Wired {
         self.plant.settle(self.turned(motors))
     }
 
+    fn run_off(&mut self, heights_m: PerMotor<f64>) {
+        let mut of_motors = [0.0; MOTORS];
+        for (output, height) in self.outputs.iter().zip(heights_m) {
+            of_motors[output.motor] = height;
+        }
+        self.plant.run_off(of_motors);
+    }
+
     fn ball(&self) -> Point3<f64> {
         self.plant.ball()
     }
