@@ -136,7 +136,7 @@ fn a_configuration_with_the_wiring_in_force_touches_no_pin() {
     assert_eq!(chip.pin_level(ENABLE), 0, "on");
     assert_eq!(chip.request(jog(1, 5)), None);
     chip.run_us(100_000);
-    assert_eq!(chip.motors, [0.0, 5.0, 0.0]);
+    assert_eq!(chip.motors[1], 5.0);
 }
 
 /// Another wiring switches the drivers off. STEP and DIR that it has too keep their levels, and a

@@ -291,7 +291,7 @@ fn noise_on_the_wire_is_outlived() {
         chip.run_us(37_000);
     }
     assert_eq!(chip.state(), State::Ready);
-    chip.execute(json!({ "driver": { "index": 0, "noise": 100 } }));
+    chip.execute(json!({ "driver": { "index": 0, "noise": 1000 } }));
     assert!(matches!(fault(&mut chip).0, DriverFault::BadReplies(_)));
 }
 
@@ -304,7 +304,7 @@ fn the_uart_is_used_for_its_drivers_only() {
         let reply = chip.execute(json!({ "drivers": true }));
         reply["drivers"][0]["writes"].as_i64().expect("writes")
     };
-    assert_eq!(writes(&mut chip), 1 + 10);
+    assert_eq!(writes(&mut chip), 1 + 11);
     let step_dir = Wiring { drivers: Drivers::StepDir(StepDir::TMC2209), ..wiring() };
     let before = chip.received.len();
     chip.request(Command::Hello(Hello::OURS));
@@ -323,5 +323,5 @@ fn the_uart_is_used_for_its_drivers_only() {
     chip.drive_pin(UART_TX, None);
     let mut chip = chip.wired(wiring(), config);
     chip.run_us(300_000);
-    assert_eq!((chip.state(), writes(&mut chip)), (State::Ready, 2 * (1 + 10)));
+    assert_eq!((chip.state(), writes(&mut chip)), (State::Ready, 2 * (1 + 11)));
 }

@@ -46,6 +46,27 @@ fn the_fault_of_every_wrong_rig_is_named() {
     assert!(wrong.is_empty(), "{} of {RIGS}: {wrong:#?}", wrong.len());
 }
 
+/// A driver whose jumpers set other microsteps than the rig file, or motors of 400 steps a turn: a
+/// step winds a multiple of `size.cable_per_step`, a power of 2. With no such multiple no right rig
+/// is accused, above.
+#[test]
+fn a_step_that_winds_another_length_of_cable_is_named() {
+    for index in (0..RIGS).step_by(20) {
+        for factor in [0.25, 0.5, 2.0, 4.0] {
+            let mut case = Case::right(SEED, index);
+            let size = case.rig.size.as_mut().unwrap();
+            size.cable_per_step = (size.cable_per_step.get() / factor).try_into().unwrap();
+            let report = examine(&case).unwrap();
+            let &[Fault::CablePerStep { percent }] = &report.faults[..] else {
+                panic!("rig {index}, {factor}: {:?}", report.faults)
+            };
+            // The drums differ by 10 %, and the motors' places were taken by tape measure.
+            let found = f64::from(percent) / 100.0;
+            assert!((found / factor - 1.0).abs() < 0.25, "rig {index}: {found} for {factor}");
+        }
+    }
+}
+
 /// Returns what is wrong with the report on a rig with two faults, if anything is.
 fn mistake_in(case: &Case, report: &Report) -> Option<String> {
     let faults = case.faults();

@@ -343,8 +343,7 @@ impl Board {
         self.state = state;
     }
 
-    /// Turns one motor; at standstill. One that stands outside its travel may only come back, and slowly.
-    #[cold]
+    /// Turns one motor. One that stands outside its travel may only come back, and slowly.
     fn jog(&mut self, now: Micros, jog: Jog) -> Result<(), Refusal> {
         let params = self.setup.require()?;
         let motor = usize::from(jog.motor);

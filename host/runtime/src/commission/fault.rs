@@ -53,6 +53,11 @@ pub enum Fault {
     Mirrored,
     /// Up and down are exchanged in the camera's pose.
     UpsideDown,
+    /// A step winds more or less cable than `size.cable_per_step` says.
+    CablePerStep {
+        /// Cable of a step over that of the rig file, percent.
+        percent: u32,
+    },
 }
 
 impl fmt::Display for Fault {
@@ -104,6 +109,13 @@ impl fmt::Display for Fault {
             Self::UpsideDown => f.write_str(
                 "up and down are exchanged in the camera's pose: the camera hangs upside down, or \
                  its quaternion is wrong. Run `plumb calibrate`.",
+            ),
+            Self::CablePerStep { percent } => write!(
+                f,
+                "a step winds {:.2} times the cable of `size.cable_per_step`. Compare the \
+                 microsteps that the drivers' jumpers set with `motors.microsteps`, the motors' \
+                 steps a turn (200 or 400) and the circumference of the drums with that key.",
+                f64::from(*percent) / 100.0
             ),
         }
     }

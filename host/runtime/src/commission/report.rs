@@ -1,6 +1,9 @@
 //! Result of an examination: the explanation with the fewest mistakes, and those that look the
 //! same.
 
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+use std::ops::RangeInclusive;
+
 use nalgebra::Point3;
 
 use super::explanation::{
@@ -9,7 +12,7 @@ use super::explanation::{
 use super::fault::{Fault, Output};
 use super::response::{Motion, Response};
 use super::swing::{Doubt, Measurement};
-use crate::rig::{Box3, Rig};
+use crate::rig::{Box3, Rig, Size};
 
 /// Misfit that one mistake more in an explanation must remove, variances.
 const MISFIT_OF_MISTAKE: f64 = 8.0;
@@ -20,6 +23,10 @@ const SCORE_MARGIN: f64 = 9.0;
 
 /// Distance from the workspace within which the ball counts as inside, metres.
 const WORKSPACE_MARGIN_M: f64 = 0.05;
+
+/// Cable of a step over that of the rig file that counts as right: jumpers of a driver and motors
+/// of 400 steps a turn give powers of 2, and these are half-way to the next ones.
+const CABLE_PER_STEP: RangeInclusive<f64> = FRAC_1_SQRT_2..=SQRT_2;
 
 /// Result of an examination.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +67,13 @@ impl Report {
             Some(best) if !has_loose_cable => remaining_yaw(&best, &columns, &sectors),
             _ => 0.0,
         };
-        let explained = choice.best.map(|best| best.faults()).unwrap_or_default();
+        let mut explained = choice.best.map(|best| best.faults()).unwrap_or_default();
+        if let Some(size) = &rig.size
+            && choice.best == Some(RIGHT)
+            && !has_loose_cable
+        {
+            explained.extend(cable_fault(size, &ball, &columns));
+        }
         Self {
             ball,
             is_inside,
@@ -114,6 +127,20 @@ fn mechanical_faults(responses: &[Response; 3]) -> Vec<Fault> {
         return faults.into_iter().filter(is_slack).collect();
     }
     faults
+}
+
+/// Returns the fault of rigs whose drums wind another length of cable in a step than `size` says.
+/// The ball moves along cable i by what motor i pays out.
+fn cable_fault(size: &Size, ball: &Point3<f64>, columns: &[Column]) -> Option<Fault> {
+    let motors = size.motors();
+    let paid_out =
+        |column: &Column| column.per_step.dot(&(ball - motors[column.output]).normalize());
+    let mut lengths: Vec<f64> = columns.iter().map(paid_out).collect();
+    lengths.sort_by(f64::total_cmp);
+    let median = lengths.get(lengths.len() / 2)?;
+    let factor = median / size.cable_per_step.get();
+    let percent = (100.0 * factor).round().max(0.0) as u32;
+    (!CABLE_PER_STEP.contains(&factor)).then_some(Fault::CablePerStep { percent })
 }
 
 fn columns(responses: &[Response; 3]) -> Vec<Column> {

@@ -14,7 +14,7 @@ use plumb_frame::camera::Camera;
 use thiserror::Error;
 
 use self::triangle::{WorkspaceBox, check_length};
-use super::{BoardName, FULL_STEPS_PER_REVOLUTION, Stiffness};
+use super::{BoardName, Stiffness};
 
 pub use self::driver::{DriverKind, MicrostepsError, Straps};
 pub use self::triangle::{HEIGHT_RANGE_M, SIDE_RANGE_M, SizeError, Triangle};
@@ -68,6 +68,8 @@ pub struct NewRig {
     pub sides: [f64; 3],
     /// Height of the guides above the floor, metres.
     pub height: f64,
+    /// Full steps in a turn of a motor: 200 of 1.8°, or 400 of 0.9°.
+    pub steps_per_turn: u16,
     /// Cable that a turn of a motor winds, metres.
     pub cable_per_turn: f64,
     /// How much the cables stretch.
@@ -123,6 +125,7 @@ impl Default for NewRig {
             microsteps: 16,
             sides: [0.61, 0.88, 0.93],
             height: 0.66,
+            steps_per_turn: 200,
             cable_per_turn: 0.094,
             stiffness: Stiffness::Unknown,
             camera: NewCamera::Openni,
@@ -178,7 +181,7 @@ impl Limits {
         check_length("the ball's diameter", rig.ball_diameter, BALL_RANGE_M)?;
         let triangle = Triangle::new(rig.sides, rig.height)?;
         let workspace = triangle.workspace(rig.ball_diameter)?;
-        let cable_per_step = rig.cable_per_turn / FULL_STEPS_PER_REVOLUTION;
+        let cable_per_step = rig.cable_per_turn / f64::from(rig.steps_per_turn);
         let tens = |steps: f64| (steps / 10.0).ceil() * 10.0;
         Ok(Self {
             motors: triangle.motors(),

@@ -32,6 +32,15 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let (sides, height) = size(args, &usual, dialogue)?;
     let board = board(args, &usual, dialogue)?;
     let (driver, microsteps) = motors(args, board, &usual, dialogue)?;
+    let steps_per_turn = match args.steps_per_turn {
+        Some(steps) => steps,
+        // A simulated motor has those of the default.
+        None if args.simulated => usual.steps_per_turn,
+        None => {
+            let question = "Full steps in a turn of a motor (200 of 1.8°, 400 of 0.9°)";
+            dialogue.ask(question, &usual.steps_per_turn.to_string(), steps_per_turn)?
+        }
+    };
     let cable_per_turn = length(
         args.cable_per_turn,
         "Cable that a turn of a motor winds (circumference of its drum)",
@@ -79,6 +88,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
         microsteps,
         sides,
         height,
+        steps_per_turn,
         cable_per_turn,
         stiffness,
         camera,
@@ -97,6 +107,12 @@ fn usual(recorded: Option<Camera>) -> NewRig {
         usual.ball_hue = camera.ball_hue;
     }
     usual
+}
+
+/// Parses the full steps in a turn of a motor.
+pub(super) fn steps_per_turn(text: &str) -> Result<u16, String> {
+    let steps = text.parse().ok().filter(|steps| [200, 400].contains(steps));
+    steps.ok_or_else(|| "must be 200 or 400".to_owned())
 }
 
 /// Returns the name of a serial port.

@@ -15,6 +15,9 @@ const LARGEST_TRAVEL: f64 = 2.0;
 /// (`MAX_MOVE_UM` of firmware/core/src/servo/tracker.rs) at 30 pictures/s.
 const FASTEST_CABLE_M_S: f64 = 0.75;
 
+/// Largest speed of a ball over that of its fastest cable, whose direction differs by 84° from the motion.
+const FASTEST_BALL: f64 = 10.0;
+
 /// Largest difference of the cable of a step from that of the simulated drums, as a share.
 const LARGEST_DIFFERENCE: f64 = 0.2;
 
@@ -111,6 +114,7 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     if cable.is_none() {
         found.extend(travel_warning(document, rig, &size));
         found.extend(rate_warning(document, rig, &size));
+        found.extend(reach_warnings(document, rig, &size));
     }
     found.extend(cable);
     found
@@ -193,6 +197,28 @@ fn rate_warning(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Option<
         );
         document.finding(Severity::Warning, &["motors.max_rate"], problem)
     })
+}
+
+/// Returns the warnings about limits that this rig can never reach, so that they protect nothing.
+fn reach_warnings(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Vec<Finding> {
+    let across = size.steps_across(&corners(rig)).ceil();
+    let steps = [
+        ("following.turn", rig.following.turn.get()),
+        ("jog.max_distance", rig.jog.max_distance.get()),
+    ];
+    let too_far = steps.into_iter().filter(|(_, steps)| *steps > across).map(|(key, _)| {
+        let problem =
+            format!("protects nothing: {across} full steps wind a cable across the workspace");
+        document.finding(Severity::Warning, &[key], problem)
+    });
+    let cable = rig.motors.max_rate.get() * size.cable_per_step;
+    let is_too_fast = rig.path.max_speed.get() > FASTEST_BALL * cable;
+    let too_fast = is_too_fast.then(|| {
+        let problem =
+            format!("protects nothing: by `motors.max_rate` a cable moves at {cable:.2} m/s");
+        document.finding(Severity::Warning, &["path.max_speed"], problem)
+    });
+    too_far.chain(too_fast).collect()
 }
 
 /// Returns the corners of the workspace.

@@ -366,6 +366,21 @@ fn a_travel_that_does_not_fit_the_workspace_is_a_warning() {
     }
 }
 
+/// The workspace is 0.93 m from corner to corner, and a step winds 0.47 mm: 2000 steps.
+#[test]
+fn a_limit_that_this_rig_never_reaches_is_a_warning() {
+    for (key, table) in [
+        ("following.turn", "[following]\nturn = 6400"),
+        ("jog.max_distance", "[jog]\nmax_distance = 50000"),
+        ("path.max_speed", "[path]\nmax_speed = 2.0"),
+    ] {
+        let found = findings(&[("[reached]", &format!("{table}\n\n[reached]"))]);
+        let finding = found.iter().find(|it| it.values[0].0 == key).unwrap();
+        assert_eq!(finding.severity, Severity::Warning, "{finding}");
+        assert!(keys(&findings(&[]))[1].iter().all(|other| *other != key), "not by default");
+    }
+}
+
 /// The placeholder of a wrong size must not be compared with the travel.
 #[test]
 fn a_size_with_a_mistake_gives_no_further_warning() {
