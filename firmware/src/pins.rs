@@ -94,7 +94,7 @@ pub(crate) fn release_all() {
     }
 }
 
-/// Releases the pins of the last wiring that are not `used` now: each becomes an input and keeps its
+/// Releases the pins of the last wiring that are not `used`: each becomes an input and keeps its
 /// pull.
 #[cold]
 fn release_unused(used: u32) {

@@ -304,6 +304,14 @@ impl EmulatedBoard {
         self.emergency = open;
     }
 
+    /// Winds in the cables that have run off while motors had no current, as a person who hangs the
+    /// ball again.
+    pub fn hang_again(&mut self) {
+        if let Some(plant) = &mut self.plant {
+            plant.hang_again();
+        }
+    }
+
     /// Returns whether the board has drivers on a UART, by its configuration.
     pub fn has_driver_uart(&self) -> bool {
         self.drivers.is_some()

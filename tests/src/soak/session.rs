@@ -118,11 +118,15 @@ impl Session {
     }
 }
 
-/// Clears what the session before left behind, as an operator does. After a Travel fault the
-/// motors get a new zero of travel where they stand: a board that has restarted counts from there.
+/// Clears what the session before left behind, as an operator does. A ball that has fallen in a
+/// restart is hung again. After a Travel fault the motors get a new zero of travel where they stand:
+/// a board that has restarted counts from there.
 fn make_ready(board: &VirtualBoard) -> Result<(), LinkError> {
     let mut link = Link::connect(board.transport())?;
     if let State::Fault(fault) = link.status()?.state {
+        if fault == Fault::Watchdog {
+            board.board().borrow_mut().hang_again();
+        }
         link.clear_fault()?;
         if matches!(fault, Fault::Travel(_)) {
             link.home()?;

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use plumb_protocol::{MOTORS, PerMotor};
 
 use super::forward::lowest_point;
-use super::geometry::{Geometry, check_lengths};
+use super::geometry::{Geometry, add, check_lengths};
 use super::interface::{Plant, RigError, check, check_advance};
 
 /// Number of parts of a sub-step in which a cable goes slack or taut. The tension is discontinuous
@@ -28,6 +28,8 @@ pub struct Elastic {
     damping_n_s_m: PerMotor<f64>,
     substep_s: f64,
     start_lengths_m: PerMotor<f64>,
+    /// Cable that has run off.
+    run_off_m: PerMotor<f64>,
     lengths_m: PerMotor<f64>,
     position: Point3<f64>,
     velocity: Vector3<f64>,
@@ -88,6 +90,7 @@ impl Elastic {
             damping_n_s_m: parameters.stiffness_n_m.map(|k| parameters.damping_ratio * critical(k)),
             substep_s: parameters.substep_s(),
             start_lengths_m: lengths_m,
+            run_off_m: [0.0; MOTORS],
             lengths_m,
             position,
             velocity: Vector3::zeros(),
@@ -187,7 +190,7 @@ impl Plant for Elastic {
     /// jump and the ball does not move.
     fn advance(&mut self, dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError> {
         check_advance(dt_s, motors)?;
-        let goal = self.geometry.paid_out_m(self.start_lengths_m, motors)?;
+        let goal = self.geometry.paid_out_m(add(self.start_lengths_m, self.run_off_m), motors)?;
         let mut rates = [0.0; MOTORS];
         if dt_s > 0.0 {
             rates = std::array::from_fn(|i| (goal[i] - self.lengths_m[i]) / dt_s);
@@ -206,7 +209,7 @@ impl Plant for Elastic {
 
     fn settle(&mut self, motors: PerMotor<f64>) -> Result<(), RigError> {
         check_advance(0.0, motors)?;
-        let goal = self.geometry.paid_out_m(self.start_lengths_m, motors)?;
+        let goal = self.geometry.paid_out_m(add(self.start_lengths_m, self.run_off_m), motors)?;
         self.lengths_m = goal;
         self.position = equilibrium(&self.geometry, &self.parameters, goal);
         self.velocity = Vector3::zeros();
@@ -216,7 +219,11 @@ impl Plant for Elastic {
 
     fn run_off(&mut self, heights_m: PerMotor<f64>) {
         let more = self.geometry.lengthening_m(&self.position, heights_m);
-        self.start_lengths_m.iter_mut().zip(more).for_each(|(start, more)| *start += more);
+        self.run_off_m = add(self.run_off_m, more);
+    }
+
+    fn hang_again(&mut self) {
+        self.run_off_m = [0.0; MOTORS];
     }
 
     fn ball(&self) -> Point3<f64> {

@@ -164,6 +164,11 @@ pub(crate) fn check_lengths(lengths_m: PerMotor<f64>) -> Result<(), RigError> {
     Ok(())
 }
 
+/// Returns the sum of two lengths for each motor.
+pub(crate) fn add(one: PerMotor<f64>, other: PerMotor<f64>) -> PerMotor<f64> {
+    std::array::from_fn(|i| one[i] + other[i])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

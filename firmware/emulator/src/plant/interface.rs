@@ -33,6 +33,9 @@ pub trait Plant {
     /// [`advance`](Self::advance) on. The default is for a plant whose motors always have current.
     fn run_off(&mut self, _heights_m: PerMotor<f64>) {}
 
+    /// Winds in what has run off, as a person who hangs the ball again.
+    fn hang_again(&mut self) {}
+
     /// Returns the ball's centre, metres in the rig frame.
     fn ball(&self) -> Point3<f64>;
 

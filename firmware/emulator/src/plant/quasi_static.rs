@@ -1,10 +1,10 @@
 //! Plant model whose ball is always at rest: slow motors and inextensible cables.
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use plumb_protocol::PerMotor;
+use plumb_protocol::{MOTORS, PerMotor};
 
 use super::forward::{Hang, lowest_point};
-use super::geometry::Geometry;
+use super::geometry::{Geometry, add};
 use super::interface::{Plant, RigError, check_advance};
 
 /// Singular value of the cables' directions below which a combination of them bears no load.
@@ -16,6 +16,8 @@ const RANK_TOLERANCE: f64 = 1e-9;
 pub struct QuasiStatic {
     geometry: Geometry,
     start_lengths_m: PerMotor<f64>,
+    /// Cable that has run off.
+    run_off_m: PerMotor<f64>,
     hang: Hang,
 }
 
@@ -36,7 +38,8 @@ impl QuasiStatic {
     /// # Errors
     /// The errors of [`lowest_point`].
     pub fn with_lengths(geometry: Geometry, lengths_m: PerMotor<f64>) -> Result<Self, RigError> {
-        Ok(Self { geometry, start_lengths_m: lengths_m, hang: lowest_point(&geometry, lengths_m)? })
+        let hang = lowest_point(&geometry, lengths_m)?;
+        Ok(Self { geometry, start_lengths_m: lengths_m, run_off_m: [0.0; MOTORS], hang })
     }
 
     /// Returns the rig's geometry.
@@ -49,14 +52,18 @@ impl QuasiStatic {
 impl Plant for QuasiStatic {
     fn advance(&mut self, dt_s: f64, motors: PerMotor<f64>) -> Result<(), RigError> {
         check_advance(dt_s, motors)?;
-        self.hang =
-            lowest_point(&self.geometry, self.geometry.paid_out_m(self.start_lengths_m, motors)?)?;
+        let start = add(self.start_lengths_m, self.run_off_m);
+        self.hang = lowest_point(&self.geometry, self.geometry.paid_out_m(start, motors)?)?;
         Ok(())
     }
 
     fn run_off(&mut self, heights_m: PerMotor<f64>) {
         let more = self.geometry.lengthening_m(&self.hang.ball, heights_m);
-        self.start_lengths_m.iter_mut().zip(more).for_each(|(start, more)| *start += more);
+        self.run_off_m = add(self.run_off_m, more);
+    }
+
+    fn hang_again(&mut self) {
+        self.run_off_m = [0.0; MOTORS];
     }
 
     fn ball(&self) -> Point3<f64> {
@@ -82,8 +89,6 @@ impl Plant for QuasiStatic {
 
 #[cfg(test)]
 mod tests {
-    use plumb_protocol::MOTORS;
-
     use super::*;
 
     #[test]

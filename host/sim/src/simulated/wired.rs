@@ -71,6 +71,10 @@ impl Plant for Wired {
         self.plant.run_off(of_motors);
     }
 
+    fn hang_again(&mut self) {
+        self.plant.hang_again();
+    }
+
     fn ball(&self) -> Point3<f64> {
         self.plant.ball()
     }

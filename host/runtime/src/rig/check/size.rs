@@ -15,7 +15,7 @@ const LARGEST_TRAVEL: f64 = 2.0;
 /// (`MAX_MOVE_UM` of firmware/core/src/servo/tracker.rs) at 30 pictures/s.
 const FASTEST_CABLE_M_S: f64 = 0.75;
 
-/// Largest speed of a ball over that of its fastest cable, whose direction differs by 84° from the motion.
+/// Largest speed of a ball over that of its fastest cable: at 84° to the motion.
 const FASTEST_BALL: f64 = 10.0;
 
 /// Largest difference of the cable of a step from that of the simulated drums, as a share.
