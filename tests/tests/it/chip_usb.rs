@@ -44,6 +44,7 @@ fn a_hanging_usb_controller_is_reset_at_rest() {
             chip.send(&frame, 60);
             chip.execute(json!({ "hang_usb": how }));
             // The host asks again, since no answer comes.
+            chip.run_us(50_000);
             let reply = ask(&mut chip, BACK_US);
             assert_eq!(states(&reply), ["lost", "attached", "ready"], "{how}: {reply}");
             assert_eq!(chip.counter(&image, "USB_RESETS"), resets);
