@@ -1,5 +1,5 @@
-//! What the chip has counted, for the diagnosis of a board: late ticks, resets of USB, and where
-//! the processor was at its last fault. What is left of the stack is in [`crate::stack`].
+//! What the chip has counted, for the diagnosis of a board: late ticks, resets of USB, dropped
+//! frames, and where the processor was at its last fault. What is left of the stack is in [`crate::stack`].
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -14,6 +14,8 @@ static LATE_AT_REST: AtomicU32 = AtomicU32::new(0);
 #[used]
 static USB_RESETS: AtomicU32 = AtomicU32::new(0);
 #[used]
+static DROPPED_FRAMES: AtomicU32 = AtomicU32::new(0);
+#[used]
 static FAULT_PC: AtomicU32 = AtomicU32::new(0);
 #[used]
 static FAULT_LR: AtomicU32 = AtomicU32::new(0);
@@ -22,6 +24,12 @@ static FAULT_LR: AtomicU32 = AtomicU32::new(0);
 pub(crate) fn count_late_tick(moving: bool) {
     let counter = if moving { &LATE_TICKS } else { &LATE_AT_REST };
     counter.store(counter.load(Ordering::Relaxed).saturating_add(1), Ordering::Relaxed);
+}
+
+/// Counts frames that the outbox has no room for. Called by the stepping interrupt alone.
+pub(crate) fn count_dropped_frames(frames: u32) {
+    DROPPED_FRAMES
+        .store(DROPPED_FRAMES.load(Ordering::Relaxed).saturating_add(frames), Ordering::Relaxed);
 }
 
 /// Returns how often the supervisor of USB has reset its controller.
@@ -46,14 +54,16 @@ fn last_fault() -> Option<ProcessorFault> {
     (pc != 0 || lr != 0).then_some(ProcessorFault { pc, lr })
 }
 
-/// Returns everything that was counted since the start.
+/// Returns everything that was counted since the start; `dropped` frames were dropped by the
+/// board's own outbox.
 #[cold]
-pub(crate) fn counts() -> ChipCounts {
+pub(crate) fn counts(dropped: u32) -> ChipCounts {
     ChipCounts {
         late_ticks: LATE_TICKS.load(Ordering::Relaxed),
         late_at_rest: LATE_AT_REST.load(Ordering::Relaxed),
         free_stack: Some(stack::free()),
         usb_resets: usb_resets(),
         fault: last_fault(),
+        dropped_frames: DROPPED_FRAMES.load(Ordering::Relaxed).saturating_add(dropped),
     }
 }

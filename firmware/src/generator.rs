@@ -20,10 +20,11 @@ use embassy_rp::pio::Pio;
 use embassy_rp::{Peri, pac};
 use plumb_core::segment::{Segments, given};
 use plumb_core::timing::DriverTiming;
-use plumb_core::{Pulses, StepPlan};
+use plumb_core::{Pulses, StepPlan, TICK_US};
 use plumb_protocol::dimension::{MOTORS, PerMotor};
 use plumb_protocol::wiring::Pins;
 
+use crate::chip::timer;
 use crate::interrupts::Interrupts;
 
 /// The state machines of the motors.
@@ -31,6 +32,10 @@ const MACHINES: u8 = (1 << MOTORS) - 1;
 /// Time that the emergency input must be open to stop the pulses, µs. It is longer than a period of
 /// the coils' modulation (33 µs), so that noise from the motors' leads closes the input in between.
 const ESTOP_FILTER_US: u32 = 50;
+/// Deviation of a tick that shows another clock, µs: more than the timer's resolution and the look
+/// at three state machines. Clocks that the chip can be set to differ by 4 % and more from the
+/// planned one.
+const TOLERANCE_US: u32 = 4;
 /// The flag that the monitor of the emergency input sets.
 const ESTOP_FLAG: u8 = 1 << 4;
 
@@ -123,13 +128,38 @@ impl Generator {
         c.give(2, of_c);
     }
 
-    /// Waits until the state machines have finished, a tick at most.
+    /// Waits until the state machines have finished, for two ticks at most. One that has not by
+    /// then stands still: [`halt`](Self::halt) drops what is left of its words.
     pub(crate) fn finish(&mut self) {
-        for _ in 0..plumb_core::timing::TICK_CLOCKS {
-            if (0..MOTORS).all(program::idle) || self.estop_tripped() {
-                break;
-            }
+        let begin = timer();
+        while !(0..MOTORS).all(program::idle)
+            && !self.estop_tripped()
+            && timer().wrapping_sub(begin) < 2 * TICK_US
+        {}
+    }
+
+    /// Returns whether a state machine has run out of words since the last call, which delays its
+    /// pulses: a tick came late. [`finish`](Self::finish) waits for that, too.
+    #[inline(always)]
+    pub(crate) fn ran_dry(&mut self) -> bool {
+        let flags = pac::PIO0.fdebug();
+        let dry = flags.read().txstall() & MACHINES;
+        if dry != 0 {
+            flags.write(|w| w.set_txstall(dry));
         }
+        dry != 0
+    }
+
+    /// Returns whether a tick of the state machines takes as long as one of the timer: the chip's
+    /// clock is the one that the board plans with. At the start, without pins.
+    #[cold]
+    pub(crate) fn has_planned_clock(&mut self) -> bool {
+        self.halt();
+        self.give(&StepPlan::default());
+        let begin = timer();
+        self.run();
+        self.finish();
+        timer().wrapping_sub(begin).abs_diff(TICK_US) <= TOLERANCE_US
     }
 
     /// Stops the state machines before their first instruction, with empty queues.

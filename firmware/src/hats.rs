@@ -5,7 +5,7 @@
 //! microstep changes two channels of a motor, four where a coil's current reverses: 0.7 to 1.4 ms
 //! for three motors. At 300 full steps/s this is at most half a step at once.
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_rp::Peri;
@@ -69,8 +69,17 @@ const RETRY: Duration = Duration::from_millis(100);
 static COMMAND: Signal<CriticalSectionRawMutex, HatCommand> = Signal::new();
 /// Whether a HAT did not carry out the last command.
 static FAILED: AtomicBool = AtomicBool::new(false);
+/// Number of the set of HATs in use; wraps. A failure of another set counts no more.
+static SET: AtomicU8 = AtomicU8::new(0);
 /// Whether the chip restarts once the current is off.
 static LEAVING: AtomicBool = AtomicBool::new(false);
+
+/// Begins with the present HATs: a failure of earlier ones is none of theirs. Called by the stepping
+/// interrupt before their first command.
+pub(crate) fn begin() {
+    SET.store(SET.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    FAILED.store(false, Ordering::Relaxed);
+}
 
 /// Sets the newest command, which replaces one that is still waiting. Called by the stepping
 /// interrupt; never waits.
@@ -129,8 +138,11 @@ pub(crate) async fn drive_hats(resources: HatResources) {
         None => COMMAND.wait().await,
     };
     loop {
+        let set = SET.load(Ordering::Relaxed);
         let done = matches!(with_timeout(TIMEOUT, hats.execute(&command)).await, Ok(Some(())));
-        FAILED.store(!done, Ordering::Relaxed);
+        critical_section::with(|_| {
+            FAILED.store(!done && set == SET.load(Ordering::Relaxed), Ordering::Relaxed);
+        });
         if command.positions.is_none() && LEAVING.load(Ordering::Relaxed) {
             link::reset::restart();
         }

@@ -19,6 +19,7 @@ use embassy_sync::pipe::Pipe;
 use embassy_time::{Duration, with_timeout};
 use static_cell::StaticCell;
 
+use crate::diagnostics;
 use crate::interrupts::spawn;
 use arbiter::{InboxWriter, LinkArbiter, Port, SharedArbiter};
 
@@ -30,6 +31,9 @@ const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Frames from the board, on their way to the master. Size in bytes.
 static OUTBOX: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
+
+/// Bytes that are taken from the outbox at once: interrupts are off meanwhile, for 12 clocks a byte.
+const PIECE: usize = 16;
 
 pub(crate) struct LinkResources {
     pub(crate) usb: Peri<'static, USB>,
@@ -60,7 +64,12 @@ pub(crate) fn start(spawner: Spawner, resources: LinkResources) {
 async fn transmit(mut usb: usb::Out, mut uart: BufferedUartTx, arbiter: SharedArbiter) {
     let mut packet = [0; usb::PACKET];
     loop {
-        let count = OUTBOX.read(&mut packet).await;
+        let mut count = OUTBOX.read(&mut packet[..PIECE]).await;
+        while let Some(rest) = packet[count..].chunks_mut(PIECE).next()
+            && let Ok(more) = OUTBOX.try_read(rest)
+        {
+            count += more;
+        }
         let packet = &packet[..count];
         let master = arbiter.lock().await.master();
         match master {
@@ -78,10 +87,12 @@ async fn transmit(mut usb: usb::Out, mut uart: BufferedUartTx, arbiter: SharedAr
     }
 }
 
-/// Sends whole frames to the master, or drops them where there is no room. Called by the stepping
+/// Sends whole frames to the master, or drops and counts them where there is no room. Called by the stepping
 /// interrupt; never waits.
 pub(crate) fn send(mut frames: &[u8]) {
     if OUTBOX.free_capacity() < frames.len() {
+        let count = frames.iter().filter(|byte| **byte == 0).count();
+        diagnostics::count_dropped_frames(count as u32);
         return;
     }
     // Nothing else writes, so there is room. The ring buffer takes the bytes in two parts where it

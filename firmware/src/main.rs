@@ -37,6 +37,7 @@ mod witness;
 
 use embassy_executor::Spawner;
 use embassy_rp::Peripherals;
+use embassy_rp::config::Config;
 
 use coils::Coils;
 use enable::Enable;
@@ -69,13 +70,14 @@ fn main() -> ! {
     let cause = restart::cause();
     chip::install_stack_guard();
     stack::fill();
-    let p: Peripherals = embassy_rp::init(embassy_rp::config::Config::default());
+    let p: Peripherals = embassy_rp::init(Config::new(chip::clocks()));
     interrupts::copy_vectors();
     interrupts::set_priorities();
     let watchdog = TickWatchdog::start(p.WATCHDOG);
     pins::release_all();
     watchdog::limit_led();
-    let generator = Generator::new(p.PIO0, (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2));
+    let mut generator = Generator::new(p.PIO0, (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2));
+    let has_planned_clock = generator.has_planned_clock();
     let (coils, enable) = (Coils::new(), Enable::new());
     let (stored, mut flash) = flash::open(p.FLASH);
     let known = flash::known_rig(&mut flash);
@@ -99,7 +101,15 @@ fn main() -> ! {
     if let Ok(task) = start_tasks(TaskResources { link, hats, flash }) {
         spawner.spawn(task);
     }
-    let resources = SteppingResources { inbox, generator, coils, enable, watchdog, cause, stored };
-    stepping::start(resources);
+    stepping::start(SteppingResources {
+        inbox,
+        generator,
+        coils,
+        enable,
+        watchdog,
+        has_planned_clock,
+        cause,
+        stored,
+    });
     law_worker::run(known)
 }

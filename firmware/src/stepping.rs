@@ -18,7 +18,7 @@ use plumb_protocol::units::Micros;
 use plumb_protocol::wiring::Drivers;
 use static_cell::StaticCell;
 
-use crate::chip::TIMER;
+use crate::chip::{TIMER, timer};
 use crate::coils::Coils;
 use crate::enable::Enable;
 use crate::flash::{self, FlashWrite};
@@ -31,10 +31,10 @@ use crate::{chip, diagnostics, info, law_worker, pins, restart, tmc2209, watchdo
 /// Time from the interrupt to the tick that it plans, µs: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
 /// position that reverses three motors and a moving average; 7384 where that is in front of the end
-/// of their travel, and such a tick is late. Besides, interrupts are off in code that waits for
-/// flash: for up to 462 clocks in one build and 607 (4.9 µs) in another, which has its code in
-/// other lines of the cache. 711 clocks are left for it.
-const AHEAD_US: u32 = 57;
+/// of their travel. Besides, interrupts are off in code that waits for flash, and while the links'
+/// tasks take bytes from their queues: for up to 839 clocks (6.7 µs), with questions back to back
+/// on the UART. 1086 clocks are left for it.
+const AHEAD_US: u32 = 60;
 
 /// Time before its beginning from which on a tick is late, µs: giving the state machines their
 /// words takes 4.5 µs.
@@ -88,6 +88,8 @@ pub(crate) struct SteppingResources {
     pub(crate) coils: Coils,
     pub(crate) enable: Enable,
     pub(crate) watchdog: TickWatchdog,
+    /// Whether the chip's clock is the one that the board plans with.
+    pub(crate) has_planned_clock: bool,
     /// Cause of the start.
     pub(crate) cause: StartCause,
     /// The stored wiring and configuration.
@@ -154,21 +156,19 @@ stepping_interrupt!(TIMER_IRQ_1);
 #[cfg(feature = "rp2350")]
 stepping_interrupt!(TIMER0_IRQ_1);
 
-/// Returns the timer, µs; it wraps after 71 minutes.
-fn timer() -> u32 {
-    TIMER.timerawl().read()
-}
-
 impl Stepping {
     /// Creates the state before the first tick.
     fn new(resources: SteppingResources) -> Self {
-        let SteppingResources { inbox, generator, coils, enable, watchdog, cause, stored } =
-            resources;
+        let SteppingResources { inbox, generator, coils, enable, watchdog, .. } = resources;
+        let SteppingResources { has_planned_clock, cause, stored, .. } = resources;
         let mut board = Board::new(BUILD);
         board.set_start_cause(cause);
         board.set_provenance(info::provenance());
         if let Some(Stored { wiring, config }) = &stored {
             board.restore(wiring, config);
+        }
+        if !has_planned_clock {
+            board.refuse_clock();
         }
         Self {
             board,
@@ -197,8 +197,11 @@ impl Stepping {
             if (next.wrapping_sub(timer()) as i32) > 0 {
                 break;
             }
-            // The time has passed already: the alarm would come in 71 minutes.
+            // The time has passed already: the alarm would come in 71 minutes, or has come since it
+            // was set. Its tick is the next one here.
             TIMER.armed().write(|w| w.set_armed(1 << 1));
+            TIMER.intr().write(|w| w.set_alarm(1, true));
+            chip::STEPPING.unpend();
         }
     }
 
@@ -220,6 +223,9 @@ impl Stepping {
         }
         self.give_words();
         // The rest of the tick is not urgent.
+        if self.generator.ran_dry() {
+            self.on_late_tick();
+        }
         if !matches!(self.commutated, Commutated::None) {
             self.turn_fields();
         }
@@ -261,7 +267,7 @@ impl Stepping {
             tmc2209::request_set_up(true);
         }
         if tick.diagnose {
-            self.board.on_diagnosed(diagnostics::counts(), &mut self.outbox);
+            self.board.on_diagnosed(diagnostics::counts(self.outbox.dropped()), &mut self.outbox);
         }
         self.enable.set(tick.drivers_enabled && !self.generator.estop_tripped());
     }
@@ -351,12 +357,15 @@ impl Stepping {
             Commutated::Coils if enabled => self.coils.show(self.board.positions()),
             Commutated::Coils => self.coils.release(),
             Commutated::Hats(last) => {
-                if hats::failed() {
+                if last.positions.is_some() && hats::failed() {
                     let fault = DriverFault::Hat;
                     self.board.on_driver_failure(self.now, fault, &mut self.outbox);
                 }
                 let positions = enabled.then(|| self.board.positions());
                 if last.positions != positions {
+                    if last.positions.is_none() {
+                        hats::begin();
+                    }
                     let command = HatCommand { positions, ..last };
                     self.commutated = Commutated::Hats(command);
                     hats::command(command);
@@ -445,6 +454,16 @@ impl Stepping {
         }
     }
 
+    /// Counts a late tick, and reports one that has delayed pulses to the board.
+    #[inline(never)]
+    fn on_late_tick(&mut self) {
+        let moving = self.board.rates() != [0; MOTORS];
+        diagnostics::count_late_tick(moving);
+        if moving {
+            self.board.on_late_tick(self.now, &mut self.outbox);
+        }
+    }
+
     /// Returns whether the coming tick begins now, or has begun.
     fn is_late(&self) -> bool {
         (self.beginning.wrapping_sub(timer()) as i32) < LATE_US
@@ -458,9 +477,6 @@ impl Stepping {
             return;
         }
         let late = self.is_late();
-        if late {
-            diagnostics::count_late_tick(self.running && self.board.rates() != [0; MOTORS]);
-        }
         if self.running {
             self.generator.finish();
         }

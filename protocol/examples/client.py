@@ -14,7 +14,7 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 2
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("fd6b59a2442dad6f")
+SCHEMA = bytes.fromhex("db7d75f6f338db32")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS, WIRE = 0, 1, 3, 6, 8, 9, 16
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
 STATES += ["jogging", "stopping", "storing", "following"]
@@ -98,6 +98,7 @@ def telemetry(fields):
     if fields.byte() == 1:  # the board follows a reference
         told["reference"] = {name: fields.unsigned() for name in ("sequence", "time_us", "pace")}
         told["reference"]["position_m"] = [fields.signed() / 1e6 for _ in range(3)]
+    told["late_ticks"] = fields.unsigned()
     return told
 
 

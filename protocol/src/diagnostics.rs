@@ -57,6 +57,8 @@ pub struct ChipCounts {
     pub usb_resets: u16,
     /// Place of the processor's fault, where that was the cause of the last start.
     pub fault: Option<ProcessorFault>,
+    /// Frames to the host that were dropped for want of room: the host, or the link, is too slow.
+    pub dropped_frames: u32,
 }
 
 /// Registers at a fault of the processor.

@@ -418,6 +418,10 @@ pub enum Fault {
     NoProgress,
     /// A motor driver failed. The motor positions are unknown.
     Driver(DriverFault),
+    /// The pulses came late repeatedly: see [`Telemetry::late_ticks`].
+    LateTicks,
+    /// The chip's clock is not the one that the board plans with. It stays until a restart.
+    Clock,
 }
 
 /// How a motor driver failed, with the motor (0 = A, 1 = B, 2 = C). Grows at its end. Data sheet of
@@ -480,6 +484,9 @@ pub struct Telemetry {
     pub tensions: Option<PerMotor<RelativeTension>>,
     /// State of the reference while the board follows one.
     pub reference: Option<ReferenceState>,
+    /// Number of ticks since the start that came late while motors turned: each delayed the
+    /// pulses; saturating.
+    pub late_ticks: u16,
 }
 
 /// Report of the motor drivers.

@@ -36,6 +36,8 @@ impl fmt::Display for Fault {
                 f.write_str("the ball gets no nearer to its target: is the target within reach?")
             }
             Self::Driver(fault) => fault.fmt(f),
+            Self::LateTicks => f.write_str("the pulses came late (a fault of the firmware)"),
+            Self::Clock => f.write_str("the chip's clock is wrong (a fault of the firmware)"),
         }
     }
 }

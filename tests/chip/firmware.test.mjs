@@ -2,9 +2,11 @@
 // with the emulated board.
 // usage: PLUMB_ELF=target/firmware/plumb.elf node --test tests/chip/firmware.test.mjs
 import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
 import { before, test } from 'node:test';
 import { Chip } from './src/chip.mjs';
-import { CONFIGURED } from './test/frames.mjs';
+import { Trace } from './src/trace.mjs';
+import { CONFIGURED, frame } from './test/frames.mjs';
 import { EMERGENCY, FLAG, MACHINE, MONITOR, ORIGIN } from './test/monitor.mjs';
 
 const MS = 1e6;
@@ -39,6 +41,34 @@ function configured() {
   return { chip };
 }
 
+/** Returns such a chip while its motor A turns: a jog of 200 steps at 48 steps/s. */
+function jogging() {
+  const { chip } = configured();
+  const jog = [0xac, 0x02, 6, 0, 0x80, 0x32, 0x80, 0xc0, 0x01];
+  chip.usb.send(frame(Buffer.from(jog)));
+  chip.runFor(20 * MS);
+  return { chip };
+}
+
+/** Returns the firmware's variable of 32 bits whose name contains this. */
+function variable(chip, name) {
+  const line = execFileSync('nm', [ELF], { encoding: 'utf8', maxBuffer: 1e8 })
+    .split('\n')
+    .find((symbol) => symbol.includes(name));
+  return chip.peek32(parseInt(line, 16));
+}
+
+/** Number of the stepping interrupt's exception, TIMER_IRQ_1. */
+const STEPPING = 17;
+const DMA_READ_TRIGGER = 0x3c;
+const CLKDIV = [0xc8, 0xe0, 0xf8];
+const TIMER = 0x40054;
+const TIMERAWL = 0x28;
+const ALARM1 = 0x14;
+/** The tasks' exception, SWI_IRQ_1. */
+const TASKS = 16 + 27;
+/** Clocks of the longest tick (firmware/README.md). */
+const LONGEST_TICK = 23_564;
 const PIO0 = 0x50200000;
 const PIO_CTRL_CLEAR = PIO0 + 0x3000;
 const PIO_IRQ = PIO0 + 0x30;
@@ -242,4 +272,109 @@ test('no data is offered to the host in the last 200 µs of a frame (erratum E15
   }
   assert.ok(offers >= 400 && usb.length > 400 * 20, `${offers} offers`);
   assert.ok(latest < 800 * 125, `${latest / 125} µs after the beginning of a frame`);
+});
+
+test('the longest ticks move no offer into them either', () => {
+  const { chip, usb } = started();
+  let [begin, latest, offers, frames, looked] = [chip.cycles, 0, 0, 0, 0];
+  const { port } = chip;
+  const frameBegins = port.frame.bind(port);
+  port.frame = () => {
+    begin = chip.cycles;
+    // One delays the interrupt of a frame.
+    if (++frames % 7 === 0) chip.bus.stall += LONGEST_TICK;
+    frameBegins();
+  };
+  const offer = port.onOffer;
+  port.onOffer = (endpoint, out) => {
+    if (endpoint !== 0 && !out) {
+      offers++;
+      latest = Math.max(latest, chip.cycles - begin);
+    }
+    offer(endpoint, out);
+  };
+  // Another interrupts the tasks after a look at the time.
+  const timer = chip.mcu.peripherals[TIMER];
+  const read = timer.readUint32.bind(timer);
+  timer.readUint32 = (offset) => {
+    const isLook = offset === TIMERAWL && chip.core.IPSR === TASKS && frames % 7 > 0;
+    if (isLook && chip.cycles - looked > 2_013_000) {
+      looked = chip.cycles;
+      chip.bus.stall += LONGEST_TICK;
+    }
+    return read(offset);
+  };
+  for (let round = 0; round < 600; round++) {
+    chip.usb.send(HELLO);
+    chip.runFor(2 * MS + 7500);
+  }
+  assert.ok(offers >= 400 && usb.length > 400 * 20, `${offers} offers`);
+  assert.ok(latest < 800 * 125, `${latest / 125} µs after the beginning of a frame`);
+});
+
+test('state machines that are slower than planned: the board refuses to drive', () => {
+  for (const [sixteenths, answer] of [
+    [0, '0401ac0208'], // carried out
+    [1, 'ac0201040d'], // refused, a fault: the clock
+  ]) {
+    const chip = new Chip({ image: ELF });
+    const [block] = chip.engine.blocks;
+    const write = block.writeUint32Atomic.bind(block);
+    block.writeUint32Atomic = (offset, value, alias) =>
+      write(offset, CLKDIV.includes(offset) ? value | (sixteenths << 12) : value, alias);
+    const usb = [];
+    chip.usb.onData = (bytes) => usb.push(...bytes);
+    chip.runFor(200 * MS);
+    chip.drive(EMERGENCY, 0);
+    chip.usb.send(CONFIGURED);
+    chip.runFor(20 * MS);
+    assert.ok(hex(usb).includes(answer), hex(usb));
+    assert.equal(chip.resets, 0);
+  }
+});
+
+test('words that come late after the look at the time are counted as a late tick', () => {
+  const { chip } = jogging();
+  assert.equal(variable(chip, 'LATE_TICKS'), 0);
+  const { dma } = chip.mcu;
+  const write = dma.writeUint32.bind(dma);
+  let isArmed = true;
+  dma.writeUint32 = (offset, value) => {
+    // 100 µs between the words of motor A and those of B.
+    if (offset === DMA_READ_TRIGGER && isArmed) {
+      isArmed = false;
+      chip.bus.stall += 12_500;
+    }
+    write(offset, value);
+  };
+  chip.runFor(5 * MS);
+  assert.equal(isArmed, false);
+  assert.equal(variable(chip, 'LATE_TICKS'), 1);
+});
+
+test('a state machine that stands still delays the ticks by two at most', () => {
+  const { chip } = jogging();
+  const trace = new Trace(chip, {}, { tick: STEPPING });
+  chip.bus.write32(PIO_CTRL_CLEAR, 1);
+  chip.bus.stall += 3 * TICK_CYCLES;
+  chip.runFor(100 * MS);
+  const longest = Math.max(...trace.take().tick.map(([, cycles]) => cycles));
+  // Those of the delay, two for the machine, and its own.
+  assert.ok(longest < 6 * TICK_CYCLES, `${longest} clocks`);
+});
+
+test('an alarm that comes while it is compared begins one tick, not two', () => {
+  const { chip } = configured();
+  const timer = chip.mcu.peripherals[TIMER];
+  const write = timer.writeUint32.bind(timer);
+  const ahead = [];
+  timer.writeUint32 = (offset, value) => {
+    write(offset, value);
+    if (offset !== ALARM1) return;
+    ahead.push(value - Math.floor(chip.clock.now / 125));
+    // The processor goes on when the alarm has come.
+    if (ahead.length === 10) chip.bus.stall += ahead[9] * 125;
+  };
+  chip.runFor(5 * MS);
+  assert.ok(ahead.length > 20 && Math.max(...ahead) <= 200, `${ahead} µs to the next tick`);
 });

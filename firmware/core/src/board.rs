@@ -61,7 +61,7 @@ use crate::servo::Servo;
 use crate::timing::DriverTiming;
 use crate::vector::per_motor;
 use schedule::{DriverSetup, EMERGENCY_TICKS, Schedule};
-use session::Session;
+use session::{MAX_LATE_TICKS, Session};
 use setup::Setup;
 use state::State;
 
@@ -122,6 +122,13 @@ impl Board {
         if matches!(cause, StartCause::Watchdog | StartCause::Panic(_) | StartCause::HardFault) {
             self.state = self.state.faulted(Fault::Watchdog);
         }
+    }
+
+    /// Has the board refuse to drive until its next start, because its chip's clock is not the one
+    /// that it plans with; call before the first tick.
+    #[cold]
+    pub fn refuse_clock(&mut self) {
+        self.state = self.state.faulted(Fault::Clock);
     }
 
     /// Sets what the board tells of its program and chip; call before the first tick. Without a
@@ -280,6 +287,15 @@ impl Board {
         self.fault(now, Fault::Driver(fault), out);
     }
 
+    /// Takes in that a tick came late while motors turned, which delayed the pulses. More than
+    /// [`MAX_LATE_TICKS`] within a second stop the board.
+    #[inline(never)]
+    pub fn on_late_tick(&mut self, now: Micros, out: &mut Outbox) {
+        if self.session.count_late_tick(now) > MAX_LATE_TICKS {
+            self.fault(now, Fault::LateTicks, out);
+        }
+    }
+
     /// Takes in that the drivers on a UART are set up, for [`Tick::set_up_drivers`]. They get
     /// current, and the motors move where a command waits for that.
     #[inline(never)]
@@ -358,6 +374,7 @@ impl Board {
             bad_frames: self.session.bad_frames,
             tensions: goal.and_then(|_| self.servo.tensions()),
             reference: goal.and_then(|_| self.servo.reference_state(now)),
+            late_ticks: self.session.late_ticks,
         }));
     }
 }

@@ -3,8 +3,8 @@
 use core::ffi::CStr;
 
 use cortex_m::peripheral::MPU;
-use embassy_rp::pac;
-use embassy_rp::rom_data;
+use embassy_rp::clocks::PllConfig;
+use embassy_rp::{pac, rom_data};
 use plumb_core::law::LawTicks;
 use plumb_protocol::boards::Chip;
 use plumb_protocol::message::StartCause;
@@ -23,6 +23,9 @@ pub(crate) const PICO_BOARD: &CStr = c"pico";
 /// Product id of a Pico's serial port on USB, which Raspberry Pi lets anyone use
 /// (raspberrypi/usb-pid).
 pub(crate) const USB_PRODUCT: u16 = 0x000a;
+/// The system's PLL: 1500 MHz, divided to 125 MHz.
+pub(crate) const SYSTEM_PLL: PllConfig =
+    PllConfig { refdiv: 1, fbdiv: 125, post_div1: 6, post_div2: 2 };
 /// Ticks of the deferred laws.
 pub(crate) const LAW_TICKS: LawTicks = LawTicks::RP2040;
 /// Size of the flash, bytes.

@@ -2,6 +2,7 @@
 
 use core::ffi::CStr;
 
+use embassy_rp::clocks::PllConfig;
 use embassy_rp::{otp, pac, rom_data};
 use plumb_core::law::LawTicks;
 use plumb_protocol::boards::Chip;
@@ -21,6 +22,9 @@ pub(crate) const PICO_BOARD: &CStr = c"pico2";
 /// Product id of a Pico 2's serial port on USB, which Raspberry Pi lets anyone use
 /// (raspberrypi/usb-pid).
 pub(crate) const USB_PRODUCT: u16 = 0x0009;
+/// The system's PLL: 1500 MHz, divided to 150 MHz.
+pub(crate) const SYSTEM_PLL: PllConfig =
+    PllConfig { refdiv: 1, fbdiv: 125, post_div1: 5, post_div2: 2 };
 /// Ticks of the deferred laws.
 pub(crate) const LAW_TICKS: LawTicks = LawTicks::RP2040;
 /// Size of the flash, bytes.

@@ -127,6 +127,7 @@ mod tests {
             rates: [0.0; 3],
             error: [0.0; 3],
             bad_frames: 0,
+            late_ticks: 0,
             tensions: None,
             reference: None,
             drivers,

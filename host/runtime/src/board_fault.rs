@@ -181,7 +181,13 @@ pub fn after_fault(fault: Fault) -> &'static str {
              the fault, and report the cause of the restart. Hang the ball, and run `plumb home` \
              with it at a known place."
         }
-        Fault::LawLate => "This is a fault of the firmware: report it with the run's folder.",
+        Fault::LawLate | Fault::LateTicks => {
+            "This is a fault of the firmware: report it with the run's folder."
+        }
+        Fault::Clock => {
+            "The board refuses to drive. Flash the firmware of this release: `plumb board flash`. \
+             If the fault stays, report it."
+        }
         Fault::NotFollowing => {
             "Check for a slack or torn cable, a motor that has stalled, a ball that is caught, a \
              picture that stands still, or a target outside the triangle of the motors. Clear the \

@@ -32,6 +32,8 @@ pub struct BoardReport {
     pub error: [f64; 3],
     /// Number of damaged frames that the board received since its start.
     pub bad_frames: u16,
+    /// Number of ticks that came late while motors turned, since the board's start.
+    pub late_ticks: u16,
     /// The law's estimate of the tensions of cables A, B, C over the ball's weight; `None` without
     /// one.
     #[serde(rename = "tensions_weights")]
@@ -56,6 +58,7 @@ impl From<&Telemetry> for BoardReport {
             rates: telemetry.rates.map(Rate::to_si),
             error: telemetry.error.to_metres(),
             bad_frames: telemetry.bad_frames,
+            late_ticks: telemetry.late_ticks,
             tensions: telemetry.tensions.map(|tensions| tensions.map(RelativeTension::to_si)),
             reference: telemetry.reference.map(|reference| reference.position.to_metres()),
             drivers: None,

@@ -159,15 +159,17 @@ fn chip_counts(diagnostics: &Diagnostics) -> Value {
         "free_stack": chip.free_stack,
         "usb_resets": chip.usb_resets,
         "processor_fault": chip.fault.map(|fault| fault.to_string()),
+        "dropped_frames": chip.dropped_frames,
     })
 }
 
 /// Prints what the board has counted.
 fn counts(port: &str, diagnostics: &Diagnostics) {
-    let ChipCounts { late_ticks, late_at_rest, free_stack, usb_resets, fault } = diagnostics.chip;
+    let ChipCounts { late_ticks, late_at_rest, free_stack, usb_resets, fault, dropped_frames } =
+        diagnostics.chip;
     tell!(
-        "{port}: since its start {} damaged frames, {late_ticks} late ticks with motors turning, \
-         {late_at_rest} at rest, {usb_resets} resets of USB",
+        "{port}: since its start {} damaged frames, {dropped_frames} dropped ones, {late_ticks} \
+         late ticks with motors turning, {late_at_rest} at rest, {usb_resets} resets of USB",
         diagnostics.bad_frames
     );
     if let Some(bytes) = free_stack {
@@ -200,7 +202,8 @@ pub(super) fn report<T: Transport>(
     let report = BoardReport::from(telemetry);
     if !is_quiet() {
         state(&port, &report);
-        tell!("{port}: {} damaged frames since its start", report.bad_frames);
+        let BoardReport { bad_frames, late_ticks, .. } = report;
+        tell!("{port}: since its start {bad_frames} damaged frames, {late_ticks} late ticks");
     }
     if is_json {
         print::result(line(&port, &report))?;
@@ -225,5 +228,6 @@ pub(super) fn line(port: &str, board: &BoardReport) -> Value {
         "steps": board.motors,
         "rates": board.rates,
         "bad_frames": board.bad_frames,
+        "late_ticks": board.late_ticks,
     })
 }

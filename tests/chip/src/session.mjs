@@ -131,6 +131,7 @@ const COMMANDS = {
     ),
   hang_usb: ({ chip }, how) => void (chip.port.hung = how),
   dtr: ({ chip }, open) => chip.usb.setDtr(open),
+  pause_usb: ({ chip }, isPaused) => chip.usb.pause(isPaused),
   hang: ({ chip }) => chip.hang(),
   stall: ({ chip }, cycles) => void (chip.bus.stall += cycles),
   call: ({ chip }, [address, ...words]) => chip.call(address, words),

@@ -39,6 +39,8 @@ export class UsbHost {
     this.onState = () => {};
     this.plugged = true;
     this.dtr = true;
+    /** Whether the host neither sends nor fetches data; its frames go on. */
+    this.paused = false;
     this.port = null;
     this.outgoing = [];
     this.forget();
@@ -136,6 +138,12 @@ export class UsbHost {
         () => {},
       );
     if (open) this.poll();
+  }
+
+  /** Pauses the transfers of data, or goes on with them: a program that does not run. */
+  pause(isPaused) {
+    this.paused = isPaused;
+    this.poll();
   }
 
   /** Queues bytes for the device. They are lost if it goes away before they are sent. */
@@ -250,7 +258,7 @@ export class UsbHost {
 
   /** Starts the transactions for which both sides are ready. */
   poll() {
-    if (!this.endpoints || this.state === 'absent') return;
+    if (!this.endpoints || this.state === 'absent' || this.paused) return;
     const { port, endpoints } = this;
     if (this.dtr && !this.inAlarm.scheduled && port.isOffered(endpoints.in, false)) {
       this.inAlarm.scheduleAt(

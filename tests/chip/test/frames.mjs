@@ -22,7 +22,7 @@ function crc32(bytes) {
 }
 
 /** Wraps a message: CRC, COBS, a zero. */
-function frame(message) {
+export function frame(message) {
   const crc = Buffer.alloc(4);
   crc.writeUInt32LE(crc32(message));
   const out = [];

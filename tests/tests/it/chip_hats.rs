@@ -194,3 +194,20 @@ fn a_hat_that_holds_the_bus_stops_the_board() {
     assert_eq!(chip.state(), State::Ready);
     assert!(!hats.are_off(), "the motors hold again");
 }
+
+/// Other drivers take the bus's pins, so that the HATs can be reached no more. That is no failure of
+/// the HATs that are configured next.
+#[test]
+fn hats_do_not_inherit_the_failure_of_earlier_ones() {
+    let Some(image) = firmware_image() else { return };
+    let (mut chip, mut hats) = configured(&image);
+    for setup in [fast_config(250.0, StepDir::A4988), hat_setup()] {
+        for command in setup.commands() {
+            assert_eq!(chip.request(command), None);
+        }
+        assert_eq!(chip.state(), State::Ready);
+        hats.apply(&chip.run_us(300_000));
+    }
+    assert_eq!(chip.state(), State::Ready);
+    assert!(!hats.are_off(), "the motors hold");
+}

@@ -43,7 +43,9 @@ fn a_hanging_usb_controller_is_reset_at_rest() {
             let frame = chip.frame(Command::Status);
             chip.send(&frame, 60);
             chip.execute(json!({ "hang_usb": how }));
-            let reply = chip.run_us(BACK_US);
+            // The host asks again, since no answer comes.
+            chip.run_us(50_000);
+            let reply = ask(&mut chip, BACK_US);
             assert_eq!(states(&reply), ["lost", "attached", "ready"], "{how}: {reply}");
             assert_eq!(chip.counter(&image, "USB_RESETS"), resets);
             assert_eq!(chip.request(Command::Hello(Hello::OURS)), None, "{how}");
@@ -92,4 +94,19 @@ fn a_closed_port_and_an_unplugged_cable_are_no_hanging_controller() {
     chip.execute(json!({ "plug": true }));
     chip.wait_for_usb();
     assert_eq!(chip.request(Command::Hello(Hello::OURS)), None);
+}
+
+/// A program that does not run, such as one stopped by SIGSTOP, takes no data and sends none. The
+/// host's frames go on.
+#[test]
+fn a_paused_host_is_no_hanging_controller() {
+    let Some(image) = firmware_image() else { return };
+    let mut chip = board(&image);
+    ask(&mut chip, 60);
+    chip.execute(json!({ "pause_usb": true }));
+    let reply = chip.run_us(2_000_000);
+    assert_eq!(states(&reply), [""; 0], "{reply}");
+    assert_eq!(chip.counter(&image, "USB_RESETS"), 0);
+    chip.execute(json!({ "pause_usb": false }));
+    assert_eq!(chip.request(Command::Hello(Hello::OURS)), None, "the same port answers");
 }

@@ -218,11 +218,12 @@ fn reports() {
         bad_frames: 3,
         tensions: Some([102, 64, 381].map(RelativeTension)),
         reference: None,
+        late_ticks: 2,
     };
     assert_bytes(
         FromBoard::Telemetry(telemetry),
-        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0215ff03c08b11bffc1590dc2580f02e03\
-         016640fd020543a8b75e00",
+        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0215ff03c08b11bffc1590dc2580f02e\
+         03016640fd020602232987d300",
     );
     let reference = ReferenceState {
         sequence: 7,
@@ -232,27 +233,30 @@ fn reports() {
     };
     assert_bytes(
         FromBoard::Telemetry(Telemetry { reference: Some(reference), ..telemetry }),
-        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0229ff03c08b11bffc1590dc2580f02e03\
-         016640fd02010787ad4bc00180ea30ffb418e0a7120230510500",
+        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f022aff03c08b11bffc1590dc2580f02e\
+         03016640fd02010787ad4bc00180ea30ffb418e0a71202bdbe07d200",
     );
     let idle = Telemetry { configuration: None, target: None, tensions: None, ..telemetry };
     assert_bytes(
         FromBoard::Telemetry(idle),
-        "080287ad4b0404010107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030105af61\
-         20f800",
+        "080287ad4b0404010107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03010602\
+         b9109d7a00",
     );
     for (state, hex) in [
         (
             State::Jogging,
-            "060287ad4b050107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030105ba6f4b2200",
+            "060287ad4b050107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030106025c9f\
+         9a1700",
         ),
         (
             State::Stopping,
-            "060287ad4b060107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030105c956633100",
+            "060287ad4b060107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03010602e397\
+         85de00",
         ),
         (
             State::Storing,
-            "060287ad4b070107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03010518be843f00",
+            "060287ad4b070107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030106024992\
+         5f2f00",
         ),
     ] {
         assert_bytes(FromBoard::Telemetry(Telemetry { state, ..idle }), hex);
@@ -263,6 +267,8 @@ fn reports() {
         (Fault::NoProgress, "0d03a8a9120a01aa025b7e436f00"),
         (Fault::Driver(DriverFault::Hat), "0603a8a9120b0801aa02168ff5f600"),
         (Fault::Driver(DriverFault::Short(1)), "0f03a8a9120b080101aa02de01ad4b00"),
+        (Fault::LateTicks, "0d03a8a9120c01aa028721284a00"),
+        (Fault::Clock, "0d03a8a9120d01aa02e24694f200"),
     ] {
         let report = FaultReport { time: Micros(300_200), fault, configuration: Some(298) };
         assert_bytes(FromBoard::Fault(report), hex);
@@ -289,11 +295,12 @@ fn reports() {
         free_stack: Some(20_000),
         usb_resets: 2,
         fault: Some(ProcessorFault { pc: 0x1000_1234, lr: 0x2000_5679 }),
+        dropped_frames: 300,
     };
     let diagnostics = Diagnostics { id: 300, start: StartCause::Requested, bad_frames: 3, chip };
     assert_bytes(
         FromBoard::Diagnostics(diagnostics),
-        "1c06ac020503011401a09c010201b4a4808001f9ac81800208b2135400",
+        "1e06ac020503011401a09c010201b4a4808001f9ac818002ac028d8cd34000",
     );
 }
 

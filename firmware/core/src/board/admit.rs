@@ -1,6 +1,6 @@
 //! Which command is accepted in which state.
 
-use plumb_protocol::message::{Command, Refusal};
+use plumb_protocol::message::{Command, Fault, Refusal};
 
 use super::state::{AfterStop, State};
 
@@ -49,6 +49,7 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
             | State::Fault { then: AfterStop::Bootloader, .. } => {
                 Err(Refusal::Busy(state.on_wire()))
             }
+            State::Fault { fault: Fault::Clock, .. } => Err(refusal(state)),
             _ => Ok(()),
         },
     }
@@ -73,7 +74,7 @@ fn refusal(state: &State) -> Refusal {
 
 #[cfg(test)]
 mod tests {
-    use plumb_protocol::message::{self, Fault, Hello, Jog, KNOTS, Knot, Position, Reference};
+    use plumb_protocol::message::{self, Hello, Jog, KNOTS, Knot, Position, Reference};
     use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
     use plumb_protocol::{Config, Wiring};
 

@@ -7,6 +7,11 @@ use plumb_protocol::message::{Command, Hello, Jog, Refusal, StartCause, ToBoard}
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micros, Point};
 
+/// Late ticks within [`SECOND_US`] that the board still goes on after: each delays the pulses by
+/// some µs, and loses none.
+pub(super) const MAX_LATE_TICKS: u8 = 10;
+const SECOND_US: u64 = 1_000_000;
+
 /// State of the conversation with the host.
 #[derive(Debug)]
 pub(super) struct Session {
@@ -14,6 +19,11 @@ pub(super) struct Session {
     pub(super) decoder: Accumulator,
     /// Frames that were torn, corrupted, overlong or not a command, since the start; saturating.
     pub(super) bad_frames: u16,
+    /// Ticks since the start that came late while motors turned; saturates.
+    pub(super) late_ticks: u16,
+    /// The same within the second that began then.
+    late_in_second: u8,
+    second: Micros,
     /// Whether the last Hello matched.
     pub(super) greeted: bool,
     /// Whether a Hello has matched since the start.
@@ -46,6 +56,9 @@ impl Session {
         Self {
             decoder: Accumulator::new(),
             bad_frames: 0,
+            late_ticks: 0,
+            late_in_second: 0,
+            second: Micros(0),
             greeted: false,
             was_greeted: false,
             last_rx: Micros(0),
@@ -59,6 +72,16 @@ impl Session {
             configuration: None,
             sequence: None,
         }
+    }
+
+    /// Counts a late tick, and returns how many there were within a second.
+    pub(super) fn count_late_tick(&mut self, now: Micros) -> u8 {
+        self.late_ticks = self.late_ticks.saturating_add(1);
+        if now.since(self.second) >= SECOND_US {
+            (self.second, self.late_in_second) = (now, 0);
+        }
+        self.late_in_second = self.late_in_second.saturating_add(1);
+        self.late_in_second
     }
 
     /// Takes in a Hello and returns whether it matches. A matching one begins a new session: the

@@ -132,6 +132,7 @@ const COUNTED: ChipCounts = ChipCounts {
     free_stack: Some(20_000),
     usb_resets: 2,
     fault: Some(ProcessorFault { pc: 0x1000_1234, lr: 0x2000_5679 }),
+    dropped_frames: 300,
 };
 
 #[test]
@@ -280,4 +281,42 @@ fn a_store_without_storage_or_configuration_is_refused() {
     assert_eq!(bench.send(Command::Store), Err(Refusal::Unsupported));
     let mut bench = Bench::greeted(BUILD);
     assert_eq!(bench.send(Command::Store), Err(Refusal::Unconfigured));
+}
+
+/// Ten late ticks within a second are counted; one more stops the board.
+#[test]
+fn many_late_ticks_within_a_second_stop_the_board() {
+    let mut bench = Bench::configured(config());
+    let late = |bench: &mut Bench| {
+        let (now, harness) = (Micros(bench.now), &mut bench.harness);
+        harness.board.on_late_tick(now, &mut harness.outbox);
+        bench.tick();
+    };
+    for _ in 0..3 {
+        (0..10).for_each(|_| late(&mut bench));
+        bench.run_ms(1000);
+    }
+    assert_eq!(bench.harness.board.state(), State::Ready);
+    (0..11).for_each(|_| late(&mut bench));
+    assert_eq!(bench.harness.board.state(), State::Fault(Fault::LateTicks));
+    bench.collect();
+    let told = bench.received.iter().rev().find_map(|message| match message {
+        FromBoard::Telemetry(telemetry) => Some(telemetry.late_ticks),
+        _ => None,
+    });
+    assert_eq!(told, Some(41));
+}
+
+#[test]
+fn a_board_with_a_wrong_clock_refuses_to_drive() {
+    let mut bench = Bench::new(BUILD);
+    bench.harness.board.restore(&wiring(), &config());
+    bench.harness.board.refuse_clock();
+    assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+    let refused = Err(Refusal::Faulted(Fault::Clock));
+    assert_eq!(bench.send(Command::ClearFault), refused);
+    assert_eq!(bench.send(Command::Wire(wiring())), Ok(()));
+    assert_eq!(bench.send(Command::Configure(config())), refused);
+    assert_eq!(jog(&mut bench), refused);
+    assert_eq!(bench.send_as(77, Command::Diagnose), Ok(()));
 }

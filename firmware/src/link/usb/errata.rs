@@ -10,7 +10,8 @@
 //! The [supervisor](Supervisor) resets a controller that hangs all the same. Such a controller
 //! takes part in no transfer any more, and no reset of the bus ends that (hathach/tinyusb, pull
 //! request 1779; embassy-rs/embassy, issue 2880). So data that is offered stays offered, although
-//! the bus is in use. A reset takes the board off the bus for a moment, and the host enumerates it
+//! the bus is in use: packets are on the line and no frames come, or the host goes on to send data.
+//! A host that is paused, whose frames come, does neither. A reset takes the board off the bus for a moment, and the host enumerates it
 //! anew. It comes at rest only: while motors turn, the host's silence has ended a run long before.
 
 use core::future::poll_fn;
@@ -23,18 +24,21 @@ use embassy_rp::pac::usb_dpram::regs::EpBufferControl;
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 
-use crate::chip::TIMER;
+use crate::chip::timer;
 use crate::diagnostics;
 
 /// Endpoint of the data to the host: embassy-usb gives the class its endpoints in turn, and the
 /// first is that of the notifications. A test in the emulated chip fails where it is another one.
 const DATA_IN: usize = 2;
+/// Endpoint of the data from the host.
+const DATA_OUT: usize = 1;
 
 /// Duration of a frame, µs.
 const FRAME_US: u32 = 1000;
 /// Time after the beginning of a frame from which on no data is offered, µs. TinyUSB keeps the last
-/// 200 µs free; 150 more are for what interrupts the task between its look and the offer.
-const LATEST_OFFER_US: u32 = FRAME_US - 350;
+/// 200 µs free; 450 more are for a tick of up to 190 µs that delays the interrupt of the frame, for
+/// another between the task's look and the offer, and for the peripherals' interrupts.
+const LATEST_OFFER_US: u32 = FRAME_US - 650;
 /// Time for which the beginning of a frame tells those of later ones, µs: two periods of the
 /// supervisor. Host and chip differ by 25 µs at most meanwhile (500 and 100 ppm).
 const FRAME_TIMEOUT_US: u32 = 40 * FRAME_US;
@@ -43,6 +47,8 @@ const FRAME_TIMEOUT_US: u32 = 40 * FRAME_US;
 static LAST_FRAME: AtomicU32 = AtomicU32::new(0);
 /// Transfers of data to the host that have ended; wraps.
 static ENDED: AtomicU32 = AtomicU32::new(0);
+/// Packets of data from the host; wraps.
+static HEARD: AtomicU32 = AtomicU32::new(0);
 /// The task that waits to offer data; woken by every interrupt of USB while it waits.
 static OFFER: AtomicWaker = AtomicWaker::new();
 /// Whether it waits: the waker stays where it is, and each wake-up costs the processor 600 clocks.
@@ -63,8 +69,15 @@ impl Handler<USBCTRL_IRQ> for FrameHandler {
                 usb.inte().modify(|w| w.set_dev_sof(false));
             }
         }
-        if reasons.buff_status() && usb.buff_status().read().ep_in(DATA_IN) {
-            ENDED.store(ended().wrapping_add(1), Ordering::Relaxed);
+        if reasons.buff_status() {
+            let buffers = usb.buff_status().read();
+            for (is_done, count) in
+                [(buffers.ep_in(DATA_IN), &ENDED), (buffers.ep_out(DATA_OUT), &HEARD)]
+            {
+                if is_done {
+                    count.store(count.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+                }
+            }
         }
         if IS_AWAITED.load(Ordering::Relaxed) {
             OFFER.wake();
@@ -112,11 +125,6 @@ fn is_offered() -> bool {
     pac::USB_DPRAM.ep_in_buffer_control(DATA_IN).read().available(0)
 }
 
-/// Returns how many transfers of data to the host have ended; wraps.
-fn ended() -> u32 {
-    ENDED.load(Ordering::Relaxed)
-}
-
 /// Returns whether the host sends frames.
 fn frames_come() -> bool {
     since_known_frame() < FRAME_TIMEOUT_US
@@ -131,10 +139,6 @@ fn is_early() -> bool {
 /// Returns the time since the beginning of the last frame that interrupted, µs.
 fn since_known_frame() -> u32 {
     timer().wrapping_sub(LAST_FRAME.load(Ordering::Relaxed))
-}
-
-fn timer() -> u32 {
-    TIMER.timerawl().read()
 }
 
 /// Whether a motor turns; at most 3.2 ms old.
@@ -161,8 +165,17 @@ const K: u8 = 2;
 /// State of the supervision.
 #[derive(Default)]
 pub(super) struct Supervisor {
-    /// Number of the transfer that does not end, and since when the bus was in use beside it.
-    pending: Option<(u32, Instant)>,
+    pending: Option<Pending>,
+}
+
+/// A transfer that does not end.
+struct Pending {
+    /// Its number.
+    transfer: u32,
+    /// Packets from the host before it.
+    heard: u32,
+    /// When it was seen first.
+    since: Instant,
 }
 
 impl Supervisor {
@@ -175,14 +188,17 @@ impl Supervisor {
             self.pending = None;
             return false;
         }
-        let (now, transfer) = (Instant::now(), ended());
-        match self.pending.filter(|(number, _)| *number == transfer) {
-            None => self.pending = Some((transfer, now)),
-            Some((_, since)) => {
-                return now - since >= LIMIT && (frames_come() || is_line_in_use());
+        let [transfer, heard] = [&ENDED, &HEARD].map(|count| count.load(Ordering::Relaxed));
+        let now = Instant::now();
+        match self.pending.as_ref().filter(|pending| pending.transfer == transfer) {
+            Some(pending) if now - pending.since < LIMIT => false,
+            Some(pending) if frames_come() => pending.heard != heard,
+            Some(_) => is_line_in_use(),
+            None => {
+                self.pending = Some(Pending { transfer, heard, since: now });
+                false
             }
         }
-        false
     }
 
     /// Resets the controller if the motors are at rest. Returns whether it did.

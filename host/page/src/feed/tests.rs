@@ -52,6 +52,7 @@ fn report(state: State, target: Option<u16>) -> BoardReport {
         rates: [1.0, -0.098, 0.0],
         error: [0.0; 3],
         bad_frames: 0,
+        late_ticks: 0,
         tensions: None,
         reference: None,
         drivers: None,

@@ -77,6 +77,7 @@ fn board(drivers: Option<PerMotor<DriverReading>>) -> BoardReport {
         rates: [0.0; MOTORS],
         error: [0.0; 3],
         bad_frames: 0,
+        late_ticks: 0,
         tensions: None,
         reference: None,
         drivers,

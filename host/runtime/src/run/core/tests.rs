@@ -154,6 +154,7 @@ impl Bench {
             bad_frames: 0,
             tensions: None,
             reference: None,
+            late_ticks: 0,
         });
         self.step(Input::Board { view: self.view, reply: None });
     }

@@ -120,6 +120,7 @@ fn at_rest(now: u64) -> message::Telemetry {
         bad_frames: 0,
         tensions: None,
         reference: None,
+        late_ticks: 0,
     }
 }
 

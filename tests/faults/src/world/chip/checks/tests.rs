@@ -20,6 +20,7 @@ fn telemetry(state: State, motors: [f64; 3]) -> Telemetry {
         bad_frames: 0,
         tensions: None,
         reference: None,
+        late_ticks: 0,
     }
 }
 
