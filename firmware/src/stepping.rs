@@ -429,7 +429,9 @@ impl Stepping {
 /// Control of the step generator.
 impl Stepping {
     /// Stops the generator after the emergency input has opened, and reports the missing pulses to
-    /// the board; ends the stop once the input is closed.
+    /// the board; ends the stop once the input is closed. The hardware has stopped the pulses, so
+    /// that a tick may be late.
+    #[cold]
     #[inline(never)]
     fn handle_estop(&mut self) {
         let mut missing = [0; MOTORS];
