@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use plumb_config::escape::escaped;
 use plumb_config::whole_writes::WholeWrites;
 use plumb_frame::source::BoxedError;
 use serde::Serialize;
@@ -237,7 +238,7 @@ impl LostFrames {
                 rows
             }
         };
-        rows.write_record([first.as_str(), message]).map_err(failed)?;
+        rows.write_record([first, escaped(message)]).map_err(failed)?;
         rows.flush().map_err(RunLogError::io("write", path))
     }
 }
