@@ -20,7 +20,8 @@ use plumb_runtime::run::{RunError, Summary};
 use plumb_runtime::run_log::{RunLog, RunPictures};
 
 use super::interrupt::DefaultSignals;
-use super::print::{is_quiet, renew, tell};
+use super::print::is_quiet;
+use super::progress::tell_above;
 use super::viewers::{self, Viewers};
 use super::{FAILED, Failure, both, failed, failed_because};
 use closed::Closed;
@@ -119,15 +120,6 @@ impl Outputs {
         }
     }
 
-    /// Prints a line in place of the progress line, which comes again with the next picture.
-    fn tell(&self, text: &str) {
-        if self.progress.is_some() {
-            renew(format_args!("{text}\n"));
-        } else {
-            tell!("{text}");
-        }
-    }
-
     /// Prints the warnings of the drivers where they have changed.
     fn tell_warnings(&mut self, record: &FrameRecord) {
         let drivers = record.board.as_ref().and_then(|board| board.drivers);
@@ -138,7 +130,7 @@ impl Outputs {
         }
         let advice = warning_advice(&drivers).map(|advice| format!(" ({advice})"));
         let advice = advice.unwrap_or_default();
-        self.tell(&format!("warnings of the motor drivers: {warnings}{advice}"));
+        tell_above(format_args!("warnings of the motor drivers: {warnings}{advice}"));
         self.warnings = warnings;
     }
 
@@ -231,7 +223,7 @@ impl Observer for Outputs {
         if is_quiet() && record.event.tone() != Tone::Bad {
             return;
         }
-        self.tell(&text);
+        tell_above(format_args!("{text}"));
     }
 
     fn end(&mut self, summary: &Summary) {

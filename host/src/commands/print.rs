@@ -9,6 +9,7 @@ use std::{fmt, thread};
 
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::escape::escaped;
+use rustix::termios::tcgetwinsize;
 
 use super::{Failure, failed};
 
@@ -52,10 +53,23 @@ pub(crate) fn message(text: fmt::Arguments<'_>) {
     let _lost = write_message("", &text.to_string());
 }
 
-/// Writes `text` as [`message`] does, in place of the present line of the terminal.
+/// Writes `text`, without a line feed, in place of the present line of the terminal. What has no
+/// room in the line is left out: a second line would stay.
 pub(crate) fn renew(text: fmt::Arguments<'_>) {
+    let size = tcgetwinsize(io::stderr());
+    let columns = size.map_or(0, |size| usize::from(size.ws_col));
+    let room = columns.checked_sub(1).unwrap_or(usize::MAX);
+    write_renewed(&text.to_string().chars().take(room).collect::<String>());
+}
+
+/// Writes a line as [`message`] does, in place of the present line of the terminal.
+pub(crate) fn renew_line(text: fmt::Arguments<'_>) {
+    write_renewed(&format!("{text}\n"));
+}
+
+fn write_renewed(text: &str) {
     if !cfg!(test) {
-        let _lost = write_message("\r\x1b[2K", &text.to_string());
+        let _lost = write_message("\r\x1b[2K", text);
     }
 }
 

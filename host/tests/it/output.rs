@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 use nix::fcntl::{FcntlArg, OFlag, fcntl};
-use nix::pty::openpty;
+use nix::pty::{OpenptyResult, Winsize, openpty};
 use nix::sys::signal::Signal;
 use nix::sys::termios::{FlowArg, tcflow};
 
@@ -152,4 +152,29 @@ fn a_stopped_terminal_holds_back_no_result_and_no_signal() {
     assert!(line.unwrap().unwrap().unwrap().contains("\"reached\":true"));
     assert_eq!(ended.unwrap().signal(), Some(Signal::SIGTERM as i32));
     assert!(folder.path().join("run/figure5.svg").exists());
+}
+
+/// A progress line that is longer than the terminal's would leave a line behind at each renewal.
+#[test]
+fn progress_keeps_to_one_line_of_a_narrow_terminal() {
+    let folder = folder();
+    record(folder.path());
+    let (columns, clear) = (24, "\r\u{1b}[2K");
+    for arguments in [&SHORT_DEMO[..], &["replay", "recording"]] {
+        let size = Winsize { ws_row: 10, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
+        let OpenptyResult { master, slave } = openpty(&size, None).unwrap();
+        let mut command = program(arguments, folder.path());
+        let mut run = command.stdout(Stdio::null()).stderr(slave).spawn().unwrap();
+        // It has the terminal open.
+        drop(command);
+        let mut shown = Vec::new();
+        // The end of a terminal is an error.
+        let _end = File::from(master).read_to_end(&mut shown);
+        run.wait().unwrap();
+        let shown = String::from_utf8(shown).unwrap();
+        let lines = shown.split(clear).skip(1).filter(|line| !line.contains('\n'));
+        let longest = lines.map(|line| line.chars().count()).max();
+        let is_one_line = longest.is_some_and(|longest| (1..columns.into()).contains(&longest));
+        assert!(is_one_line, "{arguments:?}: {longest:?} in {shown:?}");
+    }
 }
