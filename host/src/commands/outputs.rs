@@ -5,7 +5,9 @@ mod run_progress;
 
 use std::io::{IsTerminal, stdout};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{self, ExitCode};
+use std::thread;
+use std::time::Duration;
 
 use plumb_cameras::record::{Overflow, Recorder};
 use plumb_config::error_chain::ErrorChain;
@@ -29,6 +31,9 @@ use run_progress::Progress;
 
 /// Rows that may wait for the disk: 5 minutes at 30 Hz, some 5 MB.
 const LOG_CAPACITY: usize = 9000;
+
+/// Longest wait at the end of a run for a terminal that nobody reads, or that is stopped (Ctrl-S).
+const TERMINAL_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Outputs of a run.
 pub(super) struct Outputs {
@@ -183,20 +188,37 @@ impl Outputs {
         };
         let (closed, progress) = self.close();
         let _signals = DefaultSignals::begin();
+        let is_done = is_endless && summary.ending.is_chosen() && summary.at_rest;
+        let code = if summary.reached || is_done { 0 } else { FAILED };
+        let is_whole = error.is_none() && closed.is_whole();
+        let end = || end_in_time(if is_whole { code } else { FAILED });
         // The result does not wait for a terminal that only messages go to.
         let (printed, ended) = if progress.is_some() && !stdout().is_terminal() {
             let printed = print(&summary);
+            end();
             run_progress::close(progress);
             (printed, closed.report(&summary, error.as_ref()))
         } else {
+            if progress.is_some() {
+                end();
+            }
             run_progress::close(progress);
             let ended = closed.report(&summary, error.as_ref());
             (print(&summary), ended)
         };
         both(ended, printed).map_err(Failure::with_result)?;
-        let is_done = is_endless && summary.ending.is_chosen() && summary.at_rest;
-        Ok(if summary.reached || is_done { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+        Ok(ExitCode::from(code))
     }
+}
+
+/// Ends the program with `code` after [`TERMINAL_TIMEOUT`], unless it ends before.
+fn end_in_time(code: u8) {
+    let end = move || {
+        thread::sleep(TERMINAL_TIMEOUT);
+        process::exit(code.into());
+    };
+    // Without a thread the program waits.
+    let _no_thread = thread::Builder::new().name("end".to_owned()).spawn(end);
 }
 
 impl Observer for Outputs {

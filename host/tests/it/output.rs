@@ -154,6 +154,25 @@ fn a_stopped_terminal_holds_back_no_result_and_no_signal() {
     assert!(folder.path().join("run/figure5.svg").exists());
 }
 
+#[test]
+fn a_terminal_that_nobody_reads_does_not_keep_the_program() {
+    let folder = folder();
+    let terminal = openpty(None, None).unwrap();
+    tcflow(&terminal.slave, FlowArg::TCOOFF).unwrap();
+    let demo = |out: &str, options: &[&str]| {
+        let demo = [&["demo", "--virtual-time", "--out", out][..], options].concat();
+        program(&demo, folder.path())
+            .stdout(Stdio::piped())
+            .stderr(terminal.slave.try_clone().unwrap())
+            .spawn()
+            .unwrap()
+    };
+    // Both wait at once.
+    let ends = [demo("run", &[]), demo("short", &["--timeout", "0.5"])]
+        .map(|demo| demo.wait_with_output().unwrap());
+    assert_eq!(ends.map(|output| output.status.code()), [Some(0), Some(1)]);
+}
+
 /// A progress line that is longer than the terminal's would leave a line behind at each renewal.
 #[test]
 fn progress_keeps_to_one_line_of_a_narrow_terminal() {
