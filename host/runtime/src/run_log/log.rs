@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use plumb_config::escape::escaped;
-use plumb_config::whole_writes::WholeWrites;
+use plumb_config::whole_writes::{WholeWrites, check_named};
 use plumb_frame::source::BoxedError;
 use serde::Serialize;
 
@@ -114,7 +114,8 @@ impl RunLog {
     /// Writes the rows so far to the disk.
     fn finish_rows(&mut self) -> Result<(), RunLogError> {
         let flushed = self.rows.flush().and_then(|()| self.rows.get_ref().file().sync_all());
-        flushed.map_err(RunLogError::io("finish", self.path.join("run.csv")))
+        let kept = flushed.and_then(|()| check_named(self.rows.get_ref().file()));
+        kept.map_err(RunLogError::io("finish", self.path.join("run.csv")))
     }
 
     /// Writes `summary.json` and the figures.
