@@ -20,6 +20,7 @@ pub(crate) mod emulate;
 mod exit;
 mod find_ball;
 pub(crate) mod hold;
+mod home_folder;
 pub(crate) mod init;
 mod interrupt;
 pub(crate) mod manual;
@@ -50,6 +51,8 @@ pub(crate) mod verify;
 mod viewers;
 mod words;
 
+use std::ffi::OsString;
+
 use clap::ValueEnum;
 use plumb_runtime::rig::{LawName, LawSettings, Rig, Simulation, UnknownLaw};
 use plumb_sim::emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
@@ -60,7 +63,6 @@ use plumb_vision::detect::{BallDetector, DetectorKind};
 use exit::{FAILED, bad_input, failed, failed_because};
 use print::note;
 
-pub(crate) use address::joined;
 pub(crate) use exit::{Failure, report_usage};
 pub(crate) use interrupt::outlive_file_size_limit;
 
@@ -109,6 +111,11 @@ impl Physics {
         };
         Ok(wired(rig, simulation, plant))
     }
+}
+
+/// Returns the words of the command line as the parser takes them.
+pub(crate) fn command_line() -> Vec<OsString> {
+    address::joined(std::env::args_os().map(home_folder::expanded))
 }
 
 /// Returns the law of this name with its default parameters.

@@ -67,7 +67,7 @@ enum Command {
 /// Parses the command line. The usage of an error is that of the help: the parser's own names each
 /// given option as if it were needed.
 fn parse_command_line() -> Result<Cli, clap::Error> {
-    let words = commands::joined(std::env::args_os());
+    let words = commands::command_line();
     Cli::try_parse_from(&words).map_err(|error| {
         let mut command = Cli::command();
         if error.kind() == ErrorKind::DisplayHelp {

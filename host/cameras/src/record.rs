@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use plumb_config::whole_writes::{WholeWrites, write_whole};
+use plumb_config::whole_writes::{WholeWrites, check_named, write_whole};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::source::BoxedError;
@@ -266,7 +266,7 @@ impl Writer {
     /// Writes frames until the sender is dropped. Returns their number.
     ///
     /// # Errors
-    /// [`RecordError::Ended`] where a frame cannot be written.
+    /// [`RecordError::Ended`] where a frame cannot be written; where a list was removed.
     fn run(&mut self, frames: &Receiver<RgbdFrame>) -> Result<u64, RecordError> {
         let mut count = 0;
         let (mut first, mut last) = (None, 0.0);
@@ -281,6 +281,8 @@ impl Writer {
             last = frame.time();
             first.get_or_insert(last);
         }
+        self.colour.finish()?;
+        self.depth.finish()?;
         Ok(count)
     }
 
@@ -326,6 +328,12 @@ impl ImageList {
         write_whole(&path, &bytes).map_err(io_error("write", &path))?;
         let line = format!("{time:.6} {name}\n");
         self.file.write_all(line.as_bytes()).map_err(io_error("add a line for", &path))
+    }
+
+    /// Checks that the list was not removed.
+    fn finish(&self) -> Result<(), RecordError> {
+        let path = self.folder.join(self.name).with_extension("txt");
+        check_named(self.file.file()).map_err(io_error("keep", &path))
     }
 }
 

@@ -199,13 +199,12 @@ enum FileKind {
 impl FileKind {
     fn of(path: &Path) -> Self {
         let kind = path.extension().unwrap_or_default();
-        if kind == "bag" || kind == "db3" {
-            return Self::Realsense;
-        }
         let ending = kind.to_string_lossy().to_ascii_lowercase();
-        if VIDEO_ENDINGS.contains(&ending.as_str()) {
+        if ["bag", "db3"].contains(&ending.as_str()) {
+            Self::Realsense
+        } else if VIDEO_ENDINGS.contains(&ending.as_str()) {
             Self::Video
-        } else if kind == "oni" || is_recording(path) {
+        } else if ending == "oni" || is_recording(path) {
             Self::Openni
         } else {
             Self::Other(advice(&ending))

@@ -194,7 +194,11 @@ fn lists(folder: &Path, has_depth: bool) -> Result<Lists, TumError> {
         names: names.join(" or "),
         advice,
     };
-    let colour = folder_or_usual(&COLOUR_LISTS).ok_or_else(|| missing(&COLOUR_LISTS, ""))?;
+    let advice = match folder.join("metadata.yaml").exists() {
+        true => "; of a folder of rosbag2 give the .mcap file in it",
+        false => "",
+    };
+    let colour = folder_or_usual(&COLOUR_LISTS).ok_or_else(|| missing(&COLOUR_LISTS, advice))?;
     let depth = folder_or_usual(&DEPTH_LISTS);
     if depth.is_none() && has_depth {
         let advice = "; for a camera without depth set `depth_scale = \"none\"` in its file";

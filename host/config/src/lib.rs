@@ -11,7 +11,7 @@
 //!   records are whole, also where the disk is full.
 //! - [`book`]: pages of the book in messages.
 //! - [`error_chain`]: the message of an error with its causes; [`type_words`]: types in messages of
-//!   `serde`, in words.
+//!   `serde`, in words; [`escape`]: texts of others without control characters.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -21,6 +21,7 @@ pub mod book;
 pub mod bounded_read;
 pub mod digit_groups;
 pub mod error_chain;
+pub mod escape;
 pub mod misspelt;
 pub mod quantity;
 pub mod reference;

@@ -1,7 +1,8 @@
 //! Files whose records are whole, also where the disk is full.
 
 use std::fs::{self, File};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 /// Writes a file, new or over an old one. A file without room (a full disk, the limit of a file's
@@ -26,6 +27,17 @@ pub fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
     file.write_all(bytes).inspect_err(|_| {
         let _absent = fs::remove_file(path);
     })
+}
+
+/// Checks that a file which was written still has a name: with its last one its contents are gone.
+///
+/// # Errors
+/// [`io::ErrorKind::NotFound`] where it was removed.
+pub fn check_named(file: &File) -> io::Result<()> {
+    match file.metadata()?.nlink() {
+        0 => Err(io::Error::new(ErrorKind::NotFound, "the file was removed while it was written")),
+        _ => Ok(()),
+    }
 }
 
 /// New file that takes each record by one write. A record without room (a full disk, the limit of a
@@ -74,6 +86,17 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
     use super::*;
+
+    #[test]
+    fn a_file_that_was_removed_is_told_from_one_that_was_moved() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, moved] = ["a", "b"].map(|name| folder.path().join(name));
+        let file = File::create_new(&path).unwrap();
+        fs::rename(&path, &moved).unwrap();
+        assert!(check_named(&file).is_ok());
+        fs::remove_file(&moved).unwrap();
+        assert_eq!(check_named(&file).map_err(|error| error.kind()), Err(ErrorKind::NotFound));
+    }
 
     /// A folder behind a link cannot be opened as a file.
     #[test]

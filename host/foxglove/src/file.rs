@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Seek, SeekFrom, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -45,7 +46,7 @@ impl McapFile {
     /// Completes the file and writes it to the disk. The last frame was at `time_s`, seconds.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// Where it cannot be written, or was removed.
     pub(crate) fn finish(self, time_s: f64) -> Result<(), FoxgloveError> {
         let Self { path, writer, failure } = self;
         let closed = writer.close();
@@ -56,7 +57,8 @@ impl McapFile {
             (None, Err(source)) => Err(FoxgloveError::Mcap { path, source }),
             (None, Ok(mut file)) => {
                 let synced = file.flush().and_then(|()| file.file.get_ref().sync_all());
-                synced.map_err(write)
+                let data = synced.and_then(|()| file.file.get_ref().metadata()).map_err(write)?;
+                if data.nlink() == 0 { Err(FoxgloveError::Removed(path)) } else { Ok(()) }
             }
         }
     }

@@ -92,6 +92,9 @@ pub enum FoxgloveError {
         /// Cause.
         source: std::io::Error,
     },
+    /// The MCAP file was removed.
+    #[error("{} was removed while it was written", .0.display())]
+    Removed(PathBuf),
     /// The MCAP file cannot be begun or completed for another reason.
     #[error("cannot write {}", .path.display())]
     Mcap {

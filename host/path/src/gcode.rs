@@ -8,7 +8,8 @@
 //! | G90, G91 | places (the default), or distances from the place before |
 //! | F | feed, millimetres or inches a minute |
 //! | M2, M30 | the end |
-//! | N, `;`, `( )`, `%` | a line's number, comments, the ends of a tape |
+//! | N, `;`, `( )` | a line's number, comments |
+//! | `%` | alone in the first line, and in the line that ends the program then |
 //!
 //! G17, G40, G49, G54, G80 and G94 change nothing here. Any other word is a mistake: without it the
 //! path would be another one.
@@ -100,6 +101,15 @@ pub enum CodeProblem {
     /// A comment has no end.
     #[error("a comment has no end: `)` is missing")]
     Comment,
+    /// A comment begins in a comment.
+    #[error("a comment has `(` in it: comments in comments are not read")]
+    Nested,
+    /// A percent sign is not alone in its line, or ends what did not begin with one.
+    #[error("`%` must stand alone in the first line of the file and in the last of the program")]
+    Percent,
+    /// The end is missing.
+    #[error("the file begins with `%`, and its end is missing: `%`, M2 or M30")]
+    Tape,
     /// A feed is not above 0.
     #[error("the feed is {0}: it must be above 0")]
     Feed(f64),
@@ -160,7 +170,15 @@ fn are_known(words: &[Word]) -> bool {
 pub(crate) fn parse(text: &str) -> Result<Program, Vec<CodeMistake>> {
     let mut machine = Machine::default();
     let mut mistakes = Vec::new();
-    for (line, text) in (1..).zip(lines(text)) {
+    let mut all = (1..).zip(lines(text)).filter(|(_, line)| !line.is_empty()).peekable();
+    let is_tape = all.next_if(|(_, line)| *line == "%").is_some();
+    let mut last = 1;
+    for (line, text) in all {
+        last = line;
+        if is_tape && text == "%" {
+            machine.has_ended = true;
+            break;
+        }
         let read = words(text).and_then(|words| machine.read(&words));
         // G0 or G1 may stand in a line with a mistake.
         let is_doubtful = |it: &CodeProblem| *it == CodeProblem::NoMotion && !mistakes.is_empty();
@@ -170,6 +188,9 @@ pub(crate) fn parse(text: &str) -> Result<Program, Vec<CodeMistake>> {
         if machine.has_ended {
             break;
         }
+    }
+    if is_tape && !machine.has_ended {
+        mistakes.push(CodeMistake { line: last, problem: CodeProblem::Tape });
     }
     if mistakes.is_empty() { Ok(machine.program) } else { Err(mistakes) }
 }
@@ -195,7 +216,7 @@ fn words(line: &str) -> Result<Vec<Word>, CodeProblem> {
     let mut words = Vec::new();
     while let Some(letter) = rest.chars().next() {
         if letter == '%' {
-            break;
+            return Err(CodeProblem::Percent);
         }
         if letter == ',' {
             return Err(CodeProblem::Comma);
@@ -214,15 +235,20 @@ fn words(line: &str) -> Result<Vec<Word>, CodeProblem> {
     Ok(words)
 }
 
-/// Returns a line without its comments, `( )` and what follows a `;`.
+/// Returns a line without its comments, `( )` and what follows a `;` outside of them.
 fn without_comments(line: &str) -> Result<String, CodeProblem> {
-    let mut rest = line.split(';').next().unwrap_or_default();
-    let mut kept = String::new();
-    while let Some((before, comment)) = rest.split_once('(') {
-        kept += before;
-        rest = comment.split_once(')').ok_or(CodeProblem::Comment)?.1;
+    let (mut kept, mut is_comment) = (String::new(), false);
+    for character in line.chars() {
+        match (is_comment, character) {
+            (false, ';') => break,
+            (false, '(') => is_comment = true,
+            (true, '(') => return Err(CodeProblem::Nested),
+            (true, ')') => is_comment = false,
+            (true, _) => {}
+            (false, character) => kept.push(character),
+        }
     }
-    Ok(kept + rest)
+    if is_comment { Err(CodeProblem::Comment) } else { Ok(kept) }
 }
 
 /// Kind of a motion.
@@ -379,6 +405,40 @@ mod tests {
         let speeds = parse("G20 G1 X1 Y1 Z1 F60\nX2\nG21 X0\nF60 X1\n").unwrap().speeds;
         for (speed, expected) in speeds.iter().zip([0.0254, 0.0254, 0.001]) {
             assert!((speed - expected).abs() < 1e-12, "{speeds:?}");
+        }
+    }
+
+    /// NIST IR 6556, 3.2 and 3.3.4: a file may be demarcated with percents; what is behind the
+    /// second percent line is ignored, and a file without that line is an error. Comments may not
+    /// be nested.
+    #[test]
+    fn a_tape_ends_with_its_second_percent_line_and_comments_are_not_nested() {
+        let first = "G1 X1 Y1 Z1\nX2\n";
+        let expected = places(first);
+        assert_eq!(expected.len(), 2);
+        for text in [
+            format!("%\n{first}%\nX9\nG2 I1\n%\n"),
+            format!("\n \n % \n{first}\t%\r\n%\nX9\n%"),
+            format!("%\n{first}M2\nX9"),
+            format!("%\n(a; b) G21 ; (c\n{first}%"),
+        ] {
+            assert_eq!(places(&text), expected, "{text}");
+        }
+        let percent = "`%` must stand alone";
+        for (text, line, words) in [
+            (format!("%\n{first}"), 3, "its end is missing"),
+            (format!("{first}%\nX9\n"), 3, percent),
+            (format!("G21\n%\n{first}%\n"), 2, percent),
+            (format!("(a)\n%\n{first}%\n"), 2, percent),
+            (format!("%\n{first}X3 %\n%\n"), 4, percent),
+            (format!("%1000\n{first}%\n"), 1, percent),
+            (format!("{first}(a (b) c) X9\n"), 3, "comments in comments"),
+            (format!("{first}(a (b) X9\n"), 3, "comments in comments"),
+            (format!("{first}N3 X9*71\n"), 3, "'*' begins no word"),
+        ] {
+            let found = mistakes(&text);
+            let is_told = found[0].starts_with(&format!("{line}: ")) && found[0].contains(words);
+            assert!(is_told, "{text}: {found:?}");
         }
     }
 

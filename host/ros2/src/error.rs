@@ -25,18 +25,16 @@ pub enum Ros2Error {
     /// The variable `ROS_DOMAIN_ID` is no domain.
     #[error("the variable ROS_DOMAIN_ID is `{0}`, which is no domain: 0 to {MAX_DOMAIN}")]
     DomainVariable(String),
-    /// The variable `ROS_AUTOMATIC_DISCOVERY_RANGE` is off or unknown.
-    #[error(
-        "the variable ROS_AUTOMATIC_DISCOVERY_RANGE is `{0}`, with which no other program is \
-         found: it must be LOCALHOST, SUBNET or SYSTEM_DEFAULT, or not set"
-    )]
-    RangeVariable(String),
-    /// The variable `ROS_STATIC_PEERS` names computers.
-    #[error(
-        "the variable ROS_STATIC_PEERS is `{0}`, but other programs are found by multicast only: \
-         unset it, and join a network that has multicast"
-    )]
-    StaticPeers(String),
+    /// A variable has a value with which other programs and this node do not find each other.
+    #[error("the variable {name} is `{value}`, {why}")]
+    Variable {
+        /// Name of the variable.
+        name: &'static str,
+        /// Its value.
+        value: String,
+        /// Why no other program is found, and what is possible.
+        why: &'static str,
+    },
     /// No interface of this computer has the address.
     #[error(
         "no network interface of this computer has the address {address}; `ip address` lists them"

@@ -14,6 +14,88 @@ use crate::interruption;
 use crate::message::TypedMessage;
 use crate::namespace::Namespace;
 
+/// Variable of ROS 2 with which other programs and this node may not find each other.
+struct Requirement {
+    name: &'static str,
+    /// Whether they find each other with this value.
+    is_met: fn(&str) -> bool,
+    /// Why they do not, and what is possible.
+    why: &'static str,
+}
+
+/// Middlewares that speak DDS.
+const DDS: [&str; 8] = [
+    "rmw_connext_cpp",
+    "rmw_connextdds",
+    "rmw_connextddsmicro",
+    "rmw_cyclonedds_cpp",
+    "rmw_fastrtps_cpp",
+    "rmw_fastrtps_dynamic_cpp",
+    "rmw_gurumdds_cpp",
+    "rmw_opensplice_cpp",
+];
+
+/// Variables of the middleware.
+const MIDDLEWARE: [Requirement; 3] = [
+    Requirement {
+        name: "RMW_IMPLEMENTATION",
+        is_met: |name| DDS.contains(&name),
+        why: "but this node speaks DDS only: rmw_fastrtps_cpp, rmw_cyclonedds_cpp or another \
+              middleware of DDS, here and in the other programs",
+    },
+    Requirement {
+        name: "ROS_DISCOVERY_SERVER",
+        is_met: str::is_empty,
+        why: "but other programs are found by multicast only: unset it here and in the other \
+              programs",
+    },
+    Requirement {
+        name: "ROS_SECURITY_ENABLE",
+        is_met: |value| value != "true",
+        why: "but this node has no keys: programs with security do not find it",
+    },
+];
+
+/// Variables of the networks that other programs use.
+const NETWORKS: [Requirement; 2] = [
+    Requirement {
+        name: "ROS_AUTOMATIC_DISCOVERY_RANGE",
+        is_met: |range| ["SUBNET", "SYSTEM_DEFAULT", "LOCALHOST"].contains(&range),
+        why: "with which no other program is found: it must be LOCALHOST, SUBNET or \
+              SYSTEM_DEFAULT, or not set",
+    },
+    Requirement {
+        name: "ROS_STATIC_PEERS",
+        is_met: str::is_empty,
+        why: "but other programs are found by multicast only: unset it, and join a network that \
+              has multicast",
+    },
+];
+
+/// Variables with settings for other programs that this node does not read: they may keep the
+/// programs from each other.
+const UNREAD: [&str; 7] = [
+    "CYCLONEDDS_URI",
+    "FASTDDS_BUILTIN_TRANSPORTS",
+    "FASTDDS_DEFAULT_PROFILES_FILE",
+    "FASTRTPS_DEFAULT_PROFILES_FILE",
+    "NDDS_DISCOVERY_PEERS",
+    "NDDS_QOS_PROFILES",
+    "RMW_CONNEXT_INITIAL_PEERS",
+];
+
+/// Checks that the variables, as `variable` returns them, are as they must be.
+fn check(
+    requirements: &[Requirement],
+    variable: impl Fn(&str) -> Option<String>,
+) -> Result<(), Ros2Error> {
+    let unmet = requirements.iter().find_map(|Requirement { name, is_met, why }| {
+        let value = variable(name).filter(|value| !value.is_empty() && !is_met(value))?;
+        Some(Ros2Error::Variable { name, value, why })
+    });
+    unmet.map_or(Ok(()), Err)
+}
+
 /// Domain and network interface of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Network {
@@ -25,14 +107,14 @@ pub struct Network {
 }
 
 impl Network {
-    /// Reads the variables of ROS 2, as `variable` returns them: `ROS_DOMAIN_ID`, and
-    /// `ROS_LOCALHOST_ONLY`, without which `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_STATIC_PEERS`
-    /// count. What is not set has its default.
+    /// Reads the variables of ROS 2, as `variable` returns them: `ROS_DOMAIN_ID`, those of the
+    /// middleware, and `ROS_LOCALHOST_ONLY`, without which `ROS_AUTOMATIC_DISCOVERY_RANGE` and
+    /// `ROS_STATIC_PEERS` count. What is not set has its default.
     ///
     /// # Errors
-    /// [`Ros2Error::DomainVariable`] where `ROS_DOMAIN_ID` is no domain,
-    /// [`Ros2Error::RangeVariable`] where the range is off or unknown, [`Ros2Error::StaticPeers`]
-    /// where there are static peers: this node finds others by multicast only.
+    /// [`Ros2Error::DomainVariable`] where `ROS_DOMAIN_ID` is no domain, [`Ros2Error::Variable`]
+    /// where other programs do not find this node: it speaks DDS without keys, and finds others by
+    /// multicast only.
     pub fn from_variables(variable: impl Fn(&str) -> Option<String>) -> Result<Self, Ros2Error> {
         let domain = match variable("ROS_DOMAIN_ID").filter(|text| !text.is_empty()) {
             Some(text) => match text.parse() {
@@ -41,17 +123,10 @@ impl Network {
             },
             None => 0,
         };
+        check(&MIDDLEWARE, &variable)?;
         let is_local = variable("ROS_LOCALHOST_ONLY").as_deref() == Some("1") || {
-            let range = variable("ROS_AUTOMATIC_DISCOVERY_RANGE").unwrap_or_default();
-            let is_local = match range.as_str() {
-                "" | "SUBNET" | "SYSTEM_DEFAULT" => false,
-                "LOCALHOST" => true,
-                _ => return Err(Ros2Error::RangeVariable(range)),
-            };
-            match variable("ROS_STATIC_PEERS").filter(|peers| !peers.is_empty()) {
-                Some(peers) => return Err(Ros2Error::StaticPeers(peers)),
-                None => is_local,
-            }
+            check(&NETWORKS, &variable)?;
+            variable("ROS_AUTOMATIC_DISCOVERY_RANGE").as_deref() == Some("LOCALHOST")
         };
         Ok(Self { domain, interface: is_local.then_some(IpAddr::V4(Ipv4Addr::LOCALHOST)) })
     }
@@ -70,6 +145,13 @@ impl Network {
         let usual = Self::from_variables(variable)?;
         let (domain, interface) = (domain.unwrap_or(usual.domain), interface.or(usual.interface));
         Ok(Self { domain, interface })
+    }
+
+    /// Returns the variables of the environment with settings of other programs that this node does
+    /// not read. With them the programs may not find each other.
+    pub fn unread_variables() -> Vec<&'static str> {
+        let is_set = |name: &&str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+        UNREAD.into_iter().filter(is_set).collect()
     }
 
     /// Joins the domain with a node.
@@ -202,14 +284,27 @@ mod tests {
     }
 
     #[test]
-    fn a_range_that_is_off_or_unknown_and_static_peers_are_refused() {
+    fn variables_with_which_no_program_is_found_are_refused() {
         for (name, value) in [
+            ("RMW_IMPLEMENTATION", "rmw_zenoh_cpp"),
+            ("RMW_IMPLEMENTATION", "rmw_email_cpp"),
+            ("ROS_DISCOVERY_SERVER", "192.0.2.1:11811"),
+            ("ROS_SECURITY_ENABLE", "true"),
             ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"),
             ("ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost"),
             ("ROS_STATIC_PEERS", "192.0.2.1;left.example"),
         ] {
             let error = network(&[(name, value)]).unwrap_err().to_string();
             assert!(error.contains(&format!("{name} is `{value}`")), "{error}");
+        }
+        for (name, value) in [
+            ("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"),
+            ("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp"),
+            ("RMW_IMPLEMENTATION", ""),
+            ("ROS_DISCOVERY_SERVER", ""),
+            ("ROS_SECURITY_ENABLE", "false"),
+        ] {
+            assert_eq!(network(&[(name, value)]).unwrap(), Network::default());
         }
     }
 

@@ -11,7 +11,7 @@ const LEAST_PORT: u64 = 1024;
 
 /// Joins an address to its option where they are two words, `--page 7811`: since the address may
 /// be left out, the parser takes the second word for another argument.
-pub(crate) fn joined(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+pub(super) fn joined(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut joined: Vec<OsString> = Vec::new();
     let mut are_options = true;
     for word in words {

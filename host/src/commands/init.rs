@@ -25,7 +25,7 @@ use self::advice::{next_step, notes};
 use self::dialogue::Dialogue;
 use super::exit::exit_code_of;
 use super::number_list::sides;
-use super::print::{self, note};
+use super::print::{self, Questions, note};
 use super::rig_args::BoardOption;
 use super::{Failure, failed_because, numbers};
 
@@ -222,7 +222,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         }
     }
     check_writable(&args.folder, &rig_path)?;
-    let mut dialogue = Dialogue::new(io::stdin().lock(), io::stderr(), !args.yes);
+    let mut dialogue = Dialogue::new(io::stdin().lock(), Questions, !args.yes);
     let rig = questions::rig(&args, &mut dialogue)?;
     let files = rig.files()?;
     write_files(&args.folder, &rig_path, &camera_path, &files)?;

@@ -13,8 +13,8 @@ use signal_hook::flag;
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
-use super::print::{is_quiet, renew, tell};
-use super::progress::is_shown;
+use super::print::is_quiet;
+use super::progress::tell_above;
 use super::{Failure, failed};
 
 /// Whether a signal ends the program at once.
@@ -94,11 +94,7 @@ fn report(line: String) -> Receiver<()> {
     let (done, printed) = channel();
     let print = move || {
         // In place of a progress line, and of the ^C of the terminal.
-        if is_shown() {
-            renew(format_args!("{line}\n"));
-        } else {
-            tell!("{line}");
-        }
+        tell_above(format_args!("{line}"));
         let _nobody_waits = done.send(());
     };
     // Without a thread there is no message.

@@ -5,7 +5,9 @@ mod run_progress;
 
 use std::io::{IsTerminal, stdout};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{self, ExitCode};
+use std::thread;
+use std::time::Duration;
 
 use plumb_cameras::record::{Overflow, Recorder};
 use plumb_config::error_chain::ErrorChain;
@@ -20,7 +22,8 @@ use plumb_runtime::run::{RunError, Summary};
 use plumb_runtime::run_log::{RunLog, RunPictures};
 
 use super::interrupt::DefaultSignals;
-use super::print::{is_quiet, renew, tell};
+use super::print::is_quiet;
+use super::progress::tell_above;
 use super::viewers::{self, Viewers};
 use super::{FAILED, Failure, both, failed, failed_because};
 use closed::Closed;
@@ -28,6 +31,9 @@ use run_progress::Progress;
 
 /// Rows that may wait for the disk: 5 minutes at 30 Hz, some 5 MB.
 const LOG_CAPACITY: usize = 9000;
+
+/// Longest wait at the end of a run for a terminal that nobody reads, or that is stopped (Ctrl-S).
+const TERMINAL_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Outputs of a run.
 pub(super) struct Outputs {
@@ -119,15 +125,6 @@ impl Outputs {
         }
     }
 
-    /// Prints a line in place of the progress line, which comes again with the next picture.
-    fn tell(&self, text: &str) {
-        if self.progress.is_some() {
-            renew(format_args!("{text}\n"));
-        } else {
-            tell!("{text}");
-        }
-    }
-
     /// Prints the warnings of the drivers where they have changed.
     fn tell_warnings(&mut self, record: &FrameRecord) {
         let drivers = record.board.as_ref().and_then(|board| board.drivers);
@@ -138,7 +135,7 @@ impl Outputs {
         }
         let advice = warning_advice(&drivers).map(|advice| format!(" ({advice})"));
         let advice = advice.unwrap_or_default();
-        self.tell(&format!("warnings of the motor drivers: {warnings}{advice}"));
+        tell_above(format_args!("warnings of the motor drivers: {warnings}{advice}"));
         self.warnings = warnings;
     }
 
@@ -191,20 +188,37 @@ impl Outputs {
         };
         let (closed, progress) = self.close();
         let _signals = DefaultSignals::begin();
+        let is_done = is_endless && summary.ending.is_chosen() && summary.at_rest;
+        let code = if summary.reached || is_done { 0 } else { FAILED };
+        let is_whole = error.is_none() && closed.is_whole();
+        let end = || end_in_time(if is_whole { code } else { FAILED });
         // The result does not wait for a terminal that only messages go to.
         let (printed, ended) = if progress.is_some() && !stdout().is_terminal() {
             let printed = print(&summary);
+            end();
             run_progress::close(progress);
             (printed, closed.report(&summary, error.as_ref()))
         } else {
+            if progress.is_some() {
+                end();
+            }
             run_progress::close(progress);
             let ended = closed.report(&summary, error.as_ref());
             (print(&summary), ended)
         };
         both(ended, printed).map_err(Failure::with_result)?;
-        let is_done = is_endless && summary.ending.is_chosen() && summary.at_rest;
-        Ok(if summary.reached || is_done { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+        Ok(ExitCode::from(code))
     }
+}
+
+/// Ends the program with `code` after [`TERMINAL_TIMEOUT`], unless it ends before.
+fn end_in_time(code: u8) {
+    let end = move || {
+        thread::sleep(TERMINAL_TIMEOUT);
+        process::exit(code.into());
+    };
+    // Without a thread the program waits.
+    let _no_thread = thread::Builder::new().name("end".to_owned()).spawn(end);
 }
 
 impl Observer for Outputs {
@@ -231,7 +245,7 @@ impl Observer for Outputs {
         if is_quiet() && record.event.tone() != Tone::Bad {
             return;
         }
-        self.tell(&text);
+        tell_above(format_args!("{text}"));
     }
 
     fn end(&mut self, summary: &Summary) {

@@ -1,5 +1,6 @@
 //! Output: results to standard output, messages for people to standard error. Neither panics if the
-//! reader has closed the pipe.
+//! reader has closed the pipe. Control characters of what others wrote (names, lines of files, words
+//! of the command line) are escaped: none of them reaches the terminal.
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,6 +8,8 @@ use std::time::Duration;
 use std::{fmt, thread};
 
 use plumb_config::error_chain::ErrorChain;
+use plumb_config::escape::escaped;
+use rustix::termios::tcgetwinsize;
 
 use super::{Failure, failed};
 
@@ -47,13 +50,46 @@ pub(crate) fn message(text: fmt::Arguments<'_>) {
     if cfg!(test) {
         return;
     }
-    // One write for the whole text: messages of several programs in one terminal do not mix.
-    let _lost = io::stderr().write_all(text.to_string().as_bytes());
+    let _lost = write_message("", &text.to_string());
 }
 
-/// Writes `text` as [`message`] does, in place of the present line of the terminal.
+/// Writes `text`, without a line feed, in place of the present line of the terminal. What has no
+/// room in the line is left out: a second line would stay.
 pub(crate) fn renew(text: fmt::Arguments<'_>) {
-    message(format_args!("\r\x1b[2K{text}"));
+    let size = tcgetwinsize(io::stderr());
+    let columns = size.map_or(0, |size| usize::from(size.ws_col));
+    let room = columns.checked_sub(1).unwrap_or(usize::MAX);
+    write_renewed(&text.to_string().chars().take(room).collect::<String>());
+}
+
+/// Writes a line as [`message`] does, in place of the present line of the terminal.
+pub(crate) fn renew_line(text: fmt::Arguments<'_>) {
+    write_renewed(&format!("{text}\n"));
+}
+
+fn write_renewed(text: &str) {
+    if !cfg!(test) {
+        let _lost = write_message("\r\x1b[2K", text);
+    }
+}
+
+/// Writes a text behind the sequence `control` of the terminal to standard error.
+fn write_message(control: &str, text: &str) -> io::Result<()> {
+    // One write for the whole text: messages of several programs in one terminal do not mix.
+    io::stderr().write_all(format!("{control}{}", escaped(text)).as_bytes())
+}
+
+/// Standard error for the questions of a dialogue.
+pub(crate) struct Questions;
+
+impl Write for Questions {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        write_message("", &String::from_utf8_lossy(bytes)).map(|()| bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
 }
 
 /// Writes a line of results to standard output. A closed pipe is no error: its reader needs no more
@@ -79,7 +115,7 @@ pub(crate) enum Reader {
 /// # Errors
 /// Returns the errors of [`result`].
 pub(crate) fn results(line: impl fmt::Display) -> Result<Reader, Failure> {
-    let text = format!("{line}\n");
+    let text = escaped(&format!("{line}\n"));
     if cfg!(test) {
         return Ok(Reader::Open);
     }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};
 
-use super::print::{is_quiet, renew, tell};
+use super::print::{is_quiet, renew, renew_line, tell};
 
 /// Returns whether progress is shown: standard error is a terminal, and `--quiet` is absent.
 pub(crate) fn is_shown() -> bool {
@@ -15,7 +15,7 @@ pub(crate) fn is_shown() -> bool {
 /// next text.
 pub(crate) fn tell_above(text: fmt::Arguments<'_>) {
     if is_shown() {
-        renew(format_args!("{text}\n"));
+        renew_line(text);
     } else {
         tell!("{text}");
     }

@@ -6,6 +6,7 @@ mod calibrate_lens;
 mod check;
 mod client;
 mod common;
+mod control_characters;
 mod cosim;
 mod emulate;
 mod errors;

@@ -126,6 +126,8 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
     fs::create_dir(path.join("r2")).unwrap();
     fs::write(path.join("way.csv"), "x,y,z\n").unwrap();
     fs::write(path.join("r2/rig.toml"), "").unwrap();
+    fs::create_dir(path.join("bag2")).unwrap();
+    fs::write(path.join("bag2/metadata.yaml"), "").unwrap();
     for (arguments, says) in [
         (&["replay", "nix", "--camera", "c.toml"][..], "nix: there is no such recording"),
         (
@@ -133,6 +135,7 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
             "way.csv: is no recording, but a list. Of pictures: give the folder that it is in. Of",
         ),
         (&["replay", "r2"], "r2: has no rgb.txt or color.txt or colour.txt: a recording is"),
+        (&["replay", "bag2"], "then a file); of a folder of rosbag2 give the .mcap file in it"),
         (&["man", "way.csv"], "way.csv: is a file, but must be a folder: name"),
         (&["replay", "r2/rig.toml"], "a .bag or .db3 file of librealsense2, or an .mcap file of"),
         (&["plot", "r2", "runs/run-0001", "--out", "both.png"], "both.png: must end in .svg"),

@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 use nix::fcntl::{FcntlArg, OFlag, fcntl};
-use nix::pty::openpty;
+use nix::pty::{OpenptyResult, Winsize, openpty};
 use nix::sys::signal::Signal;
 use nix::sys::termios::{FlowArg, tcflow};
 
@@ -152,4 +152,48 @@ fn a_stopped_terminal_holds_back_no_result_and_no_signal() {
     assert!(line.unwrap().unwrap().unwrap().contains("\"reached\":true"));
     assert_eq!(ended.unwrap().signal(), Some(Signal::SIGTERM as i32));
     assert!(folder.path().join("run/figure5.svg").exists());
+}
+
+#[test]
+fn a_terminal_that_nobody_reads_does_not_keep_the_program() {
+    let folder = folder();
+    let terminal = openpty(None, None).unwrap();
+    tcflow(&terminal.slave, FlowArg::TCOOFF).unwrap();
+    let demo = |out: &str, options: &[&str]| {
+        let demo = [&["demo", "--virtual-time", "--out", out][..], options].concat();
+        program(&demo, folder.path())
+            .stdout(Stdio::piped())
+            .stderr(terminal.slave.try_clone().unwrap())
+            .spawn()
+            .unwrap()
+    };
+    // Both wait at once.
+    let ends = [demo("run", &[]), demo("short", &["--timeout", "0.5"])]
+        .map(|demo| demo.wait_with_output().unwrap());
+    assert_eq!(ends.map(|output| output.status.code()), [Some(0), Some(1)]);
+}
+
+/// A progress line that is longer than the terminal's would leave a line behind at each renewal.
+#[test]
+fn progress_keeps_to_one_line_of_a_narrow_terminal() {
+    let folder = folder();
+    record(folder.path());
+    let (columns, clear) = (24, "\r\u{1b}[2K");
+    for arguments in [&SHORT_DEMO[..], &["replay", "recording"]] {
+        let size = Winsize { ws_row: 10, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
+        let OpenptyResult { master, slave } = openpty(&size, None).unwrap();
+        let mut command = program(arguments, folder.path());
+        let mut run = command.stdout(Stdio::null()).stderr(slave).spawn().unwrap();
+        // It has the terminal open.
+        drop(command);
+        let mut shown = Vec::new();
+        // The end of a terminal is an error.
+        let _end = File::from(master).read_to_end(&mut shown);
+        run.wait().unwrap();
+        let shown = String::from_utf8(shown).unwrap();
+        let lines = shown.split(clear).skip(1).filter(|line| !line.contains('\n'));
+        let longest = lines.map(|line| line.chars().count()).max();
+        let is_one_line = longest.is_some_and(|longest| (1..columns.into()).contains(&longest));
+        assert!(is_one_line, "{arguments:?}: {longest:?} in {shown:?}");
+    }
 }

@@ -133,6 +133,34 @@ fn a_mistake_in_a_rig_file_is_named_with_its_line() {
 }
 
 #[test]
+fn a_tilde_that_no_shell_expanded_is_the_home_folder() {
+    let folder = folder();
+    let home = folder.path().join("home");
+    let work = folder.path().join("work");
+    fs::create_dir(&home).unwrap();
+    fs::create_dir(&work).unwrap();
+    let out = ["--virtual-time", "--timeout", "0.1"];
+    for (arguments, file) in [
+        (&["init", "~/r", "--yes"][..], "r/rig.toml"),
+        (&["check", "~/r/rig.toml", "--file-only"], "r/rig.toml"),
+        (&["man", "~/man"], "man/plumb.1"),
+        (&["report", "~/r/rig.toml", "--out=~/a.tar.gz"], "a.tar.gz"),
+        (&["calibrate", "--print-board=~/board.png"], "board.png"),
+        (&[&["demo", "--out=~/runs/1"], &out[..]].concat(), "runs/1/run.csv"),
+        (&[&["demo", "--record", "~/rec"], &out[..]].concat(), "rec/rgb.txt"),
+        (&[&["demo", "--mcap=~/a.mcap"], &out[..]].concat(), "a.mcap"),
+        (&["replay", "~/rec", "--debug=~/stages"], "stages"),
+        (&["plot", "~/runs/1"], "runs/1/figure4.svg"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+        let output = command.args(arguments).current_dir(&work).env("HOME", &home).output();
+        let text = stderr(&output.unwrap());
+        assert!(home.join(file).exists(), "{arguments:?}: {text}");
+        assert!(!work.join("~").exists() && !text.contains('~'), "{arguments:?}: {text}");
+    }
+}
+
+#[test]
 fn a_mistake_in_a_camera_file_is_named_with_its_line() {
     let folder = folder();
     let camera = fs::read_to_string(rigs().join("camera.toml")).unwrap();

@@ -43,9 +43,12 @@ fn an_absent_library_is_reported_with_the_way_to_get_it() {
     let folder = folder();
     let emulator = Emulator::start();
     rig(&folder, &emulator.port, "source = \"realsense\"");
-    fs::write(folder.path().join("a.bag"), "").unwrap();
+    for bag in ["a.bag", "A.BAG"] {
+        fs::write(folder.path().join(bag), "").unwrap();
+    }
     let replay = ["replay", "a.bag", "--camera", "camera.toml"];
-    for arguments in [&["cameras"][..], &["run", "rig.toml"], &replay] {
+    let capitals = ["replay", "A.BAG", "--camera", "camera.toml"];
+    for arguments in [&["cameras"][..], &["run", "rig.toml"], &replay, &capitals] {
         let output = plumb(&folder, Path::new("/no/such/librealsense2.so"), arguments);
         assert!(matches!(output.status.code(), Some(1 | 2)), "{}", stderr(&output));
         for part in ["pip install pyrealsense2", "Intel", "/no/such"] {

@@ -6,9 +6,14 @@
 use std::fs;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
-use crate::common::{folder, json, limited, plumb, rigs, stderr};
+use nix::sys::signal::Signal;
+
+use crate::common::{
+    Emulator, folder, json, limited, patient, plumb, program, rig_file, rigs, send, stderr,
+    until_rows,
+};
 
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -113,6 +118,41 @@ fn a_file_that_exists_and_an_address_in_use_are_bad_input() {
         assert!(!folder.path().join("run").exists(), "nothing moves");
     }
     assert_eq!(fs::read_to_string(folder.path().join("run.mcap")).unwrap(), "precious");
+}
+
+/// A file that is moved is not lost: its new name has everything.
+#[test]
+fn a_file_that_is_removed_under_way_fails_the_run() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let hold = ["hold", &rig, "--port", &emulator.port, "--out", "run", "--json"];
+    let files = ["--mcap", "run.mcap", "--record", "recording"];
+    let removed = ["run.mcap", "run/run.csv", "recording/rgb.txt", "recording/depth.txt"];
+    for name in removed.into_iter().chain(["moved.mcap"]) {
+        let mut hold = program(&[&hold[..], &files].concat(), folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        until_rows(&mut hold, &path("run"), 10);
+        let is_moved = name == "moved.mcap";
+        match is_moved {
+            true => fs::rename(path("run.mcap"), path(name)).unwrap(),
+            false => fs::remove_file(path(name)).unwrap(),
+        }
+        send(&hold, Signal::SIGINT);
+        let output = hold.wait_with_output().unwrap();
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(i32::from(!is_moved)), "{name}: {text}");
+        let line = text.lines().find(|line| line.contains("was removed while it was written"));
+        assert_eq!(line.is_some_and(|line| line.contains(name)), !is_moved, "{name}: {text}");
+        for made in ["run", "recording"] {
+            fs::remove_dir_all(path(made)).unwrap();
+        }
+        let _removed = fs::remove_file(path("run.mcap"));
+    }
 }
 
 #[test]

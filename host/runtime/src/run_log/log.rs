@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb_config::whole_writes::WholeWrites;
+use plumb_config::escape::escaped;
+use plumb_config::whole_writes::{WholeWrites, check_named};
 use plumb_frame::source::BoxedError;
 use serde::Serialize;
 
@@ -113,7 +114,8 @@ impl RunLog {
     /// Writes the rows so far to the disk.
     fn finish_rows(&mut self) -> Result<(), RunLogError> {
         let flushed = self.rows.flush().and_then(|()| self.rows.get_ref().file().sync_all());
-        flushed.map_err(RunLogError::io("finish", self.path.join("run.csv")))
+        let kept = flushed.and_then(|()| check_named(self.rows.get_ref().file()));
+        kept.map_err(RunLogError::io("finish", self.path.join("run.csv")))
     }
 
     /// Writes `summary.json` and the figures.
@@ -237,7 +239,7 @@ impl LostFrames {
                 rows
             }
         };
-        rows.write_record([first.as_str(), message]).map_err(failed)?;
+        rows.write_record([first, escaped(message)]).map_err(failed)?;
         rows.flush().map_err(RunLogError::io("write", path))
     }
 }

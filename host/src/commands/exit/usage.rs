@@ -1,6 +1,5 @@
 //! The end of a command by a mistake in its command line.
 
-use std::env;
 use std::process::ExitCode;
 
 use clap::CommandFactory;
@@ -10,7 +9,7 @@ use super::suggestions::{
     choice, command_of, has_option, has_rig, similar, unexpected_word, unknown_command,
 };
 use super::{BAD_INPUT, Failure, bad_input};
-use crate::commands::joined;
+use crate::commands::command_line;
 use crate::commands::number_list::place_in;
 use crate::commands::print::tell;
 use crate::commands::rig_path::{RIG_VARIABLE, absent_rig, no_rig};
@@ -29,7 +28,7 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
         return ExitCode::from(if error.use_stderr() { BAD_INPUT } else { 0 });
     }
     let words: Vec<String> =
-        joined(env::args_os()).iter().map(|word| word.to_string_lossy().into()).collect();
+        command_line().iter().map(|word| word.to_string_lossy().into()).collect();
     let unexpected = unexpected_word(error);
     let hint = unexpected.and_then(|word| hint(word, &words));
     let is_untold = unexpected.is_some() && hint.is_none();

@@ -39,6 +39,12 @@ pub(super) struct Closed {
 }
 
 impl Closed {
+    /// Returns whether every file was written whole.
+    pub(super) fn is_whole(&self) -> bool {
+        let files = [self.rows.is_ok(), self.recording.is_ok(), self.viewers.is_ok()];
+        self.unwritten.is_none() && files == [true; 3]
+    }
+
     /// Reports the result of a run that ended, or failed with `error`. The last line says how it
     /// ended, and what to do next.
     ///

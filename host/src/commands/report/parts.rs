@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use plumb_cameras::discovery::discover;
 use plumb_config::bounded_read::{ReadError, read, read_text};
+use plumb_config::escape::escaped;
 use plumb_config::toml_file::TomlFileError;
 use plumb_protocol::RELEASE;
 use plumb_runtime::link::{Link, Serial};
@@ -238,7 +239,7 @@ impl Parts {
                 _ => privacy.applied_to(text),
             };
         }
-        let text = privacy.applied_to(&overview(&self.missing));
+        let text = privacy.applied_to(&escaped(&overview(&self.missing)));
         let content = "versions, and what is missing";
         self.parts.insert(0, Part { name: "report.txt", content, body: Body::Text(text) });
         self.parts

@@ -14,7 +14,7 @@ use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
 
 use super::super::Failure;
-use super::super::print::note;
+use super::super::print::{note, tell};
 use super::Ros2Options;
 
 pub(in super::super) use plumb_ros2::Namespace;
@@ -79,6 +79,14 @@ impl Ros2Options {
             network.domain,
             namespace
         );
+        let unread = Network::unread_variables();
+        if !unread.is_empty() {
+            tell!(
+                "plumb: ROS 2: this node does not read {}: `ros2 service list` must show \
+                 {namespace}/stop, or no stop arrives",
+                unread.join(", ")
+            );
+        }
         Ok(Ros2(Some(output)))
     }
 }
