@@ -179,8 +179,10 @@ impl Drop for Capture {
 }
 
 /// Reads `source` until it is over or `slot` is closed, and closes it.
-fn read_all(mut source: impl CameraSource, slot: &Slot) {
+fn read_all(source: impl CameraSource, slot: &Slot) {
     let _end = slot.end_guard();
+    // Dropped before the end is noted: closing a camera may take for ever.
+    let mut source = source;
     let read = catch_unwind(AssertUnwindSafe(|| {
         while let Some(frame) = source.next_frame().transpose() {
             slot.set_skipped_before(source.skipped());

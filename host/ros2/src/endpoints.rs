@@ -12,6 +12,10 @@ use crate::publishers::Publishers;
 use crate::service::Service;
 use crate::targets::TargetTopics;
 
+/// Most bytes of a message: what ROS 2 says about the nodes of a large program has some hundred
+/// thousand, a target or a request some hundred.
+const MAX_MESSAGE: u32 = 1 << 20;
+
 /// Tokens of set points and of targets that move.
 const TARGETS: [Token; 2] = [Token(1), Token(2)];
 /// Token of the first service.
@@ -33,7 +37,7 @@ impl Endpoints {
     /// As [`Network`](crate::Network) says, and where the operating system refuses.
     pub(crate) fn join(settings: &Ros2Settings, registry: &Registry) -> Result<Self, Ros2Error> {
         let Ros2Settings { namespace, network, camera } = settings;
-        let mut member = network.join(namespace, "plumb")?;
+        let mut member = network.join(namespace, "plumb", MAX_MESSAGE)?;
         let publishers = Publishers::new(&mut member, namespace, *camera)?;
         let targets = TargetTopics::new(&mut member, namespace)?;
         let names = Action::ALL.map(|action| namespace.topic(action.name()));

@@ -1,12 +1,18 @@
-//! Entrances for the fuzz targets in `tests/fuzz` to the messages of other nodes.
+//! Entrances for the fuzz targets in `tests/fuzz` to the messages and packets of other nodes.
+
+use std::time::{Duration, Instant};
 
 use plumb_cameras::ros2::Ros2CameraSettings;
 use serde::de::DeserializeOwned;
 
 use crate::camera::lens;
 use crate::camera::picture::{self, Picture};
+use crate::gate::Guard;
 use crate::message::from_cdr;
 use crate::message::sensor::{CameraInfo, CompressedImage, Image};
+
+/// Most bytes of a sample in packets.
+const MAX_SAMPLE: u32 = 1 << 20;
 
 /// Topic in the messages of errors.
 const TOPIC: &str = "/camera";
@@ -36,4 +42,18 @@ pub fn camera(bytes: &[u8]) -> bool {
         is_possible && lens::intrinsics(&info, size, picture::DEPTH_SCALE, &settings).is_ok()
     });
     pictured || described
+}
+
+/// Judges packets, each a second after the one before; two bytes before each have its length.
+/// Returns the number of those that the DDS library would see, and the bytes that are claimed, as a
+/// share of those that may be.
+pub fn packets(mut bytes: &[u8]) -> (usize, f64) {
+    let (mut guard, mut now, mut admitted) = (Guard::new(MAX_SAMPLE), Instant::now(), 0);
+    while let Some((length, rest)) = bytes.split_first_chunk() {
+        let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());
+        let (packet, rest) = rest.split_at(length);
+        admitted += usize::from(guard.admit(packet, now).is_ok());
+        (bytes, now) = (rest, now + Duration::from_secs(1));
+    }
+    (admitted, guard.claimed() as f64 / (2.0 * f64::from(MAX_SAMPLE)))
 }

@@ -24,6 +24,7 @@ mod error;
 mod feed;
 #[doc(hidden)]
 pub mod fuzzing;
+mod gate;
 mod interruption;
 mod ledger;
 mod message;

@@ -2,6 +2,7 @@
 
 use std::net::{IpAddr, Ipv4Addr, UdpSocket};
 
+use plumb_frame::source::BoxedError;
 use ros2_client::{
     Context, Name, Node, NodeName, NodeOptions, Publisher, QosProfile, Subscription,
 };
@@ -10,6 +11,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::{MAX_DOMAIN, Ros2Error};
+use crate::gate::{Gate, Guard};
 use crate::interruption;
 use crate::message::TypedMessage;
 use crate::namespace::Namespace;
@@ -154,11 +156,16 @@ impl Network {
         UNREAD.into_iter().filter(is_set).collect()
     }
 
-    /// Joins the domain with a node.
+    /// Joins the domain with a node that reads messages of up to `max_message` bytes.
     ///
     /// # Errors
     /// Where the domain or the interface does not exist, or no socket can be opened.
-    pub(crate) fn join(&self, namespace: &Namespace, name: &str) -> Result<Member, Ros2Error> {
+    pub(crate) fn join(
+        &self,
+        namespace: &Namespace,
+        name: &str,
+        max_message: u32,
+    ) -> Result<Member, Ros2Error> {
         if self.domain > MAX_DOMAIN {
             return Err(Ros2Error::Domain(self.domain));
         }
@@ -170,8 +177,10 @@ impl Network {
             builder = builder.with_only_networks([address]);
         }
         let domain = self.domain;
-        let participant =
-            builder.build().map_err(|source| Ros2Error::Join { domain, source: source.into() })?;
+        let build = || builder.build().map_err(BoxedError::from);
+        let (participant, gate) =
+            Gate::around(domain, self.interface, Guard::new(max_message), build)
+                .map_err(|source| Ros2Error::Join { domain, source })?;
         let context = Context::from_domain_participant(participant.clone())
             .map_err(|source| Ros2Error::Join { domain, source: source.into() })?;
         let node = NodeName::new(namespace.as_str(), name)
@@ -181,7 +190,7 @@ impl Network {
         let node = context
             .new_node(node, options)
             .map_err(|source| Ros2Error::Join { domain, source: source.into() })?;
-        Ok(Member { node, participant, interruptions })
+        Ok(Member { node, participant, interruptions, _gate: gate })
     }
 }
 
@@ -191,6 +200,7 @@ pub(crate) struct Member {
     pub(crate) participant: DomainParticipant,
     /// Number of interruptions of the program before it joined.
     pub(crate) interruptions: u64,
+    _gate: Gate,
 }
 
 impl Member {
@@ -315,7 +325,7 @@ mod tests {
             assert!(error.contains(text) && error.contains("0 to 232"), "{error}");
         }
         let network = Network { domain: 233, interface: None };
-        let error = network.join(&Namespace::default(), "node").err().map(|e| e.to_string());
+        let error = network.join(&Namespace::default(), "node", 0).err().map(|e| e.to_string());
         assert!(error.is_some_and(|error| error.contains("233")));
     }
 
@@ -323,7 +333,7 @@ mod tests {
     fn an_interface_of_another_computer_is_refused() {
         let interface = Some("192.0.2.1".parse().unwrap());
         let network = Network { domain: 0, interface };
-        let error = network.join(&Namespace::default(), "node").err().map(|e| e.to_string());
+        let error = network.join(&Namespace::default(), "node", 0).err().map(|e| e.to_string());
         assert!(error.is_some_and(|error| error.contains("192.0.2.1")));
     }
 }

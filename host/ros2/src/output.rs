@@ -1,7 +1,9 @@
 //! Observer that publishes a run in ROS 2.
 
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
 
 use nalgebra::Isometry3;
 use plumb_frame::clock::LiveClock;
@@ -14,6 +16,9 @@ use crate::feed::Feed;
 use crate::namespace::Namespace;
 use crate::network::Network;
 use crate::node_loop::NodeLoop;
+
+/// Longest time that leaving ROS 2 takes. The DDS library may wait for ever for its threads.
+const LEAVE: Duration = Duration::from_secs(3);
 
 /// Settings of a node.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,11 +34,11 @@ pub struct Ros2Settings {
 /// Observer that publishes a run in ROS 2, and sends the commands of other nodes to it.
 ///
 /// Its methods only write into a bounded memory, which a thread reads: it needs no queue. The node
-/// leaves ROS 2 when the observer is dropped.
+/// leaves ROS 2 when the observer is dropped; after 3 s its thread is left to itself.
 pub struct Ros2Output {
     feed: Arc<Feed>,
-    /// `None` once it is joined.
-    thread: Option<JoinHandle<()>>,
+    /// Disconnected once the node has left ROS 2.
+    left: Receiver<()>,
 }
 
 impl Ros2Output {
@@ -44,11 +49,14 @@ impl Ros2Output {
     pub fn start(settings: &Ros2Settings, operator: OperatorSender) -> Result<Self, Ros2Error> {
         let node = NodeLoop::new(settings, operator)?;
         let feed = node.feed();
-        let thread = thread::Builder::new()
-            .name("ros2".to_owned())
-            .spawn(move || node.run())
-            .map_err(Ros2Error::Thread)?;
-        Ok(Self { feed, thread: Some(thread) })
+        let (leaving, left) = channel();
+        let run = move || {
+            // Dropped last, also by a panic.
+            let _leaving = leaving;
+            node.run();
+        };
+        thread::Builder::new().name("ros2".to_owned()).spawn(run).map_err(Ros2Error::Thread)?;
+        Ok(Self { feed, left })
     }
 
     /// Sets the clock that stamps the run's frames, before the first of them: the stamps of the
@@ -76,8 +84,8 @@ impl Observer for Ros2Output {
 impl Drop for Ros2Output {
     fn drop(&mut self) {
         self.feed.close();
-        if let Some(thread) = self.thread.take() {
-            let _panicked = thread.join();
+        if self.left.recv_timeout(LEAVE) == Err(RecvTimeoutError::Timeout) {
+            tracing::warn!("ROS 2 has not been left within {LEAVE:?}");
         }
     }
 }

@@ -24,6 +24,8 @@ pub mod picture;
 pub mod rig_file;
 #[cfg(feature = "host")]
 pub mod ros2_camera;
+#[cfg(feature = "host")]
+pub mod ros2_packet;
 pub mod stored;
 #[cfg(feature = "host")]
 pub mod stream;
@@ -78,6 +80,8 @@ pub const TARGETS: &[Target] = &[
     page_request::TARGET,
     #[cfg(feature = "host")]
     ros2_camera::TARGET,
+    #[cfg(feature = "host")]
+    ros2_packet::TARGET,
     #[cfg(feature = "host")]
     path_file::TARGET,
     #[cfg(feature = "host")]

@@ -4,6 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use plumb_cameras::ros2::Ros2CameraSettings;
+use plumb_cameras::stream::MAX_PIXELS;
 use ros2_client::QosProfile;
 use rustdds::mio1::{Events, Poll, Token};
 use serde::de::DeserializeOwned;
@@ -19,6 +20,10 @@ use crate::peers::Peers;
 use crate::qos;
 use crate::senders::Sending;
 use crate::topic::{MessageOrigin, Topic};
+
+/// Most bytes of a message: a picture of [`MAX_PIXELS`] with four bytes each, and what is beside
+/// them.
+const MAX_MESSAGE: u32 = 4 * (MAX_PIXELS as u32) + (1 << 16);
 
 /// Subscribes to a topic with this `qos`, whose messages wake `poll` with `token`.
 fn subscribe<M: TypedMessage + DeserializeOwned + 'static>(
@@ -116,7 +121,7 @@ impl Reception {
         settings: &Ros2CameraSettings,
         network: &Network,
     ) -> Result<Self, Ros2CameraError> {
-        let mut member = network.join(&Namespace::default(), "plumb_camera")?;
+        let mut member = network.join(&Namespace::default(), "plumb_camera", MAX_MESSAGE)?;
         let poll = Poll::new().map_err(Ros2CameraError::Wait)?;
         let colour = PictureTopic::subscribe(&mut member, &settings.colour, &poll, 0)?;
         let depth = settings.depth_topic();
