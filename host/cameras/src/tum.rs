@@ -16,6 +16,7 @@ use plumb_frame::frame::{FrameError, RgbdFrame};
 use plumb_frame::image::{ColourImage, DepthImage, Image, ImageSize};
 use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_pictures::decode::{self, DecodeError};
+use plumb_pictures::raw;
 use thiserror::Error;
 
 use list::{Entry, Pair, nearest, read_list, read_pairs};
@@ -329,13 +330,14 @@ fn read_colour(path: &Path) -> Result<ColourImage, TumError> {
     decode::colour(&bytes).map_err(|error| TumError::decode(path, error))
 }
 
-/// Reads the depth image (16-bit, one channel) in the file at `path`.
+/// Reads the depth image (16-bit, one channel) in the file at `path`. 0 and 65535 are unknown.
 ///
 /// # Errors
 /// As [`read_colour`].
 fn read_depth(path: &Path) -> Result<DepthImage, TumError> {
     let bytes = bounded_read::read(path, MAX_BYTES)?;
-    decode::depth(&bytes).map_err(|error| TumError::decode(path, error))
+    let depth = decode::depth(&bytes).map_err(|error| TumError::decode(path, error))?;
+    Ok(raw::known_depth(depth))
 }
 
 #[cfg(test)]

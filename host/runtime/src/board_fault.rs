@@ -152,8 +152,9 @@ pub fn after_fault(fault: Fault) -> &'static str {
              cable to the board is loose. Then clear the fault."
         }
         Fault::PositionLost => {
-            "Check that the camera delivers pictures, and that the ball is in view and lit. Then \
-             clear the fault and begin again."
+            "Check that the camera delivers pictures, several in the time of \
+             `deadlines.position`, and that the ball is in view and lit. Then clear the fault and \
+             begin again."
         }
         Fault::BallOutside => {
             "Check whether the ball really left the workspace: then clear the fault, jog the ball \

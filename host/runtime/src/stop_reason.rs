@@ -29,9 +29,11 @@ pub enum StopReason {
     EndOfFrames,
     /// The stream of targets ended before it had one.
     NoTarget,
-    /// The stream of targets ended because its lines could not be used.
+    /// The stream of targets ended because its lines could not be used, or the last ones were left
+    /// out.
     TargetsBroken,
-    /// The stream of targets had none in a possible place for the time of the timeout.
+    /// The last targets of the stream were in places that are not possible, up to its end or for
+    /// the time of the timeout.
     TargetsRefused,
     /// The stream of targets had some, and the board has followed none for the time of the timeout.
     TargetsNotFollowed,
@@ -70,8 +72,7 @@ impl StopReason {
                  workspace, in metres of the rig frame",
             ),
             Self::TargetsBroken => Some(
-                "The message about their sender says why, and in which line. Correct the program \
-                 that sends them",
+                "A message above says why, and in which line. Correct the program that sends them",
             ),
             Self::Fault(fault) => Some(fault.advice()),
             Self::EndOfFrames => Some(
@@ -105,7 +106,7 @@ impl fmt::Display for StopReason {
             Self::EndOfFrames => f.write_str("no more pictures"),
             Self::NoTarget => f.write_str("the targets ended before there was one to drive to"),
             Self::TargetsBroken => f.write_str("the lines of the targets could not be used"),
-            Self::TargetsRefused => f.write_str("all targets were refused for their places"),
+            Self::TargetsRefused => f.write_str("the newest targets were refused for their places"),
             Self::TargetsNotFollowed => {
                 f.write_str("targets came, and the board followed none of them in time")
             }

@@ -24,7 +24,8 @@ pub struct TargetsSummary {
     /// Number of pictures with the ball while the board followed the targets or held the ball where
     /// they rest.
     pub followed: u64,
-    /// Number of those of them with the ball at the target, within the radius of a reached one.
+    /// Number of those of them with the ball at the target, within the radius of a reached one, and
+    /// no newer target that was left out.
     pub near: u64,
     /// Distances of the measured ball from the target at the time of the picture, since the ball
     /// had caught up: it had been there for a quarter of a second. Left out where it had not.

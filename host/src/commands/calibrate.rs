@@ -29,6 +29,7 @@ use plumb_vision::frame::RgbdFrame;
 
 use super::exit::unwritten;
 use super::interrupt::interrupt_flag;
+use super::old_file::check_writable;
 use super::print::tell;
 use super::rig_path::{RIG_VARIABLE, rig_path_without_port};
 use super::run_camera::read_camera;
@@ -121,6 +122,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let rig = Rig::read(file)?;
     let (text, camera) = read_camera(file, &rig)?;
     let camera_file = CameraFile { path: &rig.camera.file, text: &text };
+    check_writable(camera_file.path)?;
     if let Some(path) = &args.import_options.import {
         let (input, answers) = ((path.as_path(), &args.import_options), (args.yes, args.json));
         return import::import(input, (file, &rig, &camera), &camera_file, answers);

@@ -1,6 +1,6 @@
 //! A file that a command changes when the user agrees. The former version stays beside it.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::{BufRead, IsTerminal, stdin};
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use plumb_config::whole_writes::write_whole;
 
 use super::exit::unwritten;
 use super::print::{message, tell};
-use super::{Failure, bad_input};
+use super::{Failure, bad_input, failed};
 
 /// File before its change.
 pub(super) struct OldFile<'a> {
@@ -109,7 +109,20 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     write_whole(path, bytes).map_err(|error| unwritten(path, &error))
 }
 
-/// Replaces a file in one step, so that no reader sees half of it.
+/// Checks, before a measurement, that the file at `path` can be changed, and that its former version
+/// can stay beside it. Nothing is changed.
+///
+/// # Errors
+/// Where it cannot.
+pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
+    File::options().append(true).open(path).map_err(|error| unwritten(path, &error))?;
+    let backup = backup(path);
+    let created = File::create_new(&backup).and_then(|_| fs::remove_file(&backup));
+    created.map_err(|error| unwritten(&backup, &error))
+}
+
+/// Replaces a file in one step, so that no reader sees half of it. Its mode stays. A mount point is
+/// written in place: it cannot be replaced.
 fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     // A link is followed: the file that it names is replaced.
     let path = fs::canonicalize(path).map_err(|error| unwritten(path, &error))?;
@@ -117,7 +130,16 @@ fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     name.push(".new");
     let new = PathBuf::from(name);
     write(&new, bytes)?;
-    fs::rename(&new, &path).map_err(|error| unwritten(&path, &error))
+    let mode = fs::metadata(&path).map(|it| it.permissions());
+    let renamed = mode.and_then(|mode| fs::set_permissions(&new, mode));
+    if renamed.and_then(|()| fs::rename(&new, &path)).is_err() {
+        fs::write(&path, bytes).map_err(|error| {
+            let (path, new) = (path.display(), new.display());
+            failed(format!("{path}: cannot be written: {error}; the new version is {new}"))
+        })?;
+        let _stays = fs::remove_file(&new);
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -138,5 +160,22 @@ mod tests {
         assert_eq!(read("camera.toml"), "3");
         let former = ["camera.toml.bak", "camera.toml.bak2", "camera.toml.bak3"].map(read);
         assert_eq!(former, ["0", "1", "2"]);
+    }
+
+    #[test]
+    fn the_mode_stays_and_a_check_changes_nothing() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        fs::write(&path, "0").unwrap();
+        for mode in [0o600, 0o664] {
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            assert!(check_writable(&path).is_ok());
+            assert_eq!(fs::read_to_string(&path).unwrap(), "0");
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+            replace(&path, b"0").unwrap_or_else(|_| panic!("not written"));
+            assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, mode);
+        }
+        assert!(check_writable(&folder.path().join("none/camera.toml")).is_err());
     }
 }

@@ -155,6 +155,44 @@ fn places_that_do_not_determine_a_pose_are_refused_and_nothing_is_written() {
     assert!(!folder.path().join("camera.toml.bak").exists());
 }
 
+/// As in a container that mounts the camera file: it cannot be replaced by another file.
+#[test]
+fn a_camera_file_that_is_a_mount_point_is_written_in_place() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let lens = "image_size: [640, 480]\nK: [600, 0, 320, 0, 600, 240, 0, 0, 1]\nD: [0, 0, 0, 0, 0]";
+    fs::write(folder.path().join("lens.yaml"), lens).unwrap();
+    fs::copy(folder.path().join("camera.toml"), folder.path().join("outside.toml")).unwrap();
+    let mounted = |options: &str| {
+        let script = format!(
+            "mount --bind {options} outside.toml camera.toml && exec {} calibrate {rig} --yes \
+             --import lens.yaml",
+            env!("CARGO_BIN_EXE_plumb")
+        );
+        let namespace = ["--user", "--map-root-user", "--mount", "sh", "-c", &script];
+        let mut unshare = Command::new("unshare");
+        unshare.args(namespace).current_dir(folder.path()).output().ok()
+    };
+    let read = |file: &str| fs::read_to_string(folder.path().join(file)).unwrap();
+    let Some(output) = mounted("").filter(|output| output.status.code() != Some(32)) else {
+        println!("skipped: nothing can be mounted here");
+        return;
+    };
+    if !stderr(&output).contains("lens, by OpenCV") {
+        println!("skipped: nothing can be mounted here: {}", stderr(&output));
+        return;
+    }
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(read("outside.toml").contains("fx = 600"), "{}", read("outside.toml"));
+    assert_eq!(read("camera.toml.bak"), read("camera.toml"));
+    assert!(!folder.path().join("camera.toml.new").exists());
+    // One that is mounted for reading only is told before the measurement.
+    let output = mounted("-o ro").unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(!stderr(&output).contains("lens, by"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("Read-only file system"), "{}", stderr(&output));
+}
+
 #[test]
 fn the_board_is_printed_and_never_over_another_file() {
     let folder = folder();

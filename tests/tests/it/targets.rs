@@ -257,6 +257,53 @@ fn lines_that_are_held_up_are_left_out_and_the_ball_rests_meanwhile() {
     assert!(outcome.farthest(circle, 9.0, 10.9) < 0.005);
 }
 
+/// Returns the times of 30 lines a second for so many seconds.
+fn lines_until(end: f64) -> impl Iterator<Item = f64> {
+    (15..).map(|k| f64::from(k) / 30.0).take_while(move |time| *time < end)
+}
+
+#[test]
+fn a_clock_that_is_set_while_targets_come_is_followed() {
+    for step in [-0.6, -0.3, 0.6, -5.0] {
+        let clock = |time: f64| if time < 12.0 { time } else { time + step };
+        let sender = Sender::with_clock(lines_until(20.0), circle, jitter(6), clock);
+        let outcome = TargetRun::default().drive(sender);
+        outcome.check_reached("set");
+        let targets = outcome.targets();
+        let left_out = targets.left_out.late + targets.left_out.out_of_order;
+        assert!(left_out < 40, "{step} s: {targets:?}");
+        let farthest = outcome.farthest(circle, 14.0, 19.9);
+        assert!(farthest <= 0.006, "{step} s: {farthest} m");
+    }
+}
+
+#[test]
+fn a_ball_at_the_last_target_that_counted_has_not_reached_those_that_were_left_out() {
+    // Later and later: a counter of 30 lines a second, of which 27 are sent.
+    let slow = |time: f64| 0.9 * time;
+    let sender = Sender::with_clock(lines_until(40.0), circle, jitter(7), slow);
+    let outcome = TargetRun::default().drive(sender);
+    let targets = outcome.targets();
+    assert!(targets.left_out.late > 900, "{targets:?}");
+    assert!(!outcome.summary.reached, "{targets:?}");
+    assert_eq!(outcome.summary.ending, StopReason::TargetsBroken);
+    assert!(targets.near < 200 && targets.followed > 900, "{targets:?}");
+    // At rest, and then above the workspace.
+    let leaves = |time| if time < 6.0 { CENTRE } else { CENTRE + Vector3::z() };
+    let outcome = TargetRun::default().drive(Sender::of(lines_until(20.0), leaves, |_| 0.01));
+    assert_eq!(outcome.summary.ending, StopReason::TargetsRefused);
+    assert!(!outcome.summary.reached, "{:?}", outcome.targets());
+    // A person ends the run meanwhile.
+    let sender = Box::new(Sender::of(lines_until(20.0), leaves, |_| 0.01));
+    let outcome = TargetRun::default().drive_with(sender, TargetUse::Steering, |number, sender| {
+        if number == 400 {
+            sender.send(OperatorCommand::End).unwrap();
+        }
+    });
+    assert_eq!(outcome.summary.ending, StopReason::Ended);
+    assert!(!outcome.summary.reached, "{:?}", outcome.targets());
+}
+
 #[test]
 fn a_stream_without_a_target_ends_the_run_with_the_reason() {
     let outcome = TargetRun::default().drive(Sender::new(circle, 30.0, [1.0, 1.0], |_| 0.0));

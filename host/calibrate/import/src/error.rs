@@ -101,6 +101,15 @@ pub enum ImportError {
         /// Name of the model.
         model: String,
     },
+    /// The file has four coefficients, and does not name their model.
+    #[error(
+        "`{name}` has four numbers: k1, k2, p1, p2 of the model plumb_bob, or k1 to k4 of OpenCV's \
+         fisheye. The file does not say which: --import-model plumb_bob, or --import-model fisheye"
+    )]
+    Ambiguous {
+        /// Key of the coefficients.
+        name: String,
+    },
     /// The coefficients are none of OpenCV's model with five.
     #[error("the distortion of the lens: {0}")]
     Coefficients(#[from] CoefficientsError),
@@ -123,6 +132,12 @@ pub enum ImportError {
     NoCameras {
         /// Wanted name.
         name: String,
+    },
+    /// A model is named for a file that needs none.
+    #[error("only a lens of OpenCV has no model in its file: leave out --import-model {model}")]
+    NamesModel {
+        /// The model.
+        model: String,
     },
     /// The file has two cameras of a stereo pair.
     #[error(

@@ -1,6 +1,6 @@
 //! Lens of a camera.
 
-use plumb_frame::camera::{Distortion, DistortionCoefficients};
+use plumb_frame::camera::{Distortion, DistortionCoefficients, is_of_angles};
 use plumb_frame::image::ImageSize;
 
 use crate::error::ImportError;
@@ -8,6 +8,10 @@ use crate::error::ImportError;
 /// Names of OpenCV's model: in ROS, in kalibr, which has four coefficients, with eight, the last
 /// three of which may be 0, and for a lens without distortion.
 const MODELS: [&str; 5] = ["plumb_bob", "radtan", "rational_polynomial", "none", ""];
+
+/// Largest tangential coefficient that is not doubted: a lens that is tilted by half a degree. The
+/// coefficients k3 and k4 of a fisheye lens are mostly above it.
+const MAX_TANGENTIAL: f64 = 5e-3;
 
 /// Pinhole camera with the distortion of its lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +53,17 @@ impl ImportedLens {
         };
         Ok(Self { fx, fy, cx, cy, distortion, size })
     }
+
+    /// Returns the doubt about tangential coefficients that are too large for those of a lens.
+    pub(crate) fn doubt(&self) -> Option<String> {
+        let DistortionCoefficients { p1, p2, .. } = self.distortion?.coefficients();
+        (p1.abs().max(p2.abs()) > MAX_TANGENTIAL).then(|| {
+            format!(
+                "p1 is {p1} and p2 is {p2}: those of a lens are below {MAX_TANGENTIAL}. Were they \
+                 calibrated as a fisheye lens, whose four coefficients are k1 to k4?"
+            )
+        })
+    }
 }
 
 /// Checks that a lens has a model of distortion that Plumb has.
@@ -56,7 +71,7 @@ impl ImportedLens {
 /// # Errors
 /// [`ImportError::Model`] where it has another one and a distortion.
 pub(crate) fn check_model(model: &str, coefficients: &[f64]) -> Result<(), ImportError> {
-    let is_straight = coefficients.iter().all(|coefficient| *coefficient == 0.0);
+    let is_straight = !is_of_angles(model) && coefficients.iter().all(|it| *it == 0.0);
     if MODELS.contains(&model) || is_straight {
         return Ok(());
     }

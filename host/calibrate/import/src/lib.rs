@@ -17,7 +17,7 @@
 //! let text = "cam0:\n  camera_model: pinhole\n  intrinsics: [605.0, 606.0, 322.0, 241.0]\n  \
 //!             distortion_model: radtan\n  distortion_coeffs: [-0.1, 0.02, 0.001, -0.002]\n  \
 //!             resolution: [640, 480]\n";
-//! let imported = read(text, Choice::Only)?;
+//! let imported = read(text, Choice::Only, None)?;
 //! let Content::Lens(lens) = imported.content else { panic!("a camchain has a lens") };
 //! assert_eq!((lens.fx, lens.cy), (605.0, 241.0));
 //! # Ok::<(), plumb_import::ImportError>(())
@@ -43,6 +43,7 @@ use std::fmt;
 pub use document::ImportedPose;
 pub use error::ImportError;
 pub use lens::ImportedLens;
+use serde_json::{Map, Value};
 
 /// Which camera of a file with several is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,29 +101,44 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
-/// Reads the text of a calibration file. `choice` names one of the cameras in a file of kalibr.
+/// Reads the text of a calibration file. `choice` names one of the cameras in a file of kalibr, and
+/// `model` the distortion of a file of OpenCV with four coefficients: `plumb_bob` or `fisheye`.
 ///
 /// # Errors
 /// If the text is no YAML, or of no program above; if a value is missing or no finite number; if
 /// the lens has another model than OpenCV's with five coefficients; if the camera moves with the
 /// robot.
-pub fn read(text: &str, choice: Choice<'_>) -> Result<Imported, ImportError> {
-    let file = document::parse(text)?;
-    let cameras = kalibr::cameras(&file);
+pub fn read(text: &str, choice: Choice<'_>, model: Option<&str>) -> Result<Imported, ImportError> {
+    let mut imported = read_file(&document::parse(text)?, choice, model)?;
+    if let Some(model) = model.filter(|_| imported.program != Program::OpenCv) {
+        return Err(ImportError::NamesModel { model: model.to_owned() });
+    }
+    if let Content::Lens(lens) = &imported.content {
+        imported.notes.extend(lens.doubt());
+    }
+    Ok(imported)
+}
+
+fn read_file(
+    file: &Map<String, Value>,
+    choice: Choice<'_>,
+    model: Option<&str>,
+) -> Result<Imported, ImportError> {
+    let cameras = kalibr::cameras(file);
     if !cameras.is_empty() {
-        return kalibr::read(&file, &cameras, choice);
+        return kalibr::read(file, &cameras, choice);
     }
     if let Choice::Named(name) = choice {
         return Err(ImportError::NoCameras { name: name.to_owned() });
     }
-    if handeye::is_one(&file) {
-        handeye::read(&file)
-    } else if ros::is_calibration(&file) {
-        ros::read_calibration(&file)
-    } else if ros::is_message(&file) {
-        ros::read_message(&file)
-    } else if opencv::is_one(&file) {
-        opencv::read(&file)
+    if handeye::is_one(file) {
+        handeye::read(file)
+    } else if ros::is_calibration(file) {
+        ros::read_calibration(file)
+    } else if ros::is_message(file) {
+        ros::read_message(file)
+    } else if opencv::is_one(file) {
+        opencv::read(file, model)
     } else {
         let keys = file.keys().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
         Err(ImportError::Unknown { keys })

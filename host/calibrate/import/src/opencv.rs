@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use crate::document::Matrix;
 use crate::error::ImportError;
-use crate::lens::ImportedLens;
+use crate::lens::{ImportedLens, check_model};
 use crate::{Content, Imported, Program};
 
 /// Names of the camera matrix.
@@ -48,7 +48,10 @@ pub(crate) fn is_one(file: &Map<String, Value>) -> bool {
 ///
 /// # Errors
 /// As [`read`](crate::read); if the file has two cameras, or no coefficients of the distortion.
-pub(crate) fn read(file: &Map<String, Value>) -> Result<Imported, ImportError> {
+pub(crate) fn read(
+    file: &Map<String, Value>,
+    model: Option<&str>,
+) -> Result<Imported, ImportError> {
     if first(file, &SECOND).is_some() {
         return Err(ImportError::Stereo);
     }
@@ -58,7 +61,15 @@ pub(crate) fn read(file: &Map<String, Value>) -> Result<Imported, ImportError> {
     let (name, camera) = matrix(file, &MATRICES)?;
     let pinhole = camera.pinhole(name)?;
     let (name, coefficients) = matrix(file, &COEFFICIENTS)?;
-    let lens = ImportedLens::new(pinhole, &coefficients.numbers(name)?, size(file))?;
+    let coefficients = coefficients.numbers(name)?;
+    match model {
+        Some(model) => check_model(model, &coefficients)?,
+        None if coefficients.len() == 4 => {
+            return Err(ImportError::Ambiguous { name: name.to_owned() });
+        }
+        None => {}
+    }
+    let lens = ImportedLens::new(pinhole, &coefficients, size(file))?;
     let notes = first(file, &POSES).map(|(key, _)| {
         format!("`{key}` is the place of the board in each picture, and is not taken")
     });

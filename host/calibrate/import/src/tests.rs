@@ -125,13 +125,13 @@ transform:
 
 /// Returns the lens of a file, and what was not taken.
 fn lens(text: &str, choice: Choice<'_>) -> (ImportedLens, Vec<String>) {
-    let imported = read(text, choice).unwrap_or_else(|error| panic!("{error}"));
+    let imported = read(text, choice, None).unwrap_or_else(|error| panic!("{error}"));
     let Content::Lens(lens) = imported.content else { panic!("no lens in {text}") };
     (lens, imported.notes)
 }
 
 fn refusal(text: &str) -> String {
-    read(text, Choice::Only).unwrap_err().to_string()
+    read(text, Choice::Only, None).unwrap_err().to_string()
 }
 
 /// Checks the lens of [`CAMERA_CALIBRATION`], which the other files have too.
@@ -204,7 +204,7 @@ fn a_chain_of_kalibr_has_several_cameras() {
     assert!(notes[0].contains("T_cam_imu"), "{notes:?}");
 
     assert!(refusal(CHAIN).contains("cam0, cam1"), "{}", refusal(CHAIN));
-    let error = |name| read(CHAIN, Choice::Named(name)).unwrap_err().to_string();
+    let error = |name| read(CHAIN, Choice::Named(name), None).unwrap_err().to_string();
     assert!(error("cam2").contains("cam0, cam1"), "{}", error("cam2"));
     assert!(error("cam1").contains("equidistant"), "{}", error("cam1"));
     let one = &CHAIN[..CHAIN.find("cam1:").unwrap()];
@@ -218,7 +218,7 @@ fn a_chain_of_kalibr_has_several_cameras() {
 #[test]
 fn a_hand_eye_calibration_is_the_camera_in_the_base() {
     for text in [HANDEYE, HANDEYE2] {
-        let imported = read(text, Choice::Only).unwrap();
+        let imported = read(text, Choice::Only, None).unwrap();
         let Content::Pose(found) = imported.content else { panic!("no pose in {text}") };
         assert_eq!(
             (found.base.as_str(), found.camera.as_str()),
@@ -242,7 +242,7 @@ fn a_hand_eye_calibration_is_the_camera_in_the_base() {
             .replace("\ny", "\n  y")
             .replace("\nz", "\n  z")
     );
-    assert!(matches!(read(&old, Choice::Only).unwrap().content, Content::Pose(_)), "{old}");
+    assert!(matches!(read(&old, Choice::Only, None).unwrap().content, Content::Pose(_)), "{old}");
 }
 
 #[test]
@@ -258,7 +258,7 @@ fn a_hand_eye_calibration_that_would_be_taken_wrongly_is_refused() {
     let zero = HANDEYE.replace("0.5\n", "0.0\n");
     assert!(refusal(&zero).contains("norm 0"), "{}", refusal(&zero));
     let other = HANDEYE.replace("camera_color_optical_frame", "tracker");
-    let notes = read(&other, Choice::Only).unwrap().notes;
+    let notes = read(&other, Choice::Only, None).unwrap().notes;
     assert!(notes[1].contains("`tracker`") && notes[1].contains("z forward"), "{notes:?}");
 }
 
@@ -285,6 +285,52 @@ fn lenses_that_plumb_has_no_model_for_are_refused() {
     assert!(refusal(&alone).contains("distortion_coefficients, "), "{}", refusal(&alone));
 }
 
+/// A lens as `cv::fisheye::calibrate` returns it, without the name of its model.
+const FOUR: &str = "image_size: [640, 480]\n\
+                    K: [605.25, 0.0, 322.5, 0.0, 606.75, 241.5, 0.0, 0.0, 1.0]\n\
+                    D: [-0.01, 0.05, -0.13, 0.09]\n";
+
+#[test]
+fn four_coefficients_without_a_model_are_not_guessed() {
+    let text = refusal(FOUR);
+    assert!(text.contains("`D`") && text.contains("--import-model fisheye"), "{text}");
+    let model = |text: &str, model| read(text, Choice::Only, Some(model));
+    let fisheye = model(FOUR, "fisheye").unwrap_err().to_string();
+    assert!(fisheye.contains("the model `fisheye`"), "{fisheye}");
+    let small = FOUR.replace("-0.13, 0.09", "0.0005, -0.00025");
+    assert!(refusal(&small).contains("plumb_bob"));
+    let imported = model(&small, "plumb_bob").unwrap();
+    let Content::Lens(lens) = imported.content else { panic!("no lens") };
+    assert_eq!(lens.distortion.unwrap().coefficients().p2, -0.00025);
+    assert_eq!(imported.notes, [""; 0]);
+    // Four of any number of columns and rows.
+    for four in ["[[-0.01], [0.05], [-0.13], [0.09]]", "[[-0.01, 0.05, -0.13, 0.09]]"] {
+        let text = FOUR.replace("[-0.01, 0.05, -0.13, 0.09]", four);
+        assert!(matches!(read(&text, Choice::Only, None), Err(ImportError::Ambiguous { .. })));
+    }
+    // Zeros are a straight lens only in a model of tangents.
+    let zeros = FOUR.replace("-0.01, 0.05, -0.13, 0.09", "0, 0, 0, 0");
+    assert!(model(&zeros, "fisheye").is_err() && refusal(&zeros).contains("four numbers"));
+    let equidistant = CAMERA_CALIBRATION
+        .replace("plumb_bob", "equidistant")
+        .replace("-0.25, 0.125, 0.0005, -0.00025, 0.", "0., 0., 0., 0., 0.");
+    assert!(refusal(&equidistant).contains("equidistant"), "{}", refusal(&equidistant));
+}
+
+#[test]
+fn tangential_coefficients_that_no_lens_has_are_doubted() {
+    let doubt = |text: &str, model| {
+        let notes = read(text, Choice::Only, model).unwrap().notes;
+        notes.iter().any(|note| note.contains("p1 is -0.13 and p2 is 0.09"))
+    };
+    assert!(doubt(FOUR, Some("plumb_bob")));
+    let of = |text: &str| text.replace("0.0005, -0.00025", "-0.13, 0.09");
+    assert!(doubt(&of(CAMERA_CALIBRATION), None));
+    assert!(doubt(&of(&CHAIN[..CHAIN.find("cam1:").unwrap()]), None));
+    assert!(doubt(&OPENCV.replace("5.0e-04, -2.5e-04", "-0.13, 0.09"), None));
+    assert!(!doubt(OPENCV, None));
+}
+
 #[test]
 fn other_files_are_named() {
     assert!(refusal("<?xml version=\"1.0\"?>\n<opencv_storage>").contains(".yaml"));
@@ -297,8 +343,13 @@ fn other_files_are_named() {
     let absent = refusal(&CAMERA_CALIBRATION.replace("image_width", "width_of_the_image"));
     assert!(absent.contains("image_width"), "{absent}");
     assert!(refusal(&"a".repeat(2 << 20)).contains("bytes"));
-    let name = read(OPENCV, Choice::Named("cam0")).unwrap_err().to_string();
+    let name = read(OPENCV, Choice::Named("cam0"), None).unwrap_err().to_string();
     assert!(name.contains("--import-camera cam0"), "{name}");
+    for text in [CAMERA_CALIBRATION, CHAIN, HANDEYE] {
+        let text = text.split("cam1:").next().unwrap();
+        let model = read(text, Choice::Only, Some("fisheye")).unwrap_err().to_string();
+        assert!(model.contains("--import-model fisheye"), "{model}");
+    }
 }
 
 /// Files that are cut, or have another byte at a place, are read or refused: nothing panics.
@@ -306,12 +357,12 @@ fn other_files_are_named() {
 fn damaged_files_are_refused() {
     for text in [CAMERA_CALIBRATION, OPENCV, CHAIN, HANDEYE, HANDEYE2] {
         for place in (0..text.len()).step_by(7) {
-            let _read_or_refused = read(&text[..place], Choice::Only);
+            let _read_or_refused = read(&text[..place], Choice::Only, None);
             let mut bytes = text.as_bytes().to_vec();
             for byte in [b' ', b'[', b'&', b'*'] {
                 bytes[place] = byte;
                 let damaged = String::from_utf8(bytes.clone()).unwrap();
-                let _read_or_refused = read(&damaged, Choice::Only);
+                let _read_or_refused = read(&damaged, Choice::Only, None);
             }
         }
     }

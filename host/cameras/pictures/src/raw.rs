@@ -44,7 +44,7 @@ fn bgr(y: u8, u: u8, v: u8) -> Bgr {
 /// Returns the depth values of `bytes`, two each, the lower one first where `is_little`. 65535,
 /// which some cameras send for an unknown depth, becomes 0. A byte after the last whole value is
 /// left out.
-pub fn depth_of_millimetres(bytes: &[u8], is_little: bool) -> Vec<u16> {
+pub fn depth_of_numbers(bytes: &[u8], is_little: bool) -> Vec<u16> {
     let number = if is_little { u16::from_le_bytes } else { u16::from_be_bytes };
     bytes.as_chunks().0.iter().map(|&bytes| known(number(bytes))).collect()
 }
@@ -95,18 +95,12 @@ fn millimetres(metres: f32) -> u16 {
     if (0.0..f64::from(u16::MAX)).contains(&value) { value as u16 } else { 0 }
 }
 
-/// Returns the depth values of `bytes`, two each, the lower one first. A byte after the last whole
-/// value is left out.
-pub fn depth_of_little_endian(bytes: &[u8]) -> Vec<u16> {
-    bytes.as_chunks().0.iter().map(|&value| u16::from_le_bytes(value)).collect()
-}
-
-/// Multiplies the depth values. A product out of range (beyond 65535) becomes 0, unknown.
+/// Multiplies the depth values. A product out of range (beyond 65534) becomes 0, unknown.
 pub fn multiplied(depth: &DepthImage, factor: u16) -> DepthImage {
     let mut depth = depth.clone();
     if factor != 1 {
         for value in depth.pixels_mut() {
-            *value = value.checked_mul(factor).unwrap_or(0);
+            *value = known(value.saturating_mul(factor));
         }
     }
     depth
@@ -141,7 +135,7 @@ mod tests {
         let expected = [1500, 0, 0, 0, 0, 65_534, 0, 0];
         assert_eq!(depth_of_metres(&metres.map(f32::to_le_bytes).concat(), true), expected);
         assert_eq!(depth_of_metres(&metres.map(f32::to_be_bytes).concat(), false), expected);
-        assert_eq!(depth_of_millimetres(&[0x12, 0x34, 0xff, 0xff, 1], false), [0x1234, 0]);
+        assert_eq!(depth_of_numbers(&[0x12, 0x34, 0xff, 0xff, 1], false), [0x1234, 0]);
     }
 
     #[test]

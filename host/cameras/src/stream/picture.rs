@@ -106,9 +106,9 @@ fn depth(
 ) -> Result<DepthImage, DecodeError> {
     match encoding {
         DepthEncoding::None => Ok(Image::filled(size.width, size.height, 0)),
-        DepthEncoding::Png16 => encoded(bytes, size, decode::depth),
+        DepthEncoding::Png16 => encoded(bytes, size, decode::depth).map(raw::known_depth),
         DepthEncoding::Z16 => {
-            Ok(Image::new(size.width, size.height, raw::depth_of_little_endian(bytes))?)
+            Ok(Image::new(size.width, size.height, raw::depth_of_numbers(bytes, true))?)
         }
     }
 }

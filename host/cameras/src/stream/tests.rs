@@ -144,10 +144,15 @@ fn every_encoding_gives_the_picture_that_was_sent() {
     let rgb: Vec<u8> = colour().pixels().iter().flat_map(|&[b, g, r]| [r, g, b]).collect();
     let png = png::encode_colour(&colour()).unwrap();
     let png16 = png::encode_depth(&depth()).unwrap();
+    let unknown = png::encode_depth(&Image::filled(WIDTH, HEIGHT, u16::MAX)).unwrap();
+    let no_depth = || Image::filled(WIDTH, HEIGHT, 0);
     let frames = [
         (encoded(json!({}), colour().channels(), &z16()), depth()),
         (encoded(json!({ "colour": "rgb8" }), &rgb, &z16()), depth()),
         (encoded(json!({ "colour": "png", "depth": "png16" }), &png, &png16), depth()),
+        // 65535 is no depth, as in ROS 2.
+        (encoded(json!({}), colour().channels(), &[0xff; 96]), no_depth()),
+        (encoded(json!({ "depth": "png16" }), colour().channels(), &unknown), no_depth()),
     ];
     for (bytes, depth) in frames {
         let socket = Socket::new();

@@ -49,6 +49,15 @@ fn read_all(folder: &TempDir) -> Vec<Result<(f64, u8, u16), String>> {
     }
 }
 
+/// As converters write it where a camera sees nothing.
+#[test]
+fn the_largest_number_is_an_unknown_depth() {
+    let folder = recording("1.0 c0.png\n2.0 c1.png\n", "1.0 d0.png\n2.0 d1.png\n");
+    save_depth(&folder, "d0.png", 32, u16::MAX);
+    save_depth(&folder, "d1.png", 32, u16::MAX - 1);
+    assert_eq!(read_all(&folder), [Ok((1.0, 0, 0)), Ok((2.0, 1, u16::MAX - 1))]);
+}
+
 #[test]
 fn colour_and_depth_are_paired_by_nearest_time() {
     let rgb = "# timestamp path\n10.000 c0.png\n10.033 c1.png\n10.066 c2.png\n10.100 c3.png\n";

@@ -117,6 +117,20 @@ pub enum Ros2CameraError {
         /// Topics of the domain that have the name of one with aligned depth.
         aligned: Vec<String>,
     },
+    /// The description is that of another camera than the pictures'.
+    #[error(
+        "{topic}: describes the camera in the frame `{described}`, and the colour pictures are in \
+         `{colour}`: set `info` in [camera.ros2] of the rig file to the topic of the same camera, \
+         or `intrinsics = \"file\"` there where its node names the frames otherwise"
+    )]
+    OtherCamera {
+        /// Name of the topic with the description.
+        topic: String,
+        /// Frame of the description.
+        described: String,
+        /// Frame of the colour pictures.
+        colour: String,
+    },
     /// A picture is grey.
     #[error(
         "{topic}: the pictures are grey (`{found}`), and the ball is found by its colour: have the \

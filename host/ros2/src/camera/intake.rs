@@ -9,6 +9,7 @@ use super::error::Ros2CameraError;
 use super::pairs::{Pairs, Stamped};
 use super::picture::Picture;
 use super::reception::{Description, Received, Reception};
+use crate::message::sensor::CameraInfo;
 use crate::message::{Header, Time};
 use crate::network::Network;
 
@@ -23,6 +24,8 @@ pub(crate) struct Pictures {
     pub(crate) stamp: Time,
     /// When the colour picture arrived.
     pub(crate) arrival: Instant,
+    /// Coordinate frame of the colour picture.
+    pub(crate) frame: String,
     /// Colour.
     pub(crate) colour: ColourImage,
     /// Depth aligned to colour; `None` for a camera without depth.
@@ -92,17 +95,19 @@ impl Intake {
             let Some(Stamped { arrival, picture, .. }) = self.newest.take() else {
                 return Ok(None);
             };
-            let (stamp, colour) = (picture.header().stamp, picture.colour(name)?);
-            return Ok(Some(Pictures { stamp, arrival, colour, depth: None }));
+            let Header { stamp, frame_id: frame } = picture.header().clone();
+            let colour = picture.colour(name)?;
+            return Ok(Some(Pictures { stamp, arrival, frame, colour, depth: None }));
         };
         let Some((colour, depth)) = self.pairs.take_newest() else { return Ok(None) };
         let topics = || self.reception.image_topics();
         check_frames(colour.picture.header(), depth.picture.header(), depth_name, topics)?;
         let Stamped { arrival, picture, .. } = colour;
-        let (stamp, colour) = (picture.header().stamp, picture.colour(name)?);
+        let Header { stamp, frame_id: frame } = picture.header().clone();
+        let colour = picture.colour(name)?;
         let depth = depth.picture.depth(depth_name)?;
         check_size(depth_name, depth.size(), colour.size())?;
-        Ok(Some(Pictures { stamp, arrival, colour, depth: Some(depth) }))
+        Ok(Some(Pictures { stamp, arrival, frame, colour, depth: Some(depth) }))
     }
 
     /// Returns, for a person, what may be missing where no pictures come.
@@ -128,16 +133,39 @@ pub(crate) fn check_frames(
     topic: &str,
     topics: impl FnOnce() -> Vec<String>,
 ) -> Result<(), Ros2CameraError> {
-    let [colour, depth] = [colour, depth].map(|header| header.frame_id.trim_matches('/'));
-    if colour.is_empty() || depth.is_empty() || colour == depth {
+    if is_one_frame(&colour.frame_id, &depth.frame_id) {
         return Ok(());
     }
     Err(Ros2CameraError::NotAligned {
         topic: topic.to_owned(),
-        depth: depth.to_owned(),
-        colour: colour.to_owned(),
+        depth: depth.frame_id.clone(),
+        colour: colour.frame_id.clone(),
         aligned: topics().into_iter().filter(|topic| is_aligned(topic)).collect(),
     })
+}
+
+/// Returns whether two names are those of one coordinate frame, or one of them is not stated.
+pub(crate) fn is_one_frame(a: &str, b: &str) -> bool {
+    let [a, b] = [a, b].map(|name| name.trim_matches('/'));
+    a.is_empty() || b.is_empty() || a == b
+}
+
+/// Checks that a description, which came on `topic`, is that of the camera whose colour pictures
+/// are in the coordinate frame `colour`.
+///
+/// # Errors
+/// [`Ros2CameraError::OtherCamera`].
+pub(crate) fn check_description(
+    info: &CameraInfo,
+    colour: &str,
+    topic: &str,
+) -> Result<(), Ros2CameraError> {
+    let described = &info.header.frame_id;
+    if is_one_frame(described, colour) {
+        return Ok(());
+    }
+    let (topic, described) = (topic.to_owned(), described.clone());
+    Err(Ros2CameraError::OtherCamera { topic, described, colour: colour.to_owned() })
 }
 
 /// Checks the size of a picture of `topic`.

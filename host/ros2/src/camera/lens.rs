@@ -1,12 +1,14 @@
 //! Intrinsics from the description of a camera.
 
 use plumb_cameras::ros2::Ros2CameraSettings;
-use plumb_frame::camera::{CoefficientsError, Distortion, DistortionCoefficients, Intrinsics};
+use plumb_frame::camera::{
+    CoefficientsError, Distortion, DistortionCoefficients, Intrinsics, is_of_angles,
+};
 use plumb_frame::file_intrinsics;
 use plumb_frame::image::ImageSize;
 
 use super::error::Ros2CameraError;
-use super::intake::check_size;
+use super::intake::{check_size, is_one_frame};
 use crate::message::sensor::CameraInfo;
 
 /// Name of the distortion model with the coefficients k1, k2, p1, p2, k3. The last one may be left
@@ -101,7 +103,7 @@ pub(crate) fn picture_size(info: &CameraInfo) -> Option<ImageSize> {
     Window::of(info, "").ok().map(|window| window.size)
 }
 
-/// Checks whether two descriptions have the same size, window, lens and projection.
+/// Checks whether two descriptions have the same frame, size, window, lens and projection.
 pub(crate) fn is_same(a: &CameraInfo, b: &CameraInfo) -> bool {
     // By their bits: a number that is none is the same as itself.
     let numbers = |info: &CameraInfo| {
@@ -109,7 +111,10 @@ pub(crate) fn is_same(a: &CameraInfo, b: &CameraInfo) -> bool {
         numbers.map(|number| number.to_bits()).collect::<Vec<_>>()
     };
     let sizes = |it: &CameraInfo| (it.width, it.height, it.binning_x, it.binning_y, it.roi.clone());
-    sizes(a) == sizes(b) && a.distortion_model == b.distortion_model && numbers(a) == numbers(b)
+    is_one_frame(&a.header.frame_id, &b.header.frame_id)
+        && sizes(a) == sizes(b)
+        && a.distortion_model == b.distortion_model
+        && numbers(a) == numbers(b)
 }
 
 /// Returns fx, cx, fy and cy of the pictures as the lens shows them (`k`), or of `rectified` ones
@@ -124,9 +129,9 @@ fn matrix(info: &CameraInfo, rectified: bool) -> [f64; 4] {
     }
 }
 
-/// Checks whether the lens has a distortion, of whatever model.
+/// Checks whether the lens has a distortion: a fisheye lens always has.
 fn has_distortion(info: &CameraInfo) -> bool {
-    info.d.iter().any(|coefficient| *coefficient != 0.0)
+    is_of_angles(&info.distortion_model) || info.d.iter().any(|coefficient| *coefficient != 0.0)
 }
 
 /// Checks whether a topic of pictures has the name of one with rectified pictures.
@@ -212,8 +217,8 @@ mod tests {
         let bent = raw(&info(PLUMB_BOB, &d)).unwrap();
         let coefficients = bent.distortion.map(|it| it.coefficients().to_array());
         assert_eq!(coefficients, Some(d));
-        // A camera without distortion names any model.
-        assert!(raw(&info("equidistant", &[0.0; 4])).is_ok());
+        // A camera without distortion names any model of a pinhole camera.
+        assert!(raw(&info("inverse_brown_conrady", &[0.0; 4])).is_ok());
     }
 
     #[test]
@@ -273,13 +278,15 @@ mod tests {
 
     #[test]
     fn descriptions_are_the_same_whatever_their_time() {
-        let first = info(PLUMB_BOB, &[0.05, -0.1, 0.001, -0.002]);
+        let mut first = info(PLUMB_BOB, &[0.05, -0.1, 0.001, -0.002]);
+        first.header.frame_id = "color_optical".to_owned();
         let mut later = first.clone();
         later.header.stamp = Time::from_nanoseconds(1);
         assert!(is_same(&first, &later));
         later.p[0] = f64::NAN;
         assert!(is_same(&later, &later.clone()));
-        let changes: [fn(&mut CameraInfo); 6] = [
+        let changes: [fn(&mut CameraInfo); 7] = [
+            |it| it.header.frame_id = "infra1_optical".to_owned(),
             |it| it.width = 1280,
             |it| it.d[0] = 0.06,
             |it| it.k[0] = 606.0,
@@ -324,7 +331,11 @@ mod tests {
 
     #[test]
     fn what_the_camera_model_cannot_do_is_refused_with_the_topic() {
-        for (model, d) in [("equidistant", &[0.1; 4][..]), ("rational_polynomial", &[0.1; 8])] {
+        for (model, d) in [
+            ("equidistant", &[0.1; 4][..]),
+            ("equidistant", &[0.0; 4]),
+            ("rational_polynomial", &[0.1; 8]),
+        ] {
             let text = refusal(&info(model, d));
             assert!(text.contains(model) && text.contains("/info"), "{text}");
         }

@@ -132,7 +132,7 @@ fn picture(pixels: Vec<Bgr>, size: ImageSize) -> Result<ColourImage, Ros2CameraE
 fn raw_depth(raw: &Image, topic: &str) -> Result<DepthImage, Ros2CameraError> {
     let is_little = raw.is_bigendian == 0;
     let pixels = match raw.encoding.to_ascii_lowercase().as_str() {
-        "16uc1" | "mono16" => raw::depth_of_millimetres(&packed(raw, 2, topic)?, is_little),
+        "16uc1" | "mono16" => raw::depth_of_numbers(&packed(raw, 2, topic)?, is_little),
         "32fc1" => raw::depth_of_metres(&packed(raw, 4, topic)?, is_little),
         _ => return Err(encoding(&raw.encoding, topic, DEPTHS)),
     };

@@ -13,7 +13,7 @@ use plumb_frame::image::{Image, ImageSize};
 use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 
 use super::error::Ros2CameraError;
-use super::intake::{Intake, Pictures, check_size};
+use super::intake::{Intake, Pictures, check_description, check_size};
 use super::lens;
 use super::picture::DEPTH_SCALE;
 use super::rate::{ClockRate, ExposureClock, Finding};
@@ -154,9 +154,13 @@ impl Ros2Camera {
 
     /// Makes a frame of pictures.
     fn frame(&mut self, pictures: Pictures) -> Result<RgbdFrame, SourceError> {
-        let Pictures { stamp, arrival, colour, depth } = pictures;
+        let Pictures { stamp, arrival, frame, colour, depth } = pictures;
         let topic = self.intake.reception.colour_name();
         check_size(topic, colour.size(), self.size).map_err(SourceError::new)?;
+        if let Some(info) = &self.description {
+            let topic = self.intake.reception.info_name();
+            check_description(info, &frame, topic).map_err(SourceError::new)?;
+        }
         let invalid = InvalidFrame::of(topic);
         let time = self
             .exposures

@@ -1,6 +1,6 @@
 //! Records of an MCAP file, one after the other.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ const LEAST_READ: usize = 1 << 16;
 const MOST_READ: usize = 1 << 22;
 
 /// Topic of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Channel {
     /// Name.
     pub(super) topic: String,
@@ -103,20 +103,17 @@ impl Reader {
     /// # Errors
     /// As [`next`](Self::next); a damaged file has the topics before the damage.
     pub(super) fn topics(mut self) -> Result<Vec<Arc<Channel>>, McapError> {
-        let mut topics: Vec<Arc<Channel>> = Vec::new();
+        let mut topics = BTreeSet::new();
         loop {
             match self.item(|_| false) {
-                Ok(Some(Item::Channel(channel))) if !topics.contains(&channel) => {
-                    topics.push(channel);
-                }
+                Ok(Some(Item::Channel(channel))) => _ = topics.insert(channel),
                 Ok(Some(_)) => {}
                 Ok(None) => break,
                 Err(error) if topics.is_empty() => return Err(error),
                 Err(_) => break,
             }
         }
-        topics.sort_by(|a, b| a.topic.cmp(&b.topic));
-        Ok(topics)
+        Ok(topics.into_iter().collect())
     }
 
     /// Returns the next topic, or message on a topic that `wanted` accepts; `None` at the end.

@@ -15,7 +15,7 @@ use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 use super::error::McapError;
 use super::reader::{Channel, Reader};
 use super::topics::Topics;
-use crate::camera::intake::{check_frames, check_size};
+use crate::camera::intake::{check_description, check_frames, check_size};
 use crate::camera::lens;
 use crate::camera::picture::Picture;
 use crate::message::sensor::CameraInfo;
@@ -28,12 +28,20 @@ use crate::message::sensor::CameraInfo;
 /// [`MAX_TIME_DIFFERENCE`]: plumb_cameras::tum::MAX_TIME_DIFFERENCE
 pub struct McapRecording {
     path: PathBuf,
-    reader: Reader,
+    colours: Reader,
+    /// A reader of its own: recorders and converters write the topics in any order. `None` for a
+    /// camera without depth, and at the end.
+    depths: Option<Reader>,
+    /// Depth pictures that wait for their colour.
+    waiting: VecDeque<Picture>,
+    /// Whether damage has ended the file.
+    is_damaged: bool,
     topics: Topics,
-    frames: Frames,
     intrinsics: Intrinsics,
     /// Size of the pictures; `None` before the first one where the file has no description.
     size: Option<ImageSize>,
+    /// Description of the camera in the recording.
+    info: Option<CameraInfo>,
     /// Intrinsics of the camera file, where the recording has none.
     of_file: Option<FileIntrinsics>,
     now: f64,
@@ -67,10 +75,23 @@ impl McapRecording {
             }
             None => (Intrinsics { depth_scale: topics.depth_scale(), ..of_file.intrinsics }, None),
         };
-        let (reader, frames) = (Reader::open(path)?, Frames::default());
+        let (colours, waiting) = (Reader::open(path)?, VecDeque::new());
+        let depths = topics.depth.as_ref().map(|_| Reader::open(path)).transpose()?;
         let of_file = info.is_none().then_some(of_file);
         let path = path.to_owned();
-        Ok(Self { path, reader, topics, frames, intrinsics, size, of_file, now: 0.0 })
+        Ok(Self {
+            path,
+            colours,
+            depths,
+            waiting,
+            is_damaged: false,
+            topics,
+            intrinsics,
+            size,
+            info,
+            of_file,
+            now: 0.0,
+        })
     }
 
     /// Returns the intrinsics of the frames.
@@ -78,32 +99,28 @@ impl McapRecording {
         &self.intrinsics
     }
 
-    /// Reads messages until a colour picture has its depth; `None` at the end.
+    /// Reads the next colour picture and its depth; `None` at the end.
     fn next_pair(&mut self) -> Result<Option<Pair>, McapError> {
-        let has_depth = self.topics.depth.is_some();
-        loop {
-            if let Some(pair) = self.frames.take(has_depth) {
-                return Ok(Some(pair));
-            }
-            if self.frames.has_ended {
-                return Ok(None);
-            }
-            let (colour, depth) = (&self.topics.colour, &self.topics.depth);
-            let is_depth = |it: &Channel| depth.as_deref() == Some(it);
-            let message = self.reader.next(|it| *it == **colour || is_depth(it));
-            match message {
-                Ok(Some(message)) if is_depth(&message.channel) => {
-                    self.frames.add_depth(message.picture()?);
-                }
-                Ok(Some(message)) => self.frames.add_colour(message.picture()?),
-                Ok(None) => self.frames.has_ended = true,
-                Err(error) => {
-                    // What came before the damage is delivered after it is told.
-                    self.frames.has_ended = true;
-                    return Err(error);
-                }
-            }
+        let topic = &*self.topics.colour;
+        if self.is_damaged {
+            return Ok(None);
         }
+        let message = self.colours.next(|it| it == topic);
+        self.is_damaged = message.is_err();
+        let Some(message) = message? else { return Ok(None) };
+        let colour = message.picture()?;
+        let stamp = colour.header().seconds();
+        while let Some((reader, topic)) = self.depths.as_mut().zip(self.topics.depth.as_deref())
+            && self.waiting.back().is_none_or(|last| last.header().seconds() < stamp)
+        {
+            // The reader of colour tells about damage.
+            let Ok(Some(message)) = reader.next(|it| it == topic) else {
+                self.depths = None;
+                break;
+            };
+            self.waiting.push_back(message.picture()?);
+        }
+        Ok(Some((colour, nearest(&mut self.waiting, stamp))))
     }
 
     /// Makes a frame of the pictures.
@@ -127,6 +144,9 @@ impl McapRecording {
         depth: Option<&Picture>,
     ) -> Result<(ColourImage, DepthImage), McapError> {
         let name = &self.topics.colour.topic;
+        if let (Some(info), Some(channel)) = (&self.info, &self.topics.info) {
+            check_description(info, &colour.header().frame_id, &channel.topic)?;
+        }
         let image = colour.colour(name)?;
         match (self.size, &self.of_file) {
             (Some(size), _) => check_size(name, image.size(), size)?,
@@ -182,55 +202,21 @@ fn of_description(
     Ok((lens::intrinsics(info, size, topics.depth_scale(), &settings)?, size))
 }
 
-/// Most pictures of one kind that wait for the other: two seconds at 30 Hz. Recorders write depth
-/// later than its colour.
+/// Most depth pictures that wait for their colour: two seconds at 30 Hz.
 const WAITING: usize = 60;
 
 /// Colour picture with its depth; `None` where there is none within [`MAX_TIME_DIFFERENCE`].
-pub(super) type Pair = (Picture, Option<Picture>);
+type Pair = (Picture, Option<Picture>);
 
-/// Pictures that wait. Every colour picture comes out, in the order of the file.
-#[derive(Debug, Default)]
-pub(super) struct Frames {
-    colours: VecDeque<Picture>,
-    depths: VecDeque<Picture>,
-    /// Whether the recording has ended: nothing more comes.
-    pub(super) has_ended: bool,
-}
-
-impl Frames {
-    /// Adds a colour picture.
-    pub(super) fn add_colour(&mut self, picture: Picture) {
-        self.colours.push_back(picture);
-    }
-
-    /// Adds a depth picture.
-    pub(super) fn add_depth(&mut self, picture: Picture) {
-        self.depths.push_back(picture);
-    }
-
-    /// Removes the first colour picture, where it is certain which depth picture is nearest to it:
-    /// a later one has come, or none will.
-    pub(super) fn take(&mut self, has_depth: bool) -> Option<Pair> {
-        let first = self.colours.front()?;
-        if !has_depth {
-            return self.colours.pop_front().map(|colour| (colour, None));
-        }
-        let stamp = first.header().seconds();
-        let is_certain = self.depths.iter().any(|depth| depth.header().seconds() >= stamp)
-            || self.has_ended
-            || self.colours.len() > WAITING;
-        if !is_certain {
-            return None;
-        }
-        let apart = |depth: &Picture| (depth.header().seconds() - stamp).abs();
-        let nearest = (0..self.depths.len())
-            .min_by(|&a, &b| apart(&self.depths[a]).total_cmp(&apart(&self.depths[b])))
-            .filter(|&index| apart(&self.depths[index]) <= MAX_TIME_DIFFERENCE);
-        let depth = nearest.and_then(|index| self.depths.remove(index));
-        while self.depths.len() > WAITING {
-            self.depths.pop_front();
-        }
-        self.colours.pop_front().map(|colour| (colour, depth))
-    }
+/// Removes the depth picture that is nearest to the colour picture of this `stamp` (seconds), and
+/// the oldest ones where many wait.
+fn nearest(waiting: &mut VecDeque<Picture>, stamp: f64) -> Option<Picture> {
+    let apart = |depth: &Picture| (depth.header().seconds() - stamp).abs();
+    let nearest = (0..waiting.len())
+        .min_by(|&a, &b| apart(&waiting[a]).total_cmp(&apart(&waiting[b])))
+        .filter(|&index| apart(&waiting[index]) <= MAX_TIME_DIFFERENCE);
+    let depth = nearest.and_then(|index| waiting.remove(index));
+    let many = waiting.len().saturating_sub(WAITING);
+    waiting.drain(..many);
+    depth
 }

@@ -88,7 +88,12 @@ fn depth(stamp: [u32; 2], frame: &str, millimetres: u16) -> Vec<u8> {
 
 /// Returns a description of the camera.
 fn info() -> Vec<u8> {
-    let cdr = Cdr::new().header([1, 0], "optical").number(2).number(4).text("plumb_bob");
+    info_of("optical")
+}
+
+/// Returns a description of the camera with this frame.
+fn info_of(frame: &str) -> Vec<u8> {
+    let cdr = Cdr::new().header([1, 0], frame).number(2).number(4).text("plumb_bob");
     let k = [3.0, 0.0, 1.5, 0.0, 3.25, 0.5, 0.0, 0.0, 1.0];
     let cdr = cdr.number(5).floats(&[0.0; 5]).floats(&k).floats(&[0.0; 9]).floats(&[0.0; 12]);
     cdr.number(0).number(0).number(0).number(0).number(0).number(0).byte(0).0
@@ -190,6 +195,60 @@ fn depth_that_is_not_aligned_is_refused() {
     let path = write(folder.path(), &named);
     let error = ErrorChain(&open(&path).next_frame().unwrap_err()).to_string();
     assert!(error.contains("depth_optical"), "{error}");
+}
+
+/// As realsense-ros names the frames of its cameras.
+#[test]
+fn the_description_of_another_camera_is_refused_with_both_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |frame| {
+        let messages = [
+            cdr(INFO, "sensor_msgs/msg/CameraInfo", info_of(frame)),
+            cdr(COLOUR, IMAGE, colour([1, 0], 10)),
+            cdr(DEPTH, IMAGE, depth([1, 0], "optical", 1500)),
+        ];
+        open(&write(folder.path(), &messages)).next_frame()
+    };
+    let error = ErrorChain(&of("camera_infra1_optical_frame").unwrap_err()).to_string();
+    assert!(error.contains("`camera_infra1_optical_frame`"), "{error}");
+    assert!(error.contains("`optical`") && error.contains(INFO), "{error}");
+    // Old drivers write a slash, or nothing.
+    assert!(["/optical", ""].into_iter().all(|frame| of(frame).unwrap().is_some()));
+}
+
+/// As `mcap merge` and converters write it: one topic after the other.
+#[test]
+fn topics_that_are_not_interleaved_keep_their_depth() {
+    let folder = tempfile::tempdir().unwrap();
+    let stamp = |k: u32| [1 + k / 30, k % 30 * 33_000_000];
+    let colours = || (0..80).map(|k| cdr(COLOUR, IMAGE, colour(stamp(k), k as u8)));
+    let depths = || (0..80).map(|k| cdr(DEPTH, IMAGE, depth(stamp(k), "optical", 1000 + k as u16)));
+    let halves = colours().take(40).chain(depths().take(40));
+    for messages in [
+        colours().chain(depths()).collect::<Vec<_>>(),
+        depths().chain(colours()).collect(),
+        halves.chain(colours().skip(40)).chain(depths().skip(40)).collect(),
+    ] {
+        let found = frames(open(&write(folder.path(), &messages)));
+        assert_eq!(found.len(), 80);
+        let mut depths = (0..80).zip(&found);
+        assert!(depths.all(|(k, it)| (it.1, it.2) == (k as u8, 1000 + k)), "{found:?}");
+    }
+}
+
+#[test]
+fn a_file_with_as_many_topics_as_there_can_be_is_read_and_not_listed_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("many.mcap");
+    let file = BufWriter::new(fs::File::create(&path).unwrap());
+    let mut writer = Writer::with_options(file, WriteOptions::new().compression(None)).unwrap();
+    let schema = writer.add_schema("sensor_msgs/msg/Imu", "", &[]).unwrap();
+    for number in 0..65_000 {
+        writer.add_channel(schema, &format!("/{number}"), "cdr", &BTreeMap::new()).unwrap();
+    }
+    writer.finish().unwrap();
+    let refusal = refusal(&path, &Ros2CameraSettings::default());
+    assert!(refusal.contains("and 64980 more") && refusal.len() < 2000, "{}", refusal.len());
 }
 
 #[test]

@@ -16,6 +16,9 @@ const OTHERS: [&str; 3] = ["depth", "infra", "/ir/"];
 /// Parts of the names of topics with colour, where there are several others.
 const COLOURS: [&str; 3] = ["color", "colour", "rgb"];
 
+/// Most topics that a message names.
+const LISTED: usize = 20;
+
 /// Topics of a camera.
 #[derive(Debug)]
 pub(super) struct Topics {
@@ -41,8 +44,7 @@ impl Topics {
         settings: &Ros2CameraSettings,
         has_depth: bool,
     ) -> Result<Self, McapError> {
-        let list = || all.iter().map(|it| format!("{} ({})", it.topic, it.schema));
-        let listed = || list().collect::<Vec<_>>().join(", ");
+        let listed = || listed(all.iter().map(|it| format!("{} ({})", it.topic, it.schema)));
         let pictures: Vec<&Arc<Channel>> = all
             .iter()
             .filter(|it| matches!(it.kind(), Some(Kind::Raw | Kind::Compressed)))
@@ -74,6 +76,13 @@ impl Topics {
     }
 }
 
+/// Returns names as a list for a person: the first [`LISTED`], and how many follow.
+fn listed(names: impl ExactSizeIterator<Item = String>) -> String {
+    let more = names.len().saturating_sub(LISTED);
+    let first = names.take(LISTED).collect::<Vec<_>>().join(", ");
+    if more == 0 { first } else { format!("{first} and {more} more") }
+}
+
 fn has_part(topic: &str, parts: &[&str]) -> bool {
     parts.iter().any(|part| topic.contains(part))
 }
@@ -100,8 +109,8 @@ fn one(
         [] => Ok(None),
         [only] => Ok(Some(Arc::clone(only))),
         _ => {
-            let topics = candidates.iter().map(|it| it.topic.as_str()).collect::<Vec<_>>();
-            let (path, topics) = (path.to_owned(), topics.join(", "));
+            let topics = listed(candidates.iter().map(|it| it.topic.clone()));
+            let path = path.to_owned();
             Err(McapError::Several { path, what, key, topics })
         }
     }

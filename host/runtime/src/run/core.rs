@@ -208,7 +208,10 @@ impl RunCore {
 
     /// Removes the leg under way and notes its end. Returns its number.
     fn take_leg(&mut self, reason: StopReason) -> Option<usize> {
-        let drive = *self.goal.drive()?;
+        let mut drive = *self.goal.drive()?;
+        if self.goal.is_moving() && self.targets.as_ref().is_some_and(TargetDrive::are_unused) {
+            drive.forget_reached();
+        }
         if let Goal::Path(_, path) = std::mem::replace(&mut self.goal, Goal::Idle) {
             self.ended_path = Some(path);
         }

@@ -130,7 +130,13 @@ impl Drive {
 
     /// Has the drive end once its target is reached: a target that moved stays there.
     pub(super) fn finish(&mut self) {
-        (self.waypoint.dwell_s, self.reached) = (0.0, None);
+        self.waypoint.dwell_s = 0.0;
+        self.forget_reached();
+    }
+
+    /// Notes that the target is not reached: the ball was not sent to the newest one.
+    pub(super) fn forget_reached(&mut self) {
+        self.reached = None;
     }
 }
 

@@ -88,6 +88,8 @@ pub(crate) struct TargetDrive {
     first_taken: Option<f64>,
     is_wait_told: bool,
     last_refusal: Option<f64>,
+    /// Time at which a target was last left out.
+    last_unused: Option<f64>,
     is_paused: bool,
     /// Place of the ball in the last picture that shows it, metres.
     ball: Option<Point3<f64>>,
@@ -127,6 +129,7 @@ impl TargetDrive {
             first_taken: None,
             is_wait_told: false,
             last_refusal: None,
+            last_unused: None,
             is_paused: false,
             ball: None,
             is_far: true,
@@ -139,10 +142,14 @@ impl TargetDrive {
     /// Takes what has come until `now`. Returns what happened.
     pub(crate) fn take(&mut self, arrivals: Arrivals, now: f64) -> Vec<TargetsEvent> {
         let Arrivals { targets, problems, left_out, end } = arrivals;
+        let unused = self.unused();
         self.counts.source = left_out;
         let mut events: Vec<_> = problems.into_iter().map(TargetsEvent::LeftOut).collect();
         for target in targets {
             events.extend(self.take_target(target, now));
+        }
+        if self.unused() > unused {
+            self.last_unused = Some(now);
         }
         if self.end.is_none() && end.is_some() {
             self.end = end;
@@ -255,6 +262,21 @@ impl TargetDrive {
         self.last_refusal > self.last_taken
     }
 
+    /// Returns whether the newest targets were left out for longer than one may be late: where they
+    /// are, the ball is not sent.
+    pub(crate) fn are_unused(&self) -> bool {
+        let unused = self.last_unused.zip(self.last_taken);
+        unused.is_some_and(|(unused, taken)| unused - taken > MAX_AGE_S)
+    }
+
+    /// Returns the number of targets that were refused or left out for their times. A line that
+    /// cannot be read may be none, and those that newer ones replaced do not count.
+    fn unused(&self) -> u64 {
+        let Counts { refused, here, source, .. } = self.counts;
+        let of = |left: LeftOut| left.out_of_order + left.late;
+        refused + of(here) + of(source)
+    }
+
     /// Returns whether a target was ever taken.
     pub(crate) fn has_taken(&self) -> bool {
         self.counts.taken > 0
@@ -356,8 +378,13 @@ impl TargetDrive {
         self.chase.has_caught_up()
     }
 
-    /// Adds the deviation of a measured position, metres, once the ball has caught up.
+    /// Adds the deviation of a measured position, metres, once the ball has caught up. A ball at
+    /// the last target that counted is not at those that were sent since.
     pub(crate) fn note_position(&mut self, point: &PathPoint, position: Point3<f64>) {
+        if self.are_unused() {
+            self.chase.note(point, f64::INFINITY);
+            return;
+        }
         self.chase.note(point, (position - point.position).norm() / self.rules.radius);
         if self.chase.has_caught_up() {
             self.deviations.add(point, position);

@@ -1,5 +1,6 @@
 //! Times of a sender's targets on the host's clock, and which of them count.
 
+use std::collections::VecDeque;
 use std::error::Error;
 use std::fmt;
 
@@ -16,12 +17,38 @@ pub const MAX_AGE_S: f64 = 0.5;
 /// Difference of two time stamps above which a sender's clock was set, seconds.
 const CLOCK_SET_S: f64 = 1.0;
 
+/// Least step of a sender's clock that is looked for, seconds.
+const LEAST_STEP_S: f64 = 0.05;
+
+/// Number of lines and their time, seconds, after which a step of a sender's clock stays.
+const STEP_LINES: usize = 10;
+const STEP_S: f64 = 0.3;
+
+/// Largest difference between the least delays of the two halves of these lines, seconds. Lines
+/// that were held up make up for their delay, and a growing delay grows on.
+const STEP_SPREAD_S: f64 = 0.03;
+
 /// Times of one sender's targets on the host's clock.
 #[derive(Debug, Default)]
 pub struct TargetClock {
     clock: SenderClock,
     /// Newest time stamp, seconds on the sender's clock.
     newest: Option<f64>,
+    /// The last line that counted before the step.
+    before: Option<Stamp>,
+    /// The last lines in a row since the sender's clock seems to have been set back.
+    step: VecDeque<Stamp>,
+}
+
+/// Time stamp of a line.
+#[derive(Debug, Clone, Copy)]
+struct Stamp {
+    /// Seconds on the sender's clock.
+    t: f64,
+    /// Arrival on the host's clock minus time stamp, seconds.
+    delay: f64,
+    /// Delay of the fastest line so far, seconds.
+    least: f64,
 }
 
 /// Length up to which the rest of a line that is too long is skipped, bytes.
@@ -129,12 +156,23 @@ impl From<LineMistake> for Omission {
 impl TargetClock {
     /// Returns the time of a target on the host's clock, seconds. `t` is its time stamp on the
     /// sender's clock and `arrival` the arrival on the host's, both in seconds. Without a time
-    /// stamp, the arrival is the time.
+    /// stamp, the arrival is the time. A clock that was set back, and a delay that has grown at
+    /// once, count after [`STEP_LINES`] lines.
     ///
     /// # Errors
     /// Where the target is left out: it is not newer than the last one, late, or of unknown time.
     pub fn time(&mut self, t: Option<f64>, arrival: f64) -> Result<f64, Omission> {
         let Some(t) = t else { return Ok(arrival) };
+        let time = self.mapped(t, arrival);
+        if !self.has_stepped(t, arrival - t, time.as_ref().ok().map(|time| time - t)) {
+            return time;
+        }
+        *self = Self::default();
+        self.mapped(t, arrival)
+    }
+
+    /// Returns the time by the mapping so far, as [`time`](Self::time).
+    fn mapped(&mut self, t: f64, arrival: f64) -> Result<f64, Omission> {
         let behind = self.newest.map_or(-1.0, |newest| newest - t);
         if (0.0..=CLOCK_SET_S).contains(&behind) {
             let problem = format_args!("the time stamp is {behind:.3} s before the newest one");
@@ -150,6 +188,33 @@ impl TargetClock {
             return Err(Omission::new(&problem, OmissionKind::Late));
         }
         Ok(time)
+    }
+
+    /// Notes a line. `least` is the delay of the fastest line where this one counts. Returns
+    /// whether the sender's clock was set back some lines ago, and has stayed so.
+    fn has_stepped(&mut self, t: f64, delay: f64, least: Option<f64>) -> bool {
+        let Some(before) = self.before else {
+            self.before = least.map(|least| Stamp { t, delay, least });
+            return false;
+        };
+        let middle = |last: &Stamp| 0.5 * (last.delay + before.least);
+        if self.step.back().is_some_and(|last| t <= last.t || delay < middle(last)) {
+            self.step.clear();
+        }
+        let begins = least.is_none() && delay - before.delay > LEAST_STEP_S;
+        if self.step.is_empty() && !begins {
+            self.before = least.map_or(self.before, |least| Some(Stamp { t, delay, least }));
+            return false;
+        }
+        self.step.push_back(Stamp { t, delay, least: before.least });
+        while self.step.len() > STEP_LINES && t - self.step[1].t >= STEP_S {
+            self.step.pop_front();
+        }
+        let least = |lines: &[Stamp]| lines.iter().map(|it| it.delay).fold(f64::MAX, f64::min);
+        let lines = self.step.make_contiguous();
+        let (first, last) = lines.split_at(lines.len() / 2);
+        let (spread, span) = (least(first) - least(last), t - lines[0].t);
+        lines.len() >= STEP_LINES && span >= STEP_S && spread.abs() <= STEP_SPREAD_S
     }
 }
 
@@ -317,6 +382,57 @@ mod tests {
         let (times, left_out, _) = take(&[(5.0, 1.0), (5.1, 1.1), (0.1, 1.2), (0.2, 1.3)]);
         assert_eq!((times.len(), left_out.late), (3, 1));
         assert!((times[2] - 1.3).abs() < 1e-6, "{times:?}");
+    }
+
+    /// Takes 30 lines a second for 20 s, with these time stamps and delays at a time, seconds.
+    /// Returns the largest error of the times from 14 s on, seconds, and what was left out.
+    fn times_after(t: impl Fn(f64) -> f64, delay: impl Fn(f64) -> f64) -> (f64, LeftOut) {
+        let (mut clock, mut left_out, mut worst) =
+            (TargetClock::default(), LeftOut::default(), 0.0_f64);
+        for at in (0..600).map(|k| f64::from(k) / 30.0) {
+            match clock.time(Some(t(at)), at + delay(at)) {
+                Ok(time) if at > 14.0 => worst = worst.max((time - at).abs()),
+                Ok(_) => {}
+                Err(omission) => omission.kind.count(&mut left_out),
+            }
+        }
+        (worst, left_out)
+    }
+
+    /// Delays up to 15 ms.
+    fn network(at: f64) -> f64 {
+        0.015 * (7.0 * at).sin().abs()
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_is_followed_after_some_lines() {
+        for step in [0.1, 0.3, 0.6, 0.9, 1.5, 40.0, -0.6, -3.0] {
+            let set = |at| if at < 12.0 { 70.0 + at } else { 70.0 + at - step };
+            let (worst, left_out) = times_after(set, network);
+            assert!(worst < 0.02, "{step} s: {worst} s");
+            let LeftOut { out_of_order, late, .. } = left_out;
+            assert!(out_of_order + late <= 10, "{step} s: {left_out:?}");
+        }
+        // Two lines a second do not come before the newest one.
+        let lines: Vec<_> = (0..40).map(|k| 0.5 * f64::from(k)).collect();
+        let set = |at: &f64| (if *at < 12.0 { *at } else { at - 0.6 } + 70.0, *at);
+        let (times, left_out, _) = take(&lines.iter().map(set).collect::<Vec<_>>());
+        assert_eq!((left_out.out_of_order + left_out.late, times.last()), (9, Some(&19.5)));
+    }
+
+    #[test]
+    fn lines_that_are_later_and_later_or_late_for_a_while_are_no_step_of_a_clock() {
+        // A sender that counts 30 lines a second and sends 29.
+        let (_, left_out) = times_after(|at| 29.0 / 30.0 * at, network);
+        assert!(left_out.late > 100, "{left_out:?}");
+        // Every other line comes from a program that is 0.2 s behind.
+        let two = |at: f64| if (at * 30.0).round() % 2.0 == 0.0 { 0.0 } else { 0.2 };
+        let (worst, left_out) = times_after(|at| at - two(at), network);
+        assert!(worst < 0.02 && left_out.out_of_order > 280, "{worst}: {left_out:?}");
+        // All lines of 2 s come at once.
+        let held = |at: f64| if (10.0..12.0).contains(&at) { 12.0 - at } else { network(at) };
+        let (worst, left_out) = times_after(|at| at, held);
+        assert!(worst < 0.02 && (40..=50).contains(&left_out.late), "{worst}: {left_out:?}");
     }
 
     #[test]

@@ -24,6 +24,9 @@ pub(super) struct ImportOptions {
     /// Camera in a file of kalibr with several, such as cam1
     #[arg(long, value_name = "NAME", requires = "import")]
     import_camera: Option<String>,
+    /// Model of the lens, where a file of OpenCV has four coefficients: plumb_bob or fisheye
+    #[arg(long, value_name = "MODEL", requires = "import")]
+    import_model: Option<String>,
     /// Size of the pictures, such as 1280x720, where the file does not have it; each 1 to 65535
     /// pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size, requires = "import")]

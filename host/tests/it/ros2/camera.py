@@ -3,7 +3,7 @@
     python camera.py DOMAIN [--plumb PATH] [--type TYPE] [--compressed] [--no-depth]
                             [--depth-delay SECONDS] [--focal PIXELS] [--wait] [--info-once]
                             [--no-info] [--compressed-depth] [--clock-rate RATE]
-                            [--clock-zero SECONDS] [--stamps FILE]
+                            [--clock-zero SECONDS] [--stamps FILE] [--info-frame FRAME]
 
 With --plumb it starts an emulated board on the terminal `board` and shows the ball where the
 board's motors let it hang (host/examples/stream_rig.py). Without, the ball hangs still at the
@@ -16,7 +16,8 @@ signal SIGUSR1. --info-once publishes the description once, before anything else
 readers that come later. --no-info announces the description and sends none. --compressed-depth
 publishes depth as compressed_depth_image_transport does. --clock-rate lets the stamps run so many
 times as fast as this computer's clock, --clock-zero lets them begin at this time. --stamps appends
-seconds and nanoseconds of each stamp of colour to a file, before it is published.
+seconds and nanoseconds of each stamp of colour to a file, before it is published. --info-frame has
+the description of another camera, in this frame.
 """
 
 import argparse
@@ -55,9 +56,8 @@ def write_sequence(machine, buffer, value, *arguments, **options):
 SLOW, SequenceMachine.serialize = SequenceMachine.serialize, write_sequence
 
 
-def header(stamp):
+def header(stamp, frame="camera_color_optical_frame"):
     """Returns the header of a picture of the time `stamp`, nanoseconds since 1970."""
-    frame = "camera_color_optical_frame"
     return messages.Header(messages.Time(*divmod(stamp, 10**9)), frame)
 
 
@@ -68,10 +68,10 @@ def image(stamp, encoding, pixel_bytes, data):
     )
 
 
-def info(stamp, fx):
+def info(stamp, fx, frame):
     cx, cy = stream_rig.CX, stream_rig.CY
     return messages.CameraInfo(
-        header(stamp),
+        header(stamp, frame),
         stream_rig.HEIGHT,
         stream_rig.WIDTH,
         "plumb_bob",
@@ -115,7 +115,7 @@ class Node:
         self.participant = DomainParticipant(domain)
         self.is_compressed = options.compressed
         self.depth_delay = options.depth_delay
-        self.focal = options.focal
+        self.focal, self.info_frame = options.focal, options.info_frame
         self.waiting = deque()  # depth pictures, and when they are due
         self.kind = messages.CompressedImage if options.compressed else options.kind
         raw = f"{NAME}/color/image_raw"
@@ -136,7 +136,7 @@ class Node:
 
     def describe(self, stamp):
         if self.is_info_due:
-            self.info.write(info(stamp, self.focal))
+            self.info.write(info(stamp, self.focal, self.info_frame))
             self.is_info_due = not self.is_info_once
 
     def publish(self, stamp, colour, depth):
@@ -173,6 +173,7 @@ def main():
     options.add_argument("--clock-rate", type=float, default=1.0)
     options.add_argument("--clock-zero", type=float)
     options.add_argument("--stamps")
+    options.add_argument("--info-frame", default="camera_color_optical_frame")
     options = options.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     rig = stream_rig.Rig(options.plumb, "board") if options.plumb else None

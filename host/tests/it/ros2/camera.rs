@@ -237,6 +237,21 @@ fn a_description_that_does_not_come_is_named() {
 }
 
 #[test]
+fn the_description_of_another_camera_is_refused_with_both_frames() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let folder = folder();
+    let frame = "--info-frame=camera_infra1_optical_frame";
+    let _camera = Camera::start(&domain, folder.path(), &[frame]);
+    let error = try_open(domain.number(), FIRST_PICTURE).err().unwrap();
+    let error = ErrorChain(&error).to_string();
+    let colour = "`camera_color_optical_frame`";
+    for part in ["/camera/camera/color/camera_info", "`camera_infra1_optical_frame`", colour] {
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+#[test]
 fn a_clock_that_runs_slower_is_refused_with_its_rate() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(domain) = Domain::reserve() else { return };

@@ -6,7 +6,7 @@ use crate::distortion::checked_places;
 use crate::image::ImageSize;
 
 pub use crate::distortion::{
-    CoefficientsError, Distortion, DistortionCoefficients, DistortionError,
+    CoefficientsError, Distortion, DistortionCoefficients, DistortionError, is_of_angles,
 };
 
 /// Intrinsics of a colour picture and of the depth registered to it: a pinhole camera with the

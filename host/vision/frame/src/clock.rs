@@ -1,6 +1,7 @@
 //! Clocks of live sources and of devices, and the mapping of time stamps of devices and programs to
 //! the host's clock.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
@@ -164,6 +165,12 @@ pub enum SenderClockError {
         cause = Self::cause_of(*.0)
     )]
     Jump(f64),
+    /// The time stamps run slower than the host's clock, so that the frames seem to grow old.
+    #[error(
+        "the time stamps run at {0:.3} times the rate of this computer's clock: stamp each frame \
+         with its time (a count of frames at a nominal rate is none), or send without a backlog"
+    )]
+    Rate(f64),
 }
 
 impl SenderClockError {
@@ -182,6 +189,7 @@ impl SenderClockError {
 pub struct SenderClock {
     mapping: HostClock,
     before: Option<Before>,
+    delays: Delays,
 }
 
 /// The frame before.
@@ -203,7 +211,7 @@ impl SenderClock {
     /// Returns the mapping of a new sender.
     pub fn new() -> Self {
         // The sender states the age of its frames, where it knows it.
-        Self { mapping: HostClock::new(0.0), before: None }
+        Self { mapping: HostClock::new(0.0), before: None, delays: Delays::default() }
     }
 
     /// Returns the time of a frame's exposure, seconds on the host's clock. The exposure was at
@@ -211,19 +219,76 @@ impl SenderClock {
     /// at `arrival` on the host's clock.
     ///
     /// # Errors
-    /// Where the time is unknown: `t` does not grow, or the clocks have moved against each other.
+    /// Where the time is unknown: `t` does not grow, the clocks have moved against each other, or
+    /// they run at different rates.
     pub fn taken(&mut self, t: f64, age: f64, arrival: f64) -> Result<f64, SenderClockError> {
         let offset = arrival - age - t;
         if let Some(before) = self.before.replace(Before { t, offset }) {
+            let jump = before.offset - offset;
+            if t <= before.t || jump.abs() > MAX_JUMP_S {
+                self.delays = Delays::default();
+            }
             if t <= before.t {
                 return Err(SenderClockError::NotGrowing { t, before: before.t });
             }
-            let jump = before.offset - offset;
             if jump.abs() > MAX_JUMP_S {
                 return Err(SenderClockError::Jump(jump));
             }
         }
-        Ok(self.mapping.taken(t, arrival - age))
+        let taken = self.mapping.taken(t, arrival - age);
+        self.delays.add(arrival, offset);
+        match self.delays.rate() {
+            Some(rate) if arrival - age - taken > LAG_S => Err(SenderClockError::Rate(rate)),
+            _ => Ok(taken),
+        }
+    }
+}
+
+/// Time in which the fastest frame counts, seconds, and the number of such times that are kept: 8 s
+/// at 30 frames a second.
+const WINDOW_S: f64 = 0.1;
+const MAX_WINDOWS: usize = 80;
+
+/// Number of such times after which a rate is known.
+const MIN_WINDOWS: usize = 5;
+
+/// Age of a frame above which its delay is looked at, seconds: below the age that boards refuse.
+const LAG_S: f64 = 0.2;
+
+/// Least growth of the delay in that time that is a rate, seconds: 1 % of it.
+const MIN_GROWTH_S: f64 = 0.08;
+
+/// Delays of the fastest frames of the last seconds, oldest first.
+#[derive(Debug, Default)]
+struct Delays(VecDeque<Delay>);
+
+#[derive(Debug, Clone, Copy)]
+struct Delay {
+    /// Arrival of the first frame, seconds on the host's clock.
+    begin: f64,
+    /// Least arrival minus time stamp, seconds.
+    least: f64,
+}
+
+impl Delays {
+    fn add(&mut self, arrival: f64, delay: f64) {
+        match self.0.back_mut() {
+            Some(last) if arrival - last.begin < WINDOW_S => last.least = last.least.min(delay),
+            _ => self.0.push_back(Delay { begin: arrival, least: delay }),
+        }
+        if self.0.len() > MAX_WINDOWS {
+            self.0.pop_front();
+        }
+    }
+
+    /// Returns the rate of the time stamps against the host's clock where they lag behind it, and
+    /// do so in both halves of the time: a frame that was held up has its delay in one of them.
+    fn rate(&self) -> Option<f64> {
+        let (first, last) = (self.0.front()?, self.0.back()?);
+        let (lag, half) = (last.least - first.least, self.0[self.0.len() / 2].least - first.least);
+        let is_steady = (0.3..=0.7).contains(&(half / lag));
+        let is_known = self.0.len() >= MIN_WINDOWS && lag > MIN_GROWTH_S && is_steady;
+        is_known.then(|| 1.0 - lag / (last.begin - first.begin))
     }
 }
 
@@ -334,6 +399,35 @@ mod tests {
         // A clock that was set is followed after one frame.
         assert!(clock.taken(1000.0, 0.0, 4.6).is_err());
         assert!((clock.taken(1000.1, 0.0, 4.7).unwrap() - 4.7).abs() < 1e-9);
+    }
+
+    /// Returns the rate at which time stamps that are counted at `nominal` frames a second are
+    /// refused where so many `sent` a second come, and the seconds until then.
+    fn refused_rate(nominal: f64, sent: f64) -> Option<(f64, f64)> {
+        let mut clock = SenderClock::new();
+        (0..1000).map(f64::from).find_map(|n| {
+            let arrival = n / sent + 0.01 * (7.0 * n).sin().abs();
+            match clock.taken(500.0 + n / nominal, 0.03, arrival) {
+                Err(SenderClockError::Rate(rate)) => Some((rate, arrival)),
+                other => {
+                    assert!(other.is_ok(), "{other:?}");
+                    None
+                }
+            }
+        })
+    }
+
+    #[test]
+    fn time_stamps_of_a_counter_are_refused_with_their_rate_before_a_board_refuses_their_age() {
+        for (nominal, sent) in [(30.0, 29.0), (30.0, 29.5), (30.0, 25.0), (30.0, 15.0), (2.0, 1.9)]
+        {
+            let (rate, after) = refused_rate(nominal, sent).unwrap();
+            assert!((rate - sent / nominal).abs() < 0.02, "{sent}: {rate}");
+            assert!(after * (1.0 - sent / nominal) < 0.3, "{sent}: {after} s");
+        }
+        for sent in [29.97, 30.0, 31.0, 60.0] {
+            assert_eq!(refused_rate(30.0, sent), None, "{sent}");
+        }
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub const TARGET: Target = Target {
 pub fn run(input: &[u8]) {
     let text = String::from_utf8_lossy(input);
     for choice in [Choice::Only, Choice::Named("cam0")] {
-        match read(&text, choice).map(|imported| imported.content) {
+        match read(&text, choice, None).map(|imported| imported.content) {
             Ok(Content::Lens(lens)) => check_lens(&lens),
             Ok(Content::Pose(pose)) => check_pose(&pose),
             Err(error) => assert!(!error.to_string().is_empty(), "{error:?}"),
@@ -68,7 +68,7 @@ mod tests {
             include_str!("../../corpus/calibration/kalibr"),
             include_str!("../../corpus/calibration/handeye"),
         ] {
-            assert!(read(text, Choice::Only).is_ok(), "{text}");
+            assert!(read(text, Choice::Only, None).is_ok(), "{text}");
         }
     }
 }

@@ -47,11 +47,21 @@ impl Sender {
     pub(crate) fn of(
         times: impl Iterator<Item = f64>,
         motion: Motion,
+        delay: impl FnMut(u64) -> f64,
+    ) -> Self {
+        Self::with_clock(times, motion, delay, |time| time)
+    }
+
+    /// Sends the places of `motion` at `times`, with the time stamps of a `clock`.
+    pub(crate) fn with_clock(
+        times: impl Iterator<Item = f64>,
+        motion: Motion,
         mut delay: impl FnMut(u64) -> f64,
+        clock: impl Fn(f64) -> f64,
     ) -> Self {
         let sent = (0..).zip(times).map(|(k, time)| {
             let [x, y, z] = motion(time).into();
-            let t = time - SENDER_ZERO_S;
+            let t = clock(time) - SENDER_ZERO_S;
             let text = format!("{{\"t\": {t:.6}, \"target\": [{x}, {y}, {z}]}}\n");
             Sent { arrival: time + delay(k), text }
         });

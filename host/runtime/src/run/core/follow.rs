@@ -157,6 +157,14 @@ impl RunCore {
         if targets.is_complete() && !targets.has_taken() {
             return Some(StopReason::NoTarget);
         }
+        let are_unused = targets.are_unused();
+        let unused = match targets.are_refused() {
+            true => StopReason::TargetsRefused,
+            false => StopReason::TargetsBroken,
+        };
+        if targets.is_complete() && are_unused {
+            return Some(unused);
+        }
         if targets.is_broken() {
             return Some(StopReason::TargetsBroken);
         }
@@ -164,9 +172,9 @@ impl RunCore {
             return Some(StopReason::TargetsNotFollowed);
         }
         let is_last = self.goal.is_moving() && targets.is_complete();
-        let silent = match (is_last, targets.are_refused()) {
+        let silent = match (is_last, are_unused || targets.are_refused()) {
             (true, _) => StopReason::Timeout,
-            (false, true) => StopReason::TargetsRefused,
+            (false, true) => unused,
             (false, false) => StopReason::TargetsSilent,
         };
         (targets.silence(now) > timeout).then_some(silent)

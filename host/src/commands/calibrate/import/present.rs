@@ -52,7 +52,8 @@ pub(in super::super) fn import(
 ) -> Result<ExitCode, Failure> {
     let choice = options.import_camera.as_deref().map_or(Choice::Only, Choice::Named);
     let in_file = |error| bad_input(format!("{}: {error}", path.display()));
-    let imported = read(&read_text(path, MAX_BYTES)?, choice).map_err(in_file)?;
+    let model = options.import_model.as_deref();
+    let imported = read(&read_text(path, MAX_BYTES)?, choice, model).map_err(in_file)?;
     let comment = format!("plumb calibrate --import: {}", imported.program);
     let old = camera_file.text;
     let (content, text) = match &imported.content {
