@@ -30,6 +30,8 @@ type Chip = Pca9685<I2cDevice<'static, NoopRawMutex, Bus>>;
 
 /// Counts of full drive.
 const FULL: u16 = 4095;
+/// Addresses of the chips.
+const ADDRESSES: [u8; 2] = [0x60, 0x61];
 /// Prescaler for the chip's highest frequency: 25 MHz/(4096·4) = 1.5 kHz.
 const PRESCALE: u8 = 3;
 
@@ -109,7 +111,8 @@ pub(crate) struct HatResources {
 
 /// Executes the commands. The bus has no pins before the first one. HATs keep their current over a
 /// restart of the board, so it is switched off first, where HATs were configured before the
-/// restart. Where one does not answer, both are set up again every [`RETRY`].
+/// restart. One that does not answer is set up again every [`RETRY`]; the other one keeps its
+/// current.
 #[embassy_executor::task]
 pub(crate) async fn drive_hats(resources: HatResources) {
     let first = if resources.were_configured { None } else { Some(COMMAND.wait().await) };
@@ -125,21 +128,20 @@ pub(crate) async fn drive_hats(resources: HatResources) {
     )));
     let mut hats = Hats {
         bus,
-        chips: None,
+        chips: [None, None],
         percent: 0,
         commutation: coils::commutation(0, FULL),
         shown: [[0; 2]; MOTORS],
     };
-    if !matches!(with_timeout(TIMEOUT, hats.set_up()).await, Ok(Some(()))) {
-        hats.chips = None;
-    }
-    let mut command = match first {
-        Some(command) => command,
-        None => COMMAND.wait().await,
-    };
+    let off = HatCommand { duty_percent: 0, microsteps: 1, positions: None };
+    let mut command = first.unwrap_or(off);
     loop {
         let set = SET.load(Ordering::Relaxed);
-        let done = matches!(with_timeout(TIMEOUT, hats.execute(&command)).await, Ok(Some(())));
+        let result = with_timeout(TIMEOUT, hats.execute(&command)).await;
+        if result.is_err() {
+            hats.chips = [None, None];
+        }
+        let done = matches!(result, Ok(Some(())));
         critical_section::with(|_| {
             FAILED.store(!done && set == SET.load(Ordering::Relaxed), Ordering::Relaxed);
         });
@@ -149,7 +151,6 @@ pub(crate) async fn drive_hats(resources: HatResources) {
         if done {
             command = COMMAND.wait().await;
         } else {
-            hats.chips = None;
             Timer::after(RETRY).await;
             command = COMMAND.try_take().unwrap_or(command);
         }
@@ -159,8 +160,8 @@ pub(crate) async fn drive_hats(resources: HatResources) {
 /// State of the two HATs.
 struct Hats {
     bus: &'static SharedBus,
-    /// Both chips, while they answer.
-    chips: Option<[Chip; 2]>,
+    /// Each chip, while it answers.
+    chips: [Option<Chip>; 2],
     /// Share of the voltage that `commutation` is for, percent.
     percent: u8,
     commutation: Commutation,
@@ -181,25 +182,42 @@ impl Hats {
         self.show(positions.map(|position| self.commutation.at(position, command.microsteps))).await
     }
 
-    /// Sets up both chips, with all outputs off. Each is switched off although the other does not
-    /// answer.
-    async fn set_up(&mut self) -> Option<()> {
-        let chips = (set_up(self.bus, 0x60).await, set_up(self.bus, 0x61).await);
-        self.chips = chips.0.zip(chips.1).map(<[Chip; 2]>::from);
-        self.shown = [[0; 2]; MOTORS];
-        self.chips.is_some().then_some(())
+    /// Sets up a chip, with all outputs off.
+    async fn set_up(&mut self, hat: usize) -> Option<()> {
+        self.chips[hat] = set_up(self.bus, ADDRESSES[hat]).await;
+        for ((own, _), shown) in OUTPUTS.iter().zip(&mut self.shown) {
+            if *own == hat {
+                *shown = [0; 2];
+            }
+        }
+        self.chips[hat].is_some().then_some(())
     }
 
-    /// Sets the drive of each coil that changes.
+    /// Sets the drive of each coil that changes; `None` where a chip did not answer. The other one
+    /// is driven all the same.
     async fn show(&mut self, wanted: PerMotor<[i32; 2]>) -> Option<()> {
-        if self.chips.is_none() {
-            self.set_up().await?;
+        let mut done = Some(());
+        for hat in 0..ADDRESSES.len() {
+            if self.show_on(hat, &wanted).await.is_none() {
+                (self.chips[hat], done) = (None, None);
+            }
         }
-        let chips = self.chips.as_mut()?;
-        for (((hat, bridges), shown), wanted) in OUTPUTS.iter().zip(&mut self.shown).zip(wanted) {
+        done
+    }
+
+    /// Sets the drive of each coil of a HAT that changes.
+    async fn show_on(&mut self, hat: usize, wanted: &PerMotor<[i32; 2]>) -> Option<()> {
+        if self.chips[hat].is_none() {
+            self.set_up(hat).await?;
+        }
+        let chip = self.chips[hat].as_mut()?;
+        for (((own, bridges), shown), wanted) in OUTPUTS.iter().zip(&mut self.shown).zip(wanted) {
+            if *own != hat {
+                continue;
+            }
             for ((bridge, shown), wanted) in bridges.iter().zip(shown).zip(wanted) {
-                drive(&mut chips[*hat], bridge, *shown, wanted).await?;
-                *shown = wanted;
+                drive(chip, bridge, *shown, *wanted).await?;
+                *shown = *wanted;
             }
         }
         Some(())
