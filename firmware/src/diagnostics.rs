@@ -1,5 +1,6 @@
 //! What the chip has counted, for the diagnosis of a board: late ticks, resets of USB, dropped
-//! frames, and where the processor was at its last fault. What is left of the stack is in [`crate::stack`].
+//! frames, and where the processor was at its last fault. What is left of the stack is in
+//! [`crate::stack`].
 
 use core::sync::atomic::{AtomicU32, Ordering};
 

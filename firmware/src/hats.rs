@@ -76,8 +76,8 @@ static SET: AtomicU8 = AtomicU8::new(0);
 /// Whether the chip restarts once the current is off.
 static LEAVING: AtomicBool = AtomicBool::new(false);
 
-/// Begins with the present HATs: a failure of earlier ones is none of theirs. Called by the stepping
-/// interrupt before their first command.
+/// Begins with the present HATs: a failure of earlier ones is none of theirs. Called by the
+/// stepping interrupt before their first command.
 pub(crate) fn begin() {
     SET.store(SET.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
     FAILED.store(false, Ordering::Relaxed);

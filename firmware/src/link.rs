@@ -32,7 +32,8 @@ const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
 /// Frames from the board, on their way to the master. Size in bytes.
 static OUTBOX: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
 
-/// Bytes that are taken from the outbox at once: interrupts are off meanwhile, for 12 clocks a byte.
+/// Bytes that are taken from the outbox at once: interrupts are off meanwhile, for 12 clocks a
+/// byte.
 const PIECE: usize = 16;
 
 pub(crate) struct LinkResources {
@@ -87,8 +88,8 @@ async fn transmit(mut usb: usb::Out, mut uart: BufferedUartTx, arbiter: SharedAr
     }
 }
 
-/// Sends whole frames to the master, or drops and counts them where there is no room. Called by the stepping
-/// interrupt; never waits.
+/// Sends whole frames to the master, or drops and counts them where there is no room. Called by the
+/// stepping interrupt; never waits.
 pub(crate) fn send(mut frames: &[u8]) {
     if OUTBOX.free_capacity() < frames.len() {
         let count = frames.iter().filter(|byte| **byte == 0).count();

@@ -14,7 +14,7 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 2
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("db7d75f6f338db32")
+SCHEMA = bytes.fromhex("eef4e1e4d22079f0")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS, WIRE = 0, 1, 3, 6, 8, 9, 16
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
 STATES += ["jogging", "stopping", "storing", "following"]

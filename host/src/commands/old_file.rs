@@ -109,8 +109,8 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     write_whole(path, bytes).map_err(|error| unwritten(path, &error))
 }
 
-/// Checks, before a measurement, that the file at `path` can be changed, and that its former version
-/// can stay beside it. Nothing is changed.
+/// Checks, before a measurement, that the file at `path` can be changed, and that its former
+/// version can stay beside it. Nothing is changed.
 ///
 /// # Errors
 /// Where it cannot.

@@ -119,8 +119,8 @@ impl Session {
 }
 
 /// Clears what the session before left behind, as an operator does. A ball that has fallen in a
-/// restart is hung again. After a Travel fault the motors get a new zero of travel where they stand:
-/// a board that has restarted counts from there.
+/// restart is hung again. After a Travel fault the motors get a new zero of travel where they
+/// stand: a board that has restarted counts from there.
 fn make_ready(board: &VirtualBoard) -> Result<(), LinkError> {
     let mut link = Link::connect(board.transport())?;
     if let State::Fault(fault) = link.status()?.state {

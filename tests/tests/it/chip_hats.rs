@@ -174,6 +174,22 @@ fn a_hat_that_does_not_answer_stops_the_board() {
 }
 
 #[test]
+fn a_hat_that_does_not_answer_leaves_the_other_its_current() {
+    let Some(image) = firmware_image() else { return };
+    let (mut chip, mut hats) = configured(&image);
+    // Motor C is on the HAT that is unplugged.
+    chip.execute(json!({ "i2c": [0, 0x61, null] }));
+    let rate = Rate::from_si(50.0).expect("a rate");
+    let jog = Jog { motor: 2, distance: Steps16(16 * 10), rate };
+    assert_eq!(chip.request(Command::Jog(jog)), None);
+    let reply = chip.run_us(500_000);
+    assert_eq!(chip.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
+    assert_eq!(reply["i2c"], serde_json::Value::Null, "nothing is written to the other one");
+    hats.apply(&reply);
+    assert!(!hats.are_off());
+}
+
+#[test]
 fn a_hat_that_holds_the_bus_stops_the_board() {
     let Some(image) = firmware_image() else { return };
     let (mut chip, mut hats) = jogging(&image);
@@ -195,8 +211,8 @@ fn a_hat_that_holds_the_bus_stops_the_board() {
     assert!(!hats.are_off(), "the motors hold again");
 }
 
-/// Other drivers take the bus's pins, so that the HATs can be reached no more. That is no failure of
-/// the HATs that are configured next.
+/// Other drivers take the bus's pins, so that the HATs can be reached no more. That is no failure
+/// of the HATs that are configured next.
 #[test]
 fn hats_do_not_inherit_the_failure_of_earlier_ones() {
     let Some(image) = firmware_image() else { return };

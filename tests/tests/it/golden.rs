@@ -281,7 +281,7 @@ fn reports() {
     ];
     assert_bytes(
         FromBoard::Drivers(DriverReport { time: Micros(1_234_567), motors }),
-        "050887ad4b010501ac02010201010201052cecfcc400",
+        "050887ad4b01010501ac02010301010102010105f0ad7d7100",
     );
     let pulses = [(1, 2), (3, 4), (5, 70_000)].map(|(low, high)| PulseCount { low, high });
     let chip = ChipMeasurement { pulses, time_us: 1_234_567, usb_frame: Some(2047) };

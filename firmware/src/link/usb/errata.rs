@@ -11,8 +11,9 @@
 //! takes part in no transfer any more, and no reset of the bus ends that (hathach/tinyusb, pull
 //! request 1779; embassy-rs/embassy, issue 2880). So data that is offered stays offered, although
 //! the bus is in use: packets are on the line and no frames come, or the host goes on to send data.
-//! A host that is paused, whose frames come, does neither. A reset takes the board off the bus for a moment, and the host enumerates it
-//! anew. It comes at rest only: while motors turn, the host's silence has ended a run long before.
+//! A host that is paused, whose frames come, does neither. A reset takes the board off the bus for
+//! a moment, and the host enumerates it anew. It comes at rest only: while motors turn, the host's
+//! silence has ended a run long before.
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};

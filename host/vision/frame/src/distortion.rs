@@ -21,8 +21,8 @@ const BISECTIONS: usize = 60;
 /// Parts of the names of models of angles, in ROS, kalibr and OpenCV.
 const OF_ANGLES: [&str; 5] = ["equidistant", "fisheye", "kannala", "omni", "fov"];
 
-/// Returns whether the model of distortion of this name is one of the angle to the optical axis: its
-/// camera is no pinhole camera, also where all coefficients are 0.
+/// Returns whether the model of distortion of this name is one of the angle to the optical axis:
+/// its camera is no pinhole camera, also where all coefficients are 0.
 pub fn is_of_angles(model: &str) -> bool {
     OF_ANGLES.iter().any(|part| model.contains(part))
 }
