@@ -1,6 +1,6 @@
 //! Output: results to standard output, messages for people to standard error. Neither panics if the
-//! reader has closed the pipe. Control characters of what others wrote (names, lines of files, words
-//! of the command line) are escaped: none of them reaches the terminal.
+//! reader has closed the pipe. Control characters of what others wrote (names, lines of files,
+//! words of the command line) are escaped: none of them reaches the terminal.
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
