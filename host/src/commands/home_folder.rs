@@ -2,7 +2,7 @@
 //! in quotes.
 
 use std::env::home_dir;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use nix::unistd::User;
@@ -22,7 +22,7 @@ fn home_of(user: &str) -> Option<PathBuf> {
 }
 
 /// Expands a word with the home folders that `home_of` knows; `None` where it has none.
-fn expanded_with(word: &OsString, home_of: impl Fn(&str) -> Option<PathBuf>) -> Option<OsString> {
+fn expanded_with(word: &OsStr, home_of: impl Fn(&str) -> Option<PathBuf>) -> Option<OsString> {
     let word = word.to_str()?;
     let option = word.strip_prefix("--").and_then(|option| option.split_once('='));
     let value = option.map_or(word, |(_, value)| value);
@@ -60,7 +60,7 @@ mod tests {
             ("--out", None),
             ("", None),
         ] {
-            let found = expanded_with(&word.into(), home_of);
+            let found = expanded_with(OsStr::new(word), home_of);
             assert_eq!(found, expected.map(OsString::from), "{word}");
         }
     }

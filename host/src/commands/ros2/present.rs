@@ -73,12 +73,6 @@ impl Ros2Options {
         let network = Network::choose(self.ros2_domain, self.ros2_interface)?;
         let settings = Ros2Settings { namespace: namespace.clone(), network, camera: camera.pose };
         let output = Ros2Output::start(&settings, operator.clone())?;
-        note!(
-            "ROS 2: {namespace} in domain {} (the run goes on until Ctrl-C); stop: \
-             ros2 service call {}/stop std_srvs/srv/Trigger",
-            network.domain,
-            namespace
-        );
         let unread = Network::unread_variables();
         if !unread.is_empty() {
             tell!(
@@ -87,6 +81,12 @@ impl Ros2Options {
                 unread.join(", ")
             );
         }
+        note!(
+            "ROS 2: {namespace} in domain {} (the run goes on until Ctrl-C); stop: \
+             ros2 service call {}/stop std_srvs/srv/Trigger",
+            network.domain,
+            namespace
+        );
         Ok(Ros2(Some(output)))
     }
 }
