@@ -56,7 +56,7 @@ fn text(event: &RunEvent) -> Option<String> {
         return Some(format!("the board has stopped by itself: {fault}. {}", fault.advice()));
     }
     match event.kind() {
-        EventKind::Targets | EventKind::Stop => Some(event.to_string()),
+        EventKind::Targets | EventKind::Stop | EventKind::Doubt => Some(event.to_string()),
         EventKind::Command if event.tone() == Tone::Bad => Some(event.to_string()),
         _ => None,
     }
@@ -203,7 +203,7 @@ impl Outputs {
         };
         both(ended, printed).map_err(Failure::with_result)?;
         let is_done = is_endless && summary.ending.is_chosen() && summary.at_rest;
-        Ok(if summary.reached || is_done { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+        Ok(if summary.is_done || is_done { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
     }
 }
 
