@@ -166,7 +166,8 @@ impl BallDetector for Knocked {
         let Some(ball) = self.detector.detect(frame)? else { return Ok(None) };
         let [begin, end] = self.times;
         let is_shifted = (begin..end).contains(&frame.time());
-        let shift = Vector3::y() * if is_shifted { 0.14 } else { 0.0 };
+        // Towards the target: the board's guards see a ball that comes nearer.
+        let shift = Vector3::z() * if is_shifted { -0.14 } else { 0.0 };
         let position = ball.position.map(|it| Gaussian3 { mean: it.mean + shift, ..it });
         Ok(Some(BallObservation { position, ..ball }))
     }
@@ -200,7 +201,7 @@ fn knocked(times: [f64; 2], is_known: bool) -> (Summary, f64) {
 #[test]
 fn a_camera_that_is_knocked_in_a_run_ends_it() {
     for is_known in [true, false] {
-        let (summary, error) = knocked([1.5, f64::INFINITY], is_known);
+        let (summary, error) = knocked([0.8, f64::INFINITY], is_known);
         println!("{}, {error:.3} m off", summary.ending);
         let StopReason::Doubt(Doubt::Jump(distance)) = summary.ending else {
             panic!("{summary:?}");
@@ -212,9 +213,8 @@ fn a_camera_that_is_knocked_in_a_run_ends_it() {
 
 #[test]
 fn a_short_false_detection_ends_no_run() {
-    for end in [1.52, 1.8] {
-        let (summary, error) = knocked([1.5, end], true);
-        println!("{}, {error:.3} m off", summary.ending);
-        assert!(summary.reached && doubts(&summary).is_empty() && error < 0.012, "{summary:?}");
-    }
+    // One or two pictures, which the board passes over.
+    let (summary, error) = knocked([0.8, 0.86], true);
+    println!("{}, {error:.3} m off", summary.ending);
+    assert!(summary.reached && doubts(&summary).is_empty() && error < 0.012, "{summary:?}");
 }
