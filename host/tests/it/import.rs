@@ -68,7 +68,7 @@ fn a_lens_that_a_run_ignores_comes_with_the_line_to_write() {
 #[test]
 fn the_size_of_the_pictures_is_needed() {
     let folder = folder();
-    let text = "camera_matrix: [[605, 0, 322], [0, 606, 241], [0, 0, 1]]\ndist_coeff: [0, 0, 0, 0]";
+    let text = "camera_matrix: [[605, 0, 322], [0, 606, 241], [0, 0, 1]]\ndist: [0, 0, 0, 0, 0]";
     let output = import(text, &[], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("--import-size"), "{}", stderr(&output));
