@@ -307,7 +307,7 @@ impl EmulatedBoard {
     /// Winds in the cables that have run off while motors had no current, as a person who hangs the
     /// ball again, and holds it until the motors have current.
     pub fn hang_again(&mut self) {
-        self.hold = Hold { enabled: self.hold.enabled, ..Hold::default() };
+        self.hold.hold_by_hand();
         if let Some(plant) = &mut self.plant {
             plant.hang_again();
         }

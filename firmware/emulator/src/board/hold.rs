@@ -24,6 +24,11 @@ pub(super) struct Hold {
 }
 
 impl Hold {
+    /// Holds every cable by hand until its motor has current.
+    pub(super) fn hold_by_hand(&mut self) {
+        *self = Self { enabled: self.enabled, ..Self::default() };
+    }
+
     /// Lets the cables of `plant` run off for a tick. `currents` tells which drivers on a UART give
     /// current while they are on; `None` for other drivers, which all do.
     pub(super) fn advance(&mut self, currents: Option<PerMotor<bool>>, plant: &mut dyn Plant) {
