@@ -8,6 +8,7 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::PathPoint;
 use plumb_runtime::operator::CommandRefusal;
 use plumb_runtime::rig::{Outside, Side};
+use plumb_runtime::run::StopReason;
 
 use super::*;
 
