@@ -204,7 +204,7 @@ fn a_wrong_answer_is_asked_again() {
     let folder = folder();
     // No triangle, whose answers are the new defaults, then one; no board, then the default; then a
     // driver without 4 microsteps; no stiffness, then one.
-    let sizes = "1\n0.3\n0.3\n\n\n0.9\n\n\npico3\n\ntmc2209\n4\n8\n\n";
+    let sizes = "1\n0.3\n0.3\n\n\n0.9\n\n\npico3\n\ntmc2209\n4\n8\n\n\n";
     let answers = format!("{sizes}steel\nstiff\n\n\n\n\n");
     let output = answer(folder.path(), &[], &answers);
     let text = stderr(&output);
@@ -308,7 +308,7 @@ fn the_lens_of_a_camera_through_openni2_is_a_step() {
 #[test]
 fn answers_that_name_no_camera_and_no_recording_say_what_to_write() {
     let folder = folder();
-    let answers = format!("{}kinect\nrecording\n\n.\n", "\n".repeat(11));
+    let answers = format!("{}kinect\nrecording\n\n.\n", "\n".repeat(12));
     let text = stderr(&answer(folder.path(), &[], &answers));
     for says in ["a Kinect is read as openni", "write the path of a TUM folder", ".: has no rgb"] {
         assert!(text.contains(says), "{says}: {text}");

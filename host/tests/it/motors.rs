@@ -315,7 +315,7 @@ fn a_stop_needs_no_rig_file_where_the_port_is_named() {
     for (variable, says) in [
         ("none/rig.toml", "none/rig.toml: cannot be read"),
         (folder, "is a folder, but must be a regular file; without it the baud rate is 115200"),
-        ("", ": 0 damaged frames"),
+        ("", "since its start 0 damaged frames"),
     ] {
         for command in ["stop", "clear"] {
             let mut command = rig.command(&[command, "--port", &rig.emulator.port]);
