@@ -8,7 +8,6 @@ use serde::{Serialize, Serializer};
 use thiserror::Error;
 
 use crate::board_fault::BoardFault;
-use crate::doubt::Doubt;
 use crate::operator::{CommandOutcome, OperatorCommand, StopEvent};
 use crate::rig::MotionError;
 use crate::rounding::round;
@@ -70,8 +69,6 @@ pub enum RunEvent {
     Targets(TargetsEvent),
     /// A Stop of an operator holds, or holds no longer.
     Stop(StopEvent),
-    /// The measured positions cannot be believed.
-    Doubt(Doubt),
 }
 
 /// Event of targets that move. Its text is for people.
@@ -139,8 +136,6 @@ pub enum EventKind {
     Targets,
     /// A Stop of an operator holds, or holds no longer.
     Stop,
-    /// The measured positions cannot be believed.
-    Doubt,
 }
 
 /// How an event went, for its colour.
@@ -166,21 +161,19 @@ impl RunEvent {
             Self::BoardStopped { .. } => EventKind::BoardStopped,
             Self::Targets(_) => EventKind::Targets,
             Self::Stop(_) => EventKind::Stop,
-            Self::Doubt(_) => EventKind::Doubt,
         }
     }
 
     /// Returns how the event went.
     pub fn tone(&self) -> Tone {
         match self {
-            Self::TargetEnded { reason, .. } if reason.is_arrival() => Tone::Good,
-            Self::Command { outcome: CommandOutcome::Accepted, .. }
+            Self::TargetEnded { reason: StopReason::Reached, .. }
+            | Self::Command { outcome: CommandOutcome::Accepted, .. }
             | Self::Stop(StopEvent::Resumed { .. }) => Tone::Good,
             Self::TargetEnded { .. }
             | Self::Command { .. }
             | Self::FrameLost { .. }
             | Self::BoardStopped { .. }
-            | Self::Doubt(_)
             | Self::Targets(TargetsEvent::Refused { .. })
             | Self::Stop(StopEvent::Refused { .. }) => Tone::Bad,
             Self::TargetSet { .. } | Self::Targets(_) | Self::Stop(_) => Tone::Note,
@@ -195,10 +188,7 @@ impl RunEvent {
             }
             Self::Command { number, .. } => Some(*number),
             Self::Stop(event) => Some(event.stop()),
-            Self::FrameLost { .. }
-            | Self::BoardStopped { .. }
-            | Self::Targets(_)
-            | Self::Doubt(_) => None,
+            Self::FrameLost { .. } | Self::BoardStopped { .. } | Self::Targets(_) => None,
         }
     }
 
@@ -239,7 +229,6 @@ impl fmt::Display for RunEvent {
             Self::BoardStopped { fault } => write!(f, "the board has stopped by itself: {fault}"),
             Self::Targets(event) => event.fmt(f),
             Self::Stop(event) => event.fmt(f),
-            Self::Doubt(doubt) => f.write_str(&doubt.with_advice()),
         }
     }
 }

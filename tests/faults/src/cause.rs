@@ -39,8 +39,6 @@ pub enum Cause {
     Output,
     /// A target was not reached in time.
     Timeout,
-    /// The measured positions cannot be believed.
-    Doubt,
     /// Any other end.
     Other,
 }
@@ -81,8 +79,7 @@ impl Cause {
         match reason {
             StopReason::Fault(fault) => Some(Self::Board(fault.fault)),
             StopReason::Timeout | StopReason::TargetsSilent => Some(Self::Timeout),
-            StopReason::Doubt(_) => Some(Self::Doubt),
-            StopReason::Reached | StopReason::AlreadyThere | StopReason::Interrupted => None,
+            StopReason::Reached | StopReason::Interrupted => None,
             _ => Some(Self::Other),
         }
     }
@@ -133,7 +130,6 @@ impl fmt::Display for Cause {
             Self::RepeatedPicture => "one picture repeated",
             Self::Output => "output failed",
             Self::Timeout => "not reached in time",
-            Self::Doubt => "positions in doubt",
             Self::Other => "other",
         })
     }

@@ -3,28 +3,17 @@
 //! The stages are in [`shape`](super::shape).
 
 use super::shape::{
-    CandidateTrace, DetectionTrace, Disc, SearchParameters, SearchTrace, ShapeParameters, Window,
-    search_window,
+    CandidateTrace, DetectionTrace, Disc, SearchTrace, ShapeParameters, Window, search_window,
 };
 use super::{BallDetector, DetectError, StageImage};
-use crate::camera::{Camera, Intrinsics};
+use crate::camera::Camera;
 use crate::debug::draw_stages;
 use crate::frame::RgbdFrame;
-use crate::image::Bgr;
-use crate::localise::{localise, observe, two_depths};
-use crate::observation::{BallObservation, Circle, TwoDepths};
+use crate::localise::observe;
+use crate::observation::{BallObservation, Circle};
 
 /// Windows start and end at a multiple of so many pixels: at whole pixels of the network.
 const WINDOW_STEP: usize = 16;
-
-/// Largest relative error of an outline whose size is compared with the depth.
-const MAX_RADIUS_ERROR: f64 = 0.03;
-
-/// Part of a ball's radius within which it is painted over, in the search for another one.
-const HIDDEN: f64 = 1.3;
-
-/// Colour that it is painted over with.
-const GREY: Bgr = [128; 3];
 
 /// Finds a ball of known size and hue to a fraction of a pixel, at any distance from
 /// `SearchParameters::min_distance` to `max_distance`.
@@ -64,15 +53,7 @@ impl ShapeDetector {
             let Disc { u, v, radius } = found.circle.disc;
             let covariance = found.circle.observed_covariance(&self.parameters.edges);
             let circle = Circle { u, v, radius, covariance };
-            let free_fit = found.decision.as_ref().and_then(|decision| decision.free_fit);
-            let free_fit = free_fit.filter(|fit| fit.radius_error < MAX_RADIUS_ERROR);
-            let ball = observe(circle, found.score(), frame, &self.camera);
-            let with_depth = ball.position.filter(|_| frame.intrinsics().has_depth());
-            let depths = with_depth.zip(free_fit).and_then(|(position, fit)| {
-                let camera = (frame.intrinsics(), &self.camera);
-                two_depths(&circle, fit.radius, &position, camera)
-            });
-            BallObservation { depths, ..ball }
+            observe(circle, found.score(), frame, &self.camera)
         });
         (observation, trace)
     }
@@ -131,41 +112,6 @@ impl BallDetector for ShapeDetector {
         let (observation, trace) = self.detect_traced(frame);
         let images = draw_stages(frame, &trace, observation.as_ref())?;
         Ok((observation, images))
-    }
-
-    fn has_rival(&self, frame: &RgbdFrame, ball: &BallObservation) -> Result<bool, DetectError> {
-        let (mut colour, mut depth) = (frame.colour().clone(), frame.depth().clone());
-        let width = colour.width();
-        let pixels = colour.pixels_mut().iter_mut().zip(depth.pixels_mut());
-        for (i, (colour, depth)) in pixels.enumerate() {
-            let (u, v) = ((i % width) as f64 - ball.circle.u, (i / width) as f64 - ball.circle.v);
-            if u.hypot(v) < HIDDEN * ball.circle.radius {
-                (*colour, *depth) = (GREY, 0);
-            }
-        }
-        let rest = RgbdFrame::new(frame.time(), colour, depth, *frame.intrinsics());
-        let mut detector = Self { previous: None, ..self.clone() };
-        let rival = detector.detect(&rest.map_err(DetectError::processing)?)?;
-        // Beyond that score no candidate is much better.
-        let SearchParameters { certain_score, rival_log_odds, .. } = self.parameters.search;
-        let log_odds = |score: f64| {
-            let score = score.min(certain_score);
-            (score / (1.0 - score)).ln()
-        };
-        let least = log_odds(ball.score) - rival_log_odds;
-        Ok(rival.is_some_and(|rival| log_odds(rival.score) >= least))
-    }
-
-    fn compare_depths(&self, frame: &RgbdFrame) -> Result<Option<TwoDepths>, DetectError> {
-        let intrinsics = Intrinsics { depth_scale: 0.0, ..*frame.intrinsics() };
-        let (colour, depth) = (frame.colour().clone(), frame.depth().clone());
-        let flat = RgbdFrame::new(frame.time(), colour, depth, intrinsics);
-        let mut detector = Self { previous: None, ..self.clone() };
-        let found = detector.detect(&flat.map_err(DetectError::processing)?)?;
-        Ok(found.and_then(|BallObservation { circle, .. }| {
-            let position = localise(&circle, frame, &self.camera)?;
-            two_depths(&circle, circle.radius, &position, (frame.intrinsics(), &self.camera))
-        }))
     }
 
     fn reset(&mut self) {
