@@ -288,7 +288,7 @@ impl Board {
     }
 
     /// Takes in that a tick came late while motors turned, which delayed the pulses. More than
-    /// [`MAX_LATE_TICKS`] within a second stop the board.
+    /// ten within a second stop the board.
     #[inline(never)]
     pub fn on_late_tick(&mut self, now: Micros, out: &mut Outbox) {
         if self.session.count_late_tick(now) > MAX_LATE_TICKS {

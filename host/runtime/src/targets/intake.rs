@@ -155,7 +155,7 @@ impl TargetClock {
     /// Returns the time of a target on the host's clock, seconds. `t` is its time stamp on the
     /// sender's clock and `arrival` the arrival on the host's, both in seconds. Without a time
     /// stamp, the arrival is the time. A clock that was set back, and a delay that has grown at
-    /// once, count after [`STEP_LINES`] lines.
+    /// once, count after ten lines.
     ///
     /// # Errors
     /// Where the target is left out: it is not newer than the last one, late, or of unknown time.
