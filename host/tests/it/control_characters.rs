@@ -65,7 +65,7 @@ fn write_files(folder: &Path) {
     }
     write("places.csv", format!("x,y,z,{EVIL}\n0.4,0.3,0.2,1\n"));
     write("number.csv", format!("x,y,z\n0.4,0.3,{EVIL}\n"));
-    write("a.gcode", format!("G1 X400 Y300 Z200\n\u{1b}[2J\n"));
+    write("a.gcode", "G1 X400 Y300 Z200\n\u{1b}[2J\n".to_owned());
     write("a.jsonl", format!("{{\"t\": 0, \"{ESCAPED}\": [0.4, 0.3, 0.2]}}\n"));
     let lens = "intrinsics: [600, 600, 320, 240]\n  distortion_model: radtan\n  \
                 distortion_coeffs: [0, 0, 0, 0]\n  resolution: [640, 480]";
