@@ -216,7 +216,7 @@ fn reach_warnings(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Vec<F
     let too_fast = is_too_fast.then(|| {
         let problem =
             format!("protects nothing: by `motors.max_rate` a cable moves at {cable:.2} m/s");
-        document.finding(Severity::Warning, &["path.max_speed"], problem)
+        document.finding(Severity::Warning, &["path.max_speed", "motors.max_rate"], problem)
     });
     too_far.chain(too_fast).collect()
 }
