@@ -67,9 +67,8 @@ pub(crate) struct Args {
     #[arg(value_parser = numbers::within(numbers::HEIGHT))]
     height: Option<f64>,
     /// Full steps in a turn of a motor: 200 of 1.8°, 400 of 0.9°
-    #[arg(long, value_name = "N", conflicts_with = "simulated")]
-    #[arg(value_parser = questions::steps_per_turn)]
-    steps_per_turn: Option<u16>,
+    #[arg(long, value_name = "N", conflicts_with = "simulated", value_parser = ["200", "400"])]
+    steps_per_turn: Option<String>,
     /// Cable that a turn of a motor winds, the circumference of its drum, 0.02 to 0.5 m
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::within(numbers::CABLE_PER_TURN))]

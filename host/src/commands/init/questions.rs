@@ -32,8 +32,8 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let (sides, height) = size(args, &usual, dialogue)?;
     let board = board(args, &usual, dialogue)?;
     let (driver, microsteps) = motors(args, board, &usual, dialogue)?;
-    let steps_per_turn = match args.steps_per_turn {
-        Some(steps) => steps,
+    let steps_per_turn = match &args.steps_per_turn {
+        Some(steps) => steps_per_turn(steps).map_err(bad_input)?,
         // A simulated motor has those of the default.
         None if args.simulated => usual.steps_per_turn,
         None => {
@@ -110,7 +110,7 @@ fn usual(recorded: Option<Camera>) -> NewRig {
 }
 
 /// Parses the full steps in a turn of a motor.
-pub(super) fn steps_per_turn(text: &str) -> Result<u16, String> {
+fn steps_per_turn(text: &str) -> Result<u16, String> {
     let steps = text.parse().ok().filter(|steps| [200, 400].contains(steps));
     steps.ok_or_else(|| "must be 200 or 400".to_owned())
 }
