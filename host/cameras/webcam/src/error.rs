@@ -106,6 +106,12 @@ pub enum WebcamError {
         /// Rows of the picture.
         height: usize,
     },
+    /// OpenCV states no time for a picture of a file whose times are uneven.
+    #[error("{}: a picture without a time, in a file of uneven times: not used", .path.display())]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+    },
     /// A picture has come that cannot be read. The next one may be whole.
     #[error("{}: a damaged picture; check cable and hub if there are more", .path.display())]
     Damaged {

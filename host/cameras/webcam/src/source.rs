@@ -152,10 +152,13 @@ fn frame(
     Ok(frame.map_err(InvalidFrame::of(&origin.to_string()))?)
 }
 
-/// Converts an error of the camera or the file. A picture that is damaged or of another size is
-/// lost alone.
+/// Converts an error of the camera or the file. A picture that is damaged, of another size or
+/// without a time is lost alone.
 fn lost(error: WebcamError) -> SourceError {
-    let is_transient = matches!(error, WebcamError::Damaged { .. } | WebcamError::OtherSize { .. });
+    let is_transient = matches!(
+        error,
+        WebcamError::Damaged { .. } | WebcamError::OtherSize { .. } | WebcamError::NoTime { .. }
+    );
     SourceError::lost(WebcamSourceError::from(error), is_transient)
 }
 

@@ -29,8 +29,35 @@ pub struct VideoFile {
     notes: Vec<String>,
     /// The first picture, until it is taken.
     first: Option<Picture>,
-    /// Time stamp of the last picture, seconds.
+    times: PictureTimes,
+}
+
+/// Times of a file's pictures.
+#[derive(Debug)]
+struct PictureTimes {
+    /// Usual time from one picture to the next, seconds.
+    period: f64,
+    /// Time of the last picture, seconds.
     last: f64,
+    /// Whether one period lies between all pictures whose times the file states.
+    is_even: bool,
+}
+
+impl PictureTimes {
+    /// Returns the time of a picture for which OpenCV states `stated`, seconds; `None` where it is
+    /// unknown. OpenCV states 0 for the pictures that a decoder still holds at the end of the file
+    /// (opencv/opencv#22141).
+    fn next(&mut self, stated: f64) -> Option<f64> {
+        if stated > self.last {
+            self.is_even &= (stated - self.last - self.period).abs() < 0.5 * self.period;
+            self.last = stated;
+        } else if self.is_even {
+            self.last += self.period;
+        } else {
+            return None;
+        }
+        Some(self.last)
+    }
 }
 
 impl VideoFile {
@@ -55,7 +82,8 @@ impl VideoFile {
         let rate = if rate.is_finite() && rate > 0.0 { rate } else { USUAL_RATE };
         let mode = Mode { width: first.width, height: first.height, rate };
         let notes = notes(path, &capture)?;
-        Ok(Self { path: path.to_owned(), capture, mode, notes, first: Some(first), last: 0.0 })
+        let times = PictureTimes { period: 1.0 / rate, last: 0.0, is_even: true };
+        Ok(Self { path: path.to_owned(), capture, mode, notes, first: Some(first), times })
     }
 
     /// Returns what the file has and is not used, for a person: further tracks, and the shape of
@@ -73,7 +101,7 @@ impl VideoFile {
     /// period after the picture before it where the file states none.
     ///
     /// # Errors
-    /// Where the picture has another size, or OpenCV fails.
+    /// Where the picture has another size, or no time in a file of uneven times, or OpenCV fails.
     pub fn next_picture(&mut self) -> Result<Option<Picture>, WebcamError> {
         if let Some(first) = self.first.take() {
             return Ok(Some(first));
@@ -83,8 +111,9 @@ impl VideoFile {
             return Ok(None);
         }
         let stamp = self.capture.get(CAP_PROP_POS_MSEC).map_err(&failed)? * 1e-3;
-        self.last = if stamp > self.last { stamp } else { self.last + 1.0 / self.mode.rate };
-        let picture = retrieve(&mut self.capture, self.last).map_err(&failed)?;
+        let time = self.times.next(stamp);
+        let time = time.ok_or_else(|| WebcamError::NoTime { path: self.path.clone() })?;
+        let picture = retrieve(&mut self.capture, time).map_err(&failed)?;
         let size = (self.mode.width, self.mode.height);
         picture.map(|picture| check_size(picture, size, &self.path)).transpose()
     }
@@ -128,4 +157,22 @@ fn open_with(reader: i32, path: &Path) -> Result<Option<(VideoCapture, Picture)>
     let is_read = capture.grab().map_err(&failed)?;
     let first = if is_read { retrieve(&mut capture, 0.0).map_err(&failed)? } else { None };
     Ok(first.map(|first| (capture, first)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the times of pictures, in tenths of a second, at a usual period of 0.1 s.
+    fn times<const N: usize>(stated: [i32; N]) -> [Option<i32>; N] {
+        let mut times = PictureTimes { period: 0.1, last: 0.0, is_even: true };
+        stated.map(|it| times.next(f64::from(it) / 10.0).map(|time| (10.0 * time).round() as i32))
+    }
+
+    #[test]
+    fn a_time_that_is_not_stated_is_unknown_where_the_others_are_uneven() {
+        assert_eq!(times([1, 2, 0, 0]), [Some(1), Some(2), Some(3), Some(4)]);
+        assert_eq!(times([0, 0, 0]), [Some(1), Some(2), Some(3)]);
+        assert_eq!(times([1, 5, 6, 0, 0]), [Some(1), Some(5), Some(6), None, None]);
+    }
 }
