@@ -216,6 +216,7 @@ mod tests {
             circle,
             score: 1.0,
             position: Some(position),
+            depths: None,
         };
         let _ = scene.update(&FrameRecord { observation: Some(ball), ..record(0) }, 0);
         assert_eq!(scene.path.len(), PATH);

@@ -17,7 +17,7 @@ use nalgebra::Point3;
 use plumb_frame::frame::RgbdFrame;
 use plumb_runtime::observer::{EventRecord, FrameRecord, RunEvent, Tone};
 use plumb_runtime::operator::{CommandOutcome, Continuity, OperatorCommand, OperatorSender};
-use plumb_runtime::run::{StopReason, Summary};
+use plumb_runtime::run::Summary;
 
 use crate::assets::{Asset, RUN_ASSETS};
 use crate::files::{RunFile, RunFiles};
@@ -114,7 +114,7 @@ impl Feed {
             }
             RunEvent::TargetEnded { reason, .. } => {
                 if let Some(goal) = &mut news.goal {
-                    goal.reached = *reason == StopReason::Reached;
+                    goal.reached = reason.is_arrival();
                     goal.ending = Some(reason.to_string());
                 }
             }

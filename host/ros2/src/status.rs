@@ -9,7 +9,7 @@ use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::board_report::driver_warnings;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, Stop};
-use plumb_runtime::run::{StopReason, Summary};
+use plumb_runtime::run::Summary;
 
 use crate::message::diagnostic::{KeyValue, Level};
 
@@ -123,7 +123,7 @@ impl RunStatus {
                 self.has_moved = false;
             }
             RunEvent::TargetEnded { reason, .. } => {
-                if *reason != StopReason::Reached {
+                if !reason.is_arrival() {
                     self.present_target = None;
                 }
                 self.fault = reason.fault().or(self.fault);

@@ -30,6 +30,7 @@ use plumb_frame::source::SourceError;
 use thiserror::Error;
 
 use crate::board_fault::BoardFault;
+use crate::doubt;
 use crate::link::LinkError;
 
 pub use correction::{NoMotors, corrected};
@@ -64,8 +65,8 @@ pub enum ExaminationError {
     Observer(#[source] plumb_frame::source::BoxedError),
     /// The ball was not seen before a motor turned.
     #[error(
-        "the ball is seen in {seen} of {frames} pictures, {with_depth} of them with depth; hang it \
-         into the picture, 0.5 to 2 m from the camera; {COMPARE_BALL}"
+        "the ball is seen in {seen} of {frames} pictures, {with_depth} of them with depth; {}",
+        unseen_advice(.doubt.as_ref())
     )]
     BallNotSeen {
         /// Pictures.
@@ -74,6 +75,8 @@ pub enum ExaminationError {
         seen: u32,
         /// Pictures with a ball whose position is known.
         with_depth: u32,
+        /// Doubt for which what looks like the ball was rejected.
+        doubt: Option<doubt::Doubt>,
     },
     /// The ball went out of sight while a motor turned.
     #[error(
@@ -101,4 +104,12 @@ pub enum ExaminationError {
     /// Somebody interrupted the examination.
     #[error("interrupted: the motors have stopped on the way")]
     Interrupted,
+}
+
+/// Returns what to do about a ball that is not seen.
+fn unseen_advice(doubt: Option<&doubt::Doubt>) -> String {
+    match doubt {
+        Some(doubt) => doubt.with_advice(),
+        None => format!("hang it into the picture, 0.5 to 2 m from the camera; {COMPARE_BALL}"),
+    }
 }

@@ -8,6 +8,7 @@ use serde::{Serialize, Serializer};
 use thiserror::Error;
 
 use crate::board_fault::BoardFault;
+use crate::doubt::Doubt;
 use crate::operator::{CommandOutcome, OperatorCommand, StopEvent};
 use crate::rig::MotionError;
 use crate::rounding::round;
@@ -69,6 +70,8 @@ pub enum RunEvent {
     Targets(TargetsEvent),
     /// A Stop of an operator holds, or holds no longer.
     Stop(StopEvent),
+    /// The measured positions cannot be believed.
+    Doubt(Doubt),
 }
 
 /// Event of targets that move. Its text is for people.
@@ -136,6 +139,8 @@ pub enum EventKind {
     Targets,
     /// A Stop of an operator holds, or holds no longer.
     Stop,
+    /// The measured positions cannot be believed.
+    Doubt,
 }
 
 /// How an event went, for its colour.
@@ -161,19 +166,21 @@ impl RunEvent {
             Self::BoardStopped { .. } => EventKind::BoardStopped,
             Self::Targets(_) => EventKind::Targets,
             Self::Stop(_) => EventKind::Stop,
+            Self::Doubt(_) => EventKind::Doubt,
         }
     }
 
     /// Returns how the event went.
     pub fn tone(&self) -> Tone {
         match self {
-            Self::TargetEnded { reason: StopReason::Reached, .. }
-            | Self::Command { outcome: CommandOutcome::Accepted, .. }
+            Self::TargetEnded { reason, .. } if reason.is_arrival() => Tone::Good,
+            Self::Command { outcome: CommandOutcome::Accepted, .. }
             | Self::Stop(StopEvent::Resumed { .. }) => Tone::Good,
             Self::TargetEnded { .. }
             | Self::Command { .. }
             | Self::FrameLost { .. }
             | Self::BoardStopped { .. }
+            | Self::Doubt(_)
             | Self::Targets(TargetsEvent::Refused { .. })
             | Self::Stop(StopEvent::Refused { .. }) => Tone::Bad,
             Self::TargetSet { .. } | Self::Targets(_) | Self::Stop(_) => Tone::Note,
@@ -188,7 +195,10 @@ impl RunEvent {
             }
             Self::Command { number, .. } => Some(*number),
             Self::Stop(event) => Some(event.stop()),
-            Self::FrameLost { .. } | Self::BoardStopped { .. } | Self::Targets(_) => None,
+            Self::FrameLost { .. }
+            | Self::BoardStopped { .. }
+            | Self::Targets(_)
+            | Self::Doubt(_) => None,
         }
     }
 
@@ -229,6 +239,7 @@ impl fmt::Display for RunEvent {
             Self::BoardStopped { fault } => write!(f, "the board has stopped by itself: {fault}"),
             Self::Targets(event) => event.fmt(f),
             Self::Stop(event) => event.fmt(f),
+            Self::Doubt(doubt) => f.write_str(&doubt.with_advice()),
         }
     }
 }

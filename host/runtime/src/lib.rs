@@ -43,6 +43,7 @@ pub mod board_report;
 pub mod bounded_observer;
 pub mod commission;
 mod deviation;
+pub mod doubt;
 mod event;
 #[doc(hidden)]
 pub mod fuzzing;

@@ -25,6 +25,8 @@ use plumb_frame::observation::BallObservation;
 use plumb_frame::source::{CameraSource, SourceError};
 use thiserror::Error;
 
+use crate::doubt::{DepthComparison, Doubt};
+
 /// Header of the CSV: the names of the columns.
 pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", "score"];
 
@@ -66,6 +68,9 @@ pub enum Problem {
         #[source]
         error: DetectError,
     },
+    /// The two depths of the ball differ; told once.
+    #[error("{}", .0.with_advice())]
+    Doubt(Doubt),
     /// The frame has no pixel of depth, for example because no depth image is near in time.
     #[error("the frame at {time:.6} s: no depth image within 20 ms, or an empty one")]
     NoDepth {
@@ -122,12 +127,15 @@ pub fn replay(
 ) -> Result<ReplayOutcome, ReplayError> {
     let mut rows = csv::Writer::from_writer(out);
     rows.write_record(HEADER).map_err(io::Error::from)?;
-    let mut outcome = ReplayOutcome::default();
+    let (mut outcome, mut depths) = (ReplayOutcome::default(), DepthComparison::default());
     loop {
         let (time, ball) = match source.next_frame() {
             Ok(None) => break,
             Ok(Some(frame)) => {
                 let ball = detect(&frame, detector, &mut outcome, debug, &mut report)?;
+                if let Some(doubt) = depths.look(detector, &frame, ball.as_ref()) {
+                    report(&Problem::Doubt(doubt));
+                }
                 (Some(frame.time()), ball)
             }
             Err(error) => {

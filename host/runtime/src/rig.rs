@@ -171,6 +171,16 @@ impl Rig {
         self.motion_rules().wrong_targets(self.target_places())
     }
 
+    /// Returns a speed above which the cables cannot move the ball, m/s.
+    pub fn max_ball_speed(&self) -> f64 {
+        /// Without the size: the fastest path that a board accepts, m/s.
+        const UNKNOWN: f64 = 2.0;
+        /// The ball may move faster than the cables where these are flat.
+        const OF_CABLE: f64 = 4.0;
+        let speed = |size: &Size| size.cable_per_step.get() * self.motors.max_rate.get();
+        self.size.as_ref().map_or(UNKNOWN, |size| OF_CABLE * speed(size))
+    }
+
     /// Returns the first of `targets` (metres) that is nearer to the border of the workspace than
     /// the radius of "reached".
     pub fn target_at_border(

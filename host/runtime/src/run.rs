@@ -7,6 +7,7 @@ mod core;
 mod first_and_last;
 mod goal;
 mod path;
+mod plausibility;
 mod reached;
 mod repetition;
 mod targets;
@@ -72,6 +73,8 @@ pub struct Run<T> {
     law: &'static str,
     radius: f64,
     workspace: Workspace,
+    /// Largest speed of the ball, m/s.
+    max_ball_speed: f64,
     /// Farthest turn of a motor without the ball, of the rig file.
     following_turn: Steps16,
     /// Fault of an earlier run that this run has cleared.
@@ -110,6 +113,8 @@ fn configure<T: Transport>(
 struct Ending {
     /// Whether every target was reached.
     reached: bool,
+    /// Whether every target was reached, or the ball hung there already.
+    is_done: bool,
     /// Whether the board reported that its motors stand still.
     at_rest: bool,
     reason: StopReason,
@@ -165,6 +170,7 @@ impl<T: Transport> Run<T> {
             law,
             radius,
             workspace,
+            max_ball_speed: rig.max_ball_speed(),
             following_turn,
             cleared,
         })
@@ -254,7 +260,9 @@ impl<T: Transport> Run<T> {
         let mut control = ControlLoop::new(&mut parts, &mut self.link, core, source, repetition);
         let result = control.run();
         let core = control.into_core();
-        let reached = result.is_ok() && core.legs.all_reached();
+        let is_ended = result.is_ok();
+        let reached = is_ended && core.legs.all_reached();
+        let is_done = is_ended && core.legs.all_done();
         let fault = result.as_ref().ok().and_then(StopReason::fault);
         let (result, at_rest) = come_to_rest(&mut self.link, result);
         let reason = match &result {
@@ -263,7 +271,7 @@ impl<T: Transport> Run<T> {
         };
         let failure = result.as_ref().err().filter(|_| reason.fault().is_some());
         let failure = failure.map(|error| ErrorChain(error).to_string());
-        let ending = Ending { reached, at_rest, reason, failure };
+        let ending = Ending { reached, is_done, at_rest, reason, failure };
         let summary = self.summary(&parts, core, ending);
         info!(
             ending = %summary.ending,
@@ -291,6 +299,8 @@ impl<T: Transport> Run<T> {
             rules: self.rules.clone(),
             timeout: parts.timeout,
             is_operated: parts.operator.is_some(),
+            max_ball_speed: self.max_ball_speed,
+            following_turn: self.following_turn,
         }
     }
 
@@ -315,6 +325,7 @@ impl<T: Transport> Run<T> {
         let (targets_reached, legs) = (core.legs.reached(), core.legs.into_ended());
         Summary {
             reached: ending.reached,
+            is_done: ending.is_done,
             law: self.law,
             detector: parts.detector.name(),
             frames: stats.frames,

@@ -5,12 +5,15 @@ use std::fmt;
 use serde::{Serialize, Serializer};
 
 use crate::board_fault::BoardFault;
+use crate::doubt::Doubt;
 
 /// Reason of the end of a run, or of the drive to one target.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum StopReason {
     /// The board holds the ball at the target.
     Reached,
+    /// The ball hung at the target before a motor had moved it.
+    AlreadyThere,
     /// The target was not reached within the timeout.
     Timeout,
     /// The board stopped by itself.
@@ -39,6 +42,8 @@ pub enum StopReason {
     TargetsNotFollowed,
     /// The stream of targets had none for the time of the timeout.
     TargetsSilent,
+    /// The measured positions cannot be believed.
+    Doubt(Doubt),
     /// The link, the camera or an observer failed; the messages of the error and its causes.
     Failed(String),
 }
@@ -50,6 +55,11 @@ impl StopReason {
             Self::Fault(fault) => Some(*fault),
             _ => None,
         }
+    }
+
+    /// Returns whether the ball is at its target.
+    pub fn is_arrival(&self) -> bool {
+        matches!(self, Self::Reached | Self::AlreadyThere)
     }
 
     /// Returns what to do next, in words for people; `None` where nothing is wrong.
@@ -75,6 +85,7 @@ impl StopReason {
                 "A message above says why, and in which line. Correct the program that sends them",
             ),
             Self::Fault(fault) => Some(fault.advice()),
+            Self::Doubt(doubt) => Some(doubt.advice()),
             Self::EndOfFrames => Some(
                 "A recording that has ended drives no further. Of a live camera, look at its plug \
                  and at the program that delivers its pictures",
@@ -96,6 +107,7 @@ impl fmt::Display for StopReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Reached => f.write_str("reached"),
+            Self::AlreadyThere => f.write_str("already there: no motor has moved the ball"),
             Self::Timeout => f.write_str("not reached in time"),
             Self::Fault(fault) => write!(f, "the board has stopped by itself: {fault}"),
             Self::Interrupted => f.write_str("interrupted"),
@@ -111,6 +123,7 @@ impl fmt::Display for StopReason {
                 f.write_str("targets came, and the board followed none of them in time")
             }
             Self::TargetsSilent => f.write_str("no target came in time"),
+            Self::Doubt(doubt) => doubt.fmt(f),
             Self::Failed(message) => f.write_str(message),
         }
     }

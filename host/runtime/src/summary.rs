@@ -32,6 +32,9 @@ pub(crate) struct RunStats {
 pub struct Summary {
     /// Whether every target of the list and of the operator was reached.
     pub reached: bool,
+    /// Whether every target was reached, or the ball hung there already.
+    #[serde(skip)]
+    pub is_done: bool,
     /// Name of the control law.
     pub law: &'static str,
     /// Name of the detector.

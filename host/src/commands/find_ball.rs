@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use plumb_cameras::camera_file::COMPARE_BALL;
 use plumb_frame::source::CameraSource;
+use plumb_runtime::doubt::DepthComparison;
 use plumb_vision::detect::BallDetector;
 
 use super::{Failure, failed, failed_because};
@@ -26,7 +27,7 @@ pub(super) fn find_ball(
     interrupted: &AtomicBool,
 ) -> Result<[f64; 3], Failure> {
     let begin = source.now();
-    let mut lost = None;
+    let (mut lost, mut depths) = (None, DepthComparison::default());
     while source.now() - begin < SEARCH_S {
         if interrupted.load(Ordering::Relaxed) {
             return Err(failed("interrupted before the ball was found: the board has no target"));
@@ -45,6 +46,7 @@ pub(super) fn find_ball(
         };
         match detector.detect(&frame) {
             Ok(ball) => {
+                depths.look(detector, &frame, ball.as_ref());
                 if let Some(place) = ball.and_then(|ball| ball.position) {
                     return Ok(place.mean.into());
                 }
@@ -55,8 +57,11 @@ pub(super) fn find_ball(
     }
     let unseen = || {
         failed(format!(
-            "the camera does not show the ball, so that its place cannot be held; hang it into the \
-             picture; {COMPARE_BALL}"
+            "the camera does not show the ball, so that its place cannot be held; {}",
+            match depths.doubt() {
+                Some(doubt) => doubt.with_advice(),
+                None => format!("hang it into the picture; {COMPARE_BALL}"),
+            }
         ))
     };
     // A camera whose last frames are lost does not tell where the ball is.
@@ -177,7 +182,13 @@ mod tests {
             let mean = Point3::new(0.4, 0.3, 0.2);
             let position = Gaussian3 { mean, covariance: Matrix3::identity() };
             let circle = Circle::rough(1.0, 1.0, 1.0);
-            Ok(Some(BallObservation { stamp: 0.0, circle, score: 1.0, position: Some(position) }))
+            Ok(Some(BallObservation {
+                stamp: 0.0,
+                circle,
+                score: 1.0,
+                position: Some(position),
+                depths: None,
+            }))
         }
     }
 

@@ -62,7 +62,7 @@ fn text(event: &RunEvent) -> Option<String> {
         return Some(format!("the board has stopped by itself: {fault}. {}", fault.advice()));
     }
     match event.kind() {
-        EventKind::Targets | EventKind::Stop => Some(event.to_string()),
+        EventKind::Targets | EventKind::Stop | EventKind::Doubt => Some(event.to_string()),
         EventKind::Command if event.tone() == Tone::Bad => Some(event.to_string()),
         _ => None,
     }
@@ -189,7 +189,7 @@ impl Outputs {
         let (closed, progress) = self.close();
         let _signals = DefaultSignals::begin();
         let is_done = is_endless && summary.ending.is_chosen() && summary.at_rest;
-        let code = if summary.reached || is_done { 0 } else { FAILED };
+        let code = if summary.is_done || is_done { 0 } else { FAILED };
         let is_whole = error.is_none() && closed.is_whole();
         let end = || end_in_time(if is_whole { code } else { FAILED });
         // The result does not wait for a terminal that only messages go to.

@@ -20,7 +20,7 @@ use nalgebra::{Matrix3, Point3};
 use crate::camera::{Camera, Intrinsics};
 use crate::depth_view::DepthView;
 use crate::frame::RgbdFrame;
-use crate::observation::{BallObservation, Circle, Gaussian3};
+use crate::observation::{BallObservation, Circle, Gaussian3, TwoDepths};
 
 mod outline;
 
@@ -85,7 +85,20 @@ pub fn observe(circle: Circle, score: f64, frame: &RgbdFrame, camera: &Camera) -
     } else {
         localise_by_outline(&circle, frame.intrinsics(), camera)
     };
-    BallObservation { stamp: frame.time(), circle, score, position }
+    BallObservation { stamp: frame.time(), circle, score, position, depths: None }
+}
+
+/// Returns the two depths of the ball that is seen as `circle`: of an outline of `radius` pixels,
+/// and of `position`, which the frame's depth gives.
+pub(crate) fn two_depths(
+    circle: &Circle,
+    radius: f64,
+    position: &Gaussian3,
+    (intrinsics, camera): (&Intrinsics, &Camera),
+) -> Option<TwoDepths> {
+    let by_outline = localise_by_outline(&Circle { radius, ..*circle }, intrinsics, camera)?;
+    let [by_outline, by_pixels] = [&by_outline, position].map(|it| camera.depth_of(&it.mean));
+    Some(TwoDepths { by_outline, by_pixels })
 }
 
 /// Returns the centre, in the rig frame, of the ball that is seen as `circle`.

@@ -39,6 +39,8 @@ pub enum Cause {
     Output,
     /// A target was not reached in time.
     Timeout,
+    /// The measured positions cannot be believed.
+    Doubt,
     /// Any other end.
     Other,
 }
@@ -79,7 +81,8 @@ impl Cause {
         match reason {
             StopReason::Fault(fault) => Some(Self::Board(fault.fault)),
             StopReason::Timeout | StopReason::TargetsSilent => Some(Self::Timeout),
-            StopReason::Reached | StopReason::Interrupted => None,
+            StopReason::Doubt(_) => Some(Self::Doubt),
+            StopReason::Reached | StopReason::AlreadyThere | StopReason::Interrupted => None,
             _ => Some(Self::Other),
         }
     }
@@ -130,6 +133,7 @@ impl fmt::Display for Cause {
             Self::RepeatedPicture => "one picture repeated",
             Self::Output => "output failed",
             Self::Timeout => "not reached in time",
+            Self::Doubt => "positions in doubt",
             Self::Other => "other",
         })
     }

@@ -21,6 +21,7 @@ mod crates;
 mod damaged_link;
 mod defects;
 mod distortion;
+mod doubts;
 mod driver_keys;
 mod fault_causes;
 mod faults_page;

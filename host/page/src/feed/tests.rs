@@ -6,6 +6,7 @@ use plumb_protocol::message::{DriverReading, Fault, State};
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::operator::operator;
 use plumb_runtime::rig::Rig;
+use plumb_runtime::run::StopReason;
 use plumb_runtime::targets::TargetSource;
 
 use super::*;

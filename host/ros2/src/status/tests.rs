@@ -8,6 +8,7 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::PathPoint;
 use plumb_runtime::operator::CommandRefusal;
 use plumb_runtime::rig::{Outside, Side};
+use plumb_runtime::run::StopReason;
 
 use super::*;
 
@@ -93,7 +94,7 @@ fn a_warning_of_a_driver_is_a_warning_of_the_run() {
     let open = DriverReading { has_open_load: true, ..cool };
     let circle = Circle::rough(1.0, 1.0, 1.0);
     let position = Some(Gaussian3 { mean: target(0.4), covariance: nalgebra::zero() });
-    let ball = BallObservation { stamp: 0.0, circle, score: 1.0, position };
+    let ball = BallObservation { stamp: 0.0, circle, score: 1.0, position, depths: None };
     let mut report = |drivers| {
         let board = Some(board(drivers));
         let record = FrameRecord { board, observation: Some(ball), ..record(None) };

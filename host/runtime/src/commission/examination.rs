@@ -16,6 +16,7 @@ use super::ExaminationError;
 use super::fault::Output;
 use super::report::Report;
 use super::response::{Probe, Response};
+use crate::doubt::DepthComparison;
 use crate::link::{Link, LinkError, Transport};
 use crate::observer::{FrameRecord, Observer};
 use crate::rig::Rig;
@@ -75,6 +76,8 @@ pub struct Examination<'a, 'p, T> {
     pub(super) lost_in_a_row: u32,
     /// Place of the ball before the first jog, metres.
     pub(super) start: Point3<f64>,
+    /// Comparison of the ball's two depths.
+    depths: DepthComparison,
     /// Scatter of the ball's positions before the first jog, metres.
     start_scatter: f64,
     /// Start of the examination, seconds on the source's clock.
@@ -108,6 +111,7 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
             frames: 0,
             lost_in_a_row: 0,
             start: Point3::origin(),
+            depths: DepthComparison::default(),
             start_scatter: 0.0,
             begin,
         };
@@ -134,7 +138,7 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
         };
         let report = Report::of(rig, place.median, responses);
         let stiffness = self.measure_stiffness(rig, &report)?;
-        Ok(Report { stiffness, ..report })
+        Ok(Report { stiffness, doubt: self.depths.doubt(), ..report })
     }
 
     /// Returns the place of the ball before the first jog.
@@ -142,7 +146,9 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
         let pictures = self.look(PICTURES)?;
         let Pictures { positions, frames, seen } = &pictures;
         let with_depth = positions.len() as u32;
-        let not_seen = ExaminationError::BallNotSeen { frames: *frames, seen: *seen, with_depth };
+        let doubt = self.depths.doubt();
+        let not_seen =
+            ExaminationError::BallNotSeen { frames: *frames, seen: *seen, with_depth, doubt };
         let place = Place::of(positions).filter(|_| 2 * with_depth > *frames).ok_or(not_seen)?;
         if place.scatter > MAX_SCATTER_M {
             return Err(ExaminationError::Unsteady { scatter_mm: place.scatter * 1e3 });
@@ -375,6 +381,7 @@ impl<T: Transport> Examination<'_, '_, T> {
         };
         self.lost_in_a_row = 0;
         let observation = self.parts.detector.detect(&frame)?;
+        self.depths.look(&*self.parts.detector, &frame, observation.as_ref());
         self.frames += 1;
         Ok(Some(FrameRecord {
             number: self.frames - 1,

@@ -11,7 +11,8 @@ use super::explanation::{
 };
 use super::fault::{Fault, Output};
 use super::response::{Motion, Response};
-use super::swing::{Doubt, Measurement};
+use super::swing::{self, Measurement};
+use crate::doubt::Doubt;
 use crate::rig::{Box3, Rig, Size};
 
 /// Misfit that one mistake more in an explanation must remove, variances.
@@ -47,6 +48,8 @@ pub struct Report {
     pub yaw_deg: f64,
     /// Stiffness of the cables.
     pub stiffness: Measurement,
+    /// Doubt about the measured positions.
+    pub doubt: Option<Doubt>,
 }
 
 impl Report {
@@ -82,13 +85,14 @@ impl Report {
             faults: [mechanical, explained].concat(),
             alternatives: choice.alternatives,
             yaw_deg: yaw.to_degrees(),
-            stiffness: Measurement::Unknown(Doubt::Fault),
+            stiffness: Measurement::Unknown(swing::Doubt::Fault),
+            doubt: None,
         }
     }
 
     /// Returns whether no fault was found.
     pub fn is_right(&self) -> bool {
-        self.faults.is_empty() && self.explanation.is_some()
+        self.faults.is_empty() && self.explanation.is_some() && self.doubt.is_none()
     }
 
     /// Returns `motors.reversed` of the rig file as it should be; `None` where nothing changes. A

@@ -6,12 +6,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use plumb_frame::detect::BallDetector;
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::observation::BallObservation;
 use plumb_frame::source::{CameraSource, SourceError};
 use tracing::{debug, info, trace};
 
 use super::core::{Action, BoardAction, Input, Picture, RunCore};
 use super::repetition::{RepeatedPicture, RepetitionDetector};
 use super::{ControlLoopError, ending_after};
+use crate::doubt::ColourSearch;
 use crate::link::{Link, LinkError, Transport};
 use crate::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 use crate::operator::{CommandOutcome, OperatorReceiver, Submitted};
@@ -63,7 +66,14 @@ pub(super) struct ControlLoop<'a, 'p, T> {
     targets: Option<Box<dyn TargetSource>>,
     /// Detector of a camera that repeats one picture.
     repetition: RepetitionDetector,
+    /// Number of pictures that were searched for another ball.
+    rival_searches: u32,
+    /// Search of pictures without a ball.
+    colour_search: ColourSearch,
 }
+
+/// Pictures of a run that are searched for another ball.
+const RIVAL_SEARCHES: u32 = 3;
 
 /// Result of a step: the reason of the run's end, where it ends.
 type Progress = Result<Option<StopReason>, ControlLoopError>;
@@ -77,7 +87,8 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         targets: Option<Box<dyn TargetSource>>,
         repetition: RepetitionDetector,
     ) -> Self {
-        Self { parts, link, core, targets, repetition }
+        let colour_search = ColourSearch::default();
+        Self { parts, link, core, targets, repetition, rival_searches: 0, colour_search }
     }
 
     /// Returns the state of the run.
@@ -193,7 +204,18 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             Ok(ball) => (ball, None),
             Err(error) => (None, Some(error)),
         };
-        Ok(Some(Picture { frame, ball, error }))
+        let has_rival = ball.is_some_and(|ball| self.has_rival(&frame, &ball));
+        let rejected = self.colour_search.depths(&*self.parts.detector, &frame, ball.is_some());
+        Ok(Some(Picture { frame, ball, rejected, has_rival, error }))
+    }
+
+    /// Searches the first pictures of a run for another ball, until the ball has answered a motor.
+    fn has_rival(&mut self, frame: &RgbdFrame, ball: &BallObservation) -> bool {
+        if self.rival_searches == RIVAL_SEARCHES || self.core.has_answered() {
+            return false;
+        }
+        self.rival_searches += 1;
+        self.parts.detector.has_rival(frame, ball).unwrap_or_default()
     }
 
     /// Takes in what the board has sent and what has come from the targets that move, and sends
@@ -303,6 +325,7 @@ pub(super) fn log_event(event: &RunEvent) {
         }
         RunEvent::Targets(event) => info!(%event, "targets that move"),
         RunEvent::Stop(event) => info!(%event, "stop"),
+        RunEvent::Doubt(doubt) => info!(%doubt, "doubtful positions"),
         RunEvent::BoardStopped { fault } => info!(%fault, "the board stopped outside of a drive"),
     }
 }

@@ -23,13 +23,14 @@ use nalgebra::Point3;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::observation::Gaussian3;
 use plumb_protocol::message::{Command, Fault};
-use plumb_protocol::units::Micros;
+use plumb_protocol::units::{Micros, Steps16};
 use tracing::debug;
 
 use super::ControlLoopError;
 use super::first_and_last::FirstAndLast;
 use super::goal::{Drive, Goal, Legs};
 use super::path::{PathDrive, PathPlan};
+use super::plausibility::Plausibility;
 use super::reached::Arrival;
 use super::repetition::RepeatedPicture;
 use super::targets::TargetDrive;
@@ -58,6 +59,10 @@ pub(super) struct Settings {
     pub(super) timeout: f64,
     /// Whether an operator ends the run.
     pub(super) is_operated: bool,
+    /// Largest speed of the ball, m/s.
+    pub(super) max_ball_speed: f64,
+    /// Farthest turn of a motor without the ball.
+    pub(super) following_turn: Steps16,
 }
 
 /// State of a run. Times are in seconds on the source's clock.
@@ -91,6 +96,8 @@ pub(super) struct RunCore {
     answered_at: Option<Micros>,
     /// Number of frames that were lost since the last good one.
     lost_in_a_row: u32,
+    /// Whether the positions can be believed.
+    plausibility: Plausibility,
     /// The frame of this round.
     picture: Option<Picture>,
     /// Time of the step.
@@ -111,6 +118,9 @@ impl RunCore {
         plan: Option<PathPlan>,
         targets: Option<TargetDrive>,
     ) -> Self {
+        // A ball on the cables answers a quarter of the turn that stops the board.
+        let answered_turn = settings.following_turn.0 / 4;
+        let plausibility = Plausibility::new(settings.max_ball_speed, answered_turn);
         Self {
             settings,
             goal: Goal::Idle,
@@ -127,6 +137,7 @@ impl RunCore {
             in_flight: None,
             answered_at: None,
             lost_in_a_row: 0,
+            plausibility,
             picture: None,
             now: 0.0,
             events: FirstAndLast::default(),
@@ -165,6 +176,11 @@ impl RunCore {
     /// Returns whether the operator's next command has to wait: one has no answer.
     pub(super) fn is_busy(&self) -> bool {
         self.in_flight.is_some()
+    }
+
+    /// Returns whether the ball has answered the motors.
+    pub(super) fn has_answered(&self) -> bool {
+        self.plausibility.has_answered()
     }
 
     /// Returns the path that the ball followed.
@@ -215,7 +231,7 @@ impl RunCore {
         if let Goal::Path(_, path) = std::mem::replace(&mut self.goal, Goal::Idle) {
             self.ended_path = Some(path);
         }
-        Some(self.legs.end(&drive, reason, &self.stats))
+        Some(self.legs.end(&drive, reason, self.plausibility.has_answered(), &self.stats))
     }
 
     /// Leaves out the targets of the list that were not begun, the path and the targets that move.
@@ -237,6 +253,11 @@ impl RunCore {
         let age = (now - picture.frame.time()).max(0.0);
         let age = Duration::try_from_secs_f64(age).unwrap_or(Duration::MAX);
         let (ball, covariance) = (picture.point(), picture.covariance());
+        let motors = self.board.telemetry.map(|telemetry| telemetry.motors.map(|at| at.0));
+        let doubts = self.plausibility.update(picture.frame.time(), &picture.sight(), motors);
+        for doubt in doubts {
+            self.emit(RunEvent::Doubt(doubt));
+        }
         self.picture = Some(picture);
         self.send_position(BoardAction::Position { ball, covariance, age }, ball.is_some());
     }
@@ -304,6 +325,7 @@ impl RunCore {
     fn judge_rest(&mut self, now: f64) {
         self.note_idle_fault();
         self.note_jog_end();
+        self.leave_doubtful_rest();
         if let (false, Some(fault)) = (self.settings.is_operated, self.board.fault) {
             // Nobody can clear it.
             self.conclude(StopReason::Fault(fault), now);
@@ -319,26 +341,29 @@ impl RunCore {
         } else {
             self.board.about_target().copied()
         };
+        let belief = self.plausibility.arrival();
         let (Some(drive), Some(target)) = (self.goal.drive_mut(), self.target) else { return };
         let radius = self.settings.radius;
         let tolerance = drive.waypoint.tolerance_m.unwrap_or(radius);
         // Before the board knows the ball, the error in its telemetry is 0.
         let may_pass = tolerance > radius && drive.waypoint.dwell_s == 0.0 && self.knows_ball;
         let arrival = Arrival { target, tolerance, may_pass };
-        if arrival.is_reached(about.as_ref(), ball) {
+        if belief.is_some() && arrival.is_reached(about.as_ref(), ball) {
             drive.note_reached(now);
         }
         if self.in_flight.is_some() {
             // What the operator has sent may end the leg, and comes before the next target.
             return;
         }
-        let has_dwelt = drive.has_dwelt(now);
-        if self.goal.is_moving()
+        let belief = belief.filter(|_| drive.has_dwelt(now));
+        if let Some(doubt) = self.plausibility.take_doubt() {
+            self.conclude(StopReason::Doubt(doubt), now);
+        } else if self.goal.is_moving()
             && let Some(reason) = self.targets_reason(now)
         {
             self.conclude(reason, now);
-        } else if has_dwelt {
-            self.conclude(StopReason::Reached, now);
+        } else if let Some(reason) = belief {
+            self.conclude(reason, now);
         } else if self.waited(now) > self.settings.timeout {
             self.conclude(StopReason::Timeout, now);
         }
@@ -351,19 +376,33 @@ impl RunCore {
         self.end_leg(reason.clone());
         let is_operated = self.settings.is_operated;
         match reason {
-            StopReason::Reached if self.begin_next_target(now) || self.begin_path(now) => {}
-            StopReason::Reached | StopReason::Fault(_) if is_operated => {
+            StopReason::Reached | StopReason::AlreadyThere
+                if self.begin_next_target(now) || self.begin_path(now) => {}
+            StopReason::Reached | StopReason::AlreadyThere | StopReason::Fault(_)
+                if is_operated =>
+            {
                 self.cancel_list();
                 self.goal = match self.board.fault {
                     Some(fault) => Goal::Faulted(fault.fault),
                     None => Goal::Idle,
                 };
             }
-            StopReason::Timeout if is_operated => {
+            StopReason::Timeout | StopReason::Doubt(_) if is_operated => {
                 self.cancel_list();
                 self.send(BoardAction::Submit(Command::Stop));
             }
             reason => self.actions.ending = Some(Ok(reason)),
+        }
+    }
+
+    /// Stops the motors where the board holds the ball by positions in doubt.
+    fn leave_doubtful_rest(&mut self) {
+        if self.in_flight.is_none()
+            && self.plausibility.take_doubt().is_some()
+            && matches!(self.goal, Goal::Settling | Goal::Held)
+        {
+            self.leave_rest();
+            self.send(BoardAction::Submit(Command::Stop));
         }
     }
 

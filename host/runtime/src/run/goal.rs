@@ -151,6 +151,8 @@ pub(super) struct Legs {
     ended: FirstAndLast<Leg>,
     /// Number of those whose targets were reached.
     reached: usize,
+    /// Number of those whose ball hung at the target already.
+    already_there: usize,
 }
 
 impl Legs {
@@ -162,6 +164,7 @@ impl Legs {
             is_cancelled: false,
             ended: FirstAndLast::default(),
             reached: 0,
+            already_there: 0,
         }
     }
 
@@ -180,10 +183,20 @@ impl Legs {
         self.waiting.clear();
     }
 
-    /// Adds a drive that ended. Returns its number, from 0.
-    pub(super) fn end(&mut self, drive: &Drive, ending: StopReason, stats: &RunStats) -> usize {
+    /// Adds a drive that ended. Returns its number, from 0. A ball that has not answered the motors
+    /// has reached nothing.
+    pub(super) fn end(
+        &mut self,
+        drive: &Drive,
+        ending: StopReason,
+        has_answered: bool,
+        stats: &RunStats,
+    ) -> usize {
         // A person who ends the leg during the dwell time does not undo the arrival.
-        let was_reached = drive.is_reached() && ending.is_chosen();
+        let was_there = drive.is_reached() && ending.is_chosen();
+        let was_reached = was_there && has_answered;
+        let is_there = was_there || ending == StopReason::AlreadyThere;
+        self.already_there += usize::from(is_there && !was_reached);
         let leg = Leg {
             target: drive.waypoint.target.map(|metres| round(metres, 1e6)),
             frames: stats.frames - drive.frames_before,
@@ -207,10 +220,15 @@ impl Legs {
     }
 
     /// Returns whether every target of the list and of the operator was reached, where no leg is
-    /// under way.
+    /// under way. At some of them, but not at all, the ball may have hung already.
     pub(super) fn all_reached(&self) -> bool {
+        self.reached > 0 && self.all_done()
+    }
+
+    /// As [`Self::all_reached`]; the ball may have hung at all of them.
+    pub(super) fn all_done(&self) -> bool {
         let is_complete = self.waiting.is_empty() && !self.is_cancelled;
-        is_complete && self.count() > 0 && self.reached == self.count()
+        is_complete && self.count() > 0 && self.reached + self.already_there == self.count()
     }
 
     /// Returns the legs that ended.
@@ -238,7 +256,7 @@ mod tests {
         let (mut legs, mut drive) = (Legs::new(&no_route()), drive(0));
         drive.waypoint.dwell_s = 2.0;
         drive.note_reached(1.0);
-        legs.end(&drive, ending, &RunStats::default());
+        legs.end(&drive, ending, true, &RunStats::default());
         legs.all_reached()
     }
 
@@ -251,7 +269,7 @@ mod tests {
             let begun = drive(stats.frames);
             stats.frames += number as u64;
             let ending = if number % 10 == 0 { StopReason::Stopped } else { StopReason::Reached };
-            assert_eq!(legs.end(&begun, ending, &stats), number);
+            assert_eq!(legs.end(&begun, ending, true, &stats), number);
         }
         assert!(!legs.all_reached());
         assert_eq!((legs.count(), legs.reached()), (ALL, ALL - ALL / 10));
@@ -266,7 +284,7 @@ mod tests {
         for number in 0..3000 {
             let missed = number == 1000;
             let ending = if missed { StopReason::Timeout } else { StopReason::Reached };
-            legs.end(&drive(0), ending, &RunStats::default());
+            legs.end(&drive(0), ending, true, &RunStats::default());
         }
         assert!(!legs.all_reached());
         assert!(legs.into_ended().into_kept().iter().all(|leg| leg.reached));

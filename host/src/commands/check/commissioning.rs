@@ -37,6 +37,9 @@ pub(super) struct RigLine {
     /// Its distance, full steps.
     steps: [f64; 3],
     faults: Vec<Fault>,
+    /// Doubt about the measured positions; left out where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    doubt: Option<String>,
     /// Faults that would look the same.
     alternatives: Vec<Vec<Fault>>,
     /// Turn of the camera's pose about the vertical beyond the faults, degrees.
@@ -157,6 +160,7 @@ impl RigLine {
             moved_mm: report.responses.map(|it| <[f64; 3]>::from(it.out.moved).map(micrometres)),
             steps: report.responses.map(|it| it.out.steps),
             faults: report.faults.clone(),
+            doubt: report.doubt.map(|doubt| doubt.to_string()),
             alternatives: report.alternatives.iter().map(Explanation::faults).collect(),
             yaw_deg: (report.yaw_deg * 10.0).round() / 10.0,
             cables,

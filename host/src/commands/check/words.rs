@@ -86,6 +86,9 @@ fn tell_alternatives(report: &Report) {
 }
 
 fn tell_verdict(report: &Report) {
+    if let Some(doubt) = &report.doubt {
+        tell!("fault: {}.", doubt.with_advice());
+    }
     let degrees = report.yaw_deg;
     if degrees.abs() >= WORTH_CALIBRATING_DEG && report.explanation.is_some() {
         tell!(

@@ -7,6 +7,7 @@ use plumb_cameras::record::Recording;
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::LinkError;
+use plumb_runtime::observer::RunEvent;
 use plumb_runtime::run::{ControlLoopError, Summary};
 
 use crate::commands::print::{is_quiet, note, tell};
@@ -130,9 +131,17 @@ impl Closed {
                 Some(_) => format!(". The board stands in the fault:{clear}"),
                 None => String::new(),
             };
+            let doubt = summary.events.iter().find_map(|record| match record.event {
+                RunEvent::Doubt(doubt) => Some(doubt),
+                _ => None,
+            });
+            let why = match doubt {
+                Some(doubt) => doubt.with_advice(),
+                None => COMPARE_BALL.to_owned(),
+            };
             return format!(
-                ". The ball was never seen: {COMPARE_BALL}; `plumb replay RECORDING --debug DIR` \
-                 shows each stage{clear}"
+                ". The ball was never seen: {why}; `plumb replay RECORDING --debug DIR` shows each \
+                 stage{clear}"
             );
         }
         let clear = if summary.ending.fault().is_some() { clear } else { String::new() };

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::frame::RgbdFrame;
 use crate::image::ColourImage;
-use crate::observation::BallObservation;
+use crate::observation::{BallObservation, TwoDepths};
 
 /// Reasons why a frame could not be searched (a frame without a ball is not an error).
 #[derive(Debug, Error)]
@@ -53,6 +53,24 @@ pub trait BallDetector {
         frame: &RgbdFrame,
     ) -> Result<(Option<BallObservation>, Vec<StageImage>), DetectError> {
         Ok((self.detect(frame)?, Vec::new()))
+    }
+
+    /// Returns the two depths of what looks like the ball in `frame` by its colours alone: they
+    /// tell why no ball was found. The default implementation knows none.
+    ///
+    /// # Errors
+    /// Returns an error if the frame could not be searched.
+    fn compare_depths(&self, _frame: &RgbdFrame) -> Result<Option<TwoDepths>, DetectError> {
+        Ok(None)
+    }
+
+    /// Returns whether `frame` shows another ball that looks about as much like one as `ball`. The
+    /// default implementation sees none.
+    ///
+    /// # Errors
+    /// Returns an error if the frame could not be searched.
+    fn has_rival(&self, _frame: &RgbdFrame, _ball: &BallObservation) -> Result<bool, DetectError> {
+        Ok(false)
     }
 
     /// Forgets where the ball was: the next frame is searched like a first one.

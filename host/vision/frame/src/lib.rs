@@ -46,7 +46,7 @@
 //!             let (u, v) = ((i % colour.width()) as f64, (i / colour.width()) as f64);
 //!             let circle = Circle::rough(u, v, 10.0);
 //!             let score = f64::from(brightness(pixel)) / 765.0;
-//!             BallObservation { stamp, circle, score, position: None }
+//!             BallObservation { stamp, circle, score, position: None, depths: None }
 //!         }))
 //!     }
 //! }

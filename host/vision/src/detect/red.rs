@@ -113,7 +113,7 @@ impl BallDetector for RedDetector {
         // The radius is the expected one, so that it gives no position without depth.
         let observation = || {
             let position = localise(&circle, frame, &self.camera);
-            BallObservation { stamp: frame.time(), circle, score, position }
+            BallObservation { stamp: frame.time(), circle, score, position, depths: None }
         };
         Ok((score >= self.parameters.min_difference).then(observation))
     }

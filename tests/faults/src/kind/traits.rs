@@ -58,8 +58,14 @@ const SLOW_LINK: &[Cause] = &[
 /// Causes of positions that do not come, or are refused for their age.
 const NO_POSITION: &[Cause] = &[Board(PositionLost)];
 /// Causes of positions that are wrong, or of a ball that does not go where it should.
-const WRONG_WAY: &[Cause] =
-    &[Board(BallOutside), Board(ErrorGrowing), Board(NotFollowing), Board(NoProgress), TRAVEL];
+const WRONG_WAY: &[Cause] = &[
+    Board(BallOutside),
+    Board(ErrorGrowing),
+    Board(NotFollowing),
+    Board(NoProgress),
+    TRAVEL,
+    Cause::Doubt,
+];
 /// Causes of a camera that repeats one picture: the positions end, or they are wrong while the
 /// motors turn slowly.
 const REPEATED: &[Cause] = &[

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use plumb_frame::detect::DetectError;
 use plumb_frame::frame::RgbdFrame;
-use plumb_frame::observation::{BallObservation, Gaussian3};
+use plumb_frame::observation::{BallObservation, Gaussian3, TwoDepths};
 use plumb_protocol::message::{Command, Reference};
 use plumb_protocol::units::{Covariance, Point};
 
@@ -13,6 +13,7 @@ use crate::link::{LinkView, Reply};
 use crate::observer::{EventRecord, FrameRecord};
 use crate::operator::{StopEvent, Submitted};
 use crate::run::ControlLoopError;
+use crate::run::plausibility::Sight;
 use crate::stop_reason::StopReason;
 use crate::targets::{Arrivals, MotionId};
 
@@ -116,6 +117,10 @@ pub(in crate::run) struct Picture {
     pub(in crate::run) frame: Arc<RgbdFrame>,
     /// The ball; `None` where it was not found.
     pub(in crate::run) ball: Option<BallObservation>,
+    /// The two depths of what looks like the ball by its colours, where no ball was found.
+    pub(in crate::run) rejected: Option<TwoDepths>,
+    /// Whether the frame shows another ball.
+    pub(in crate::run) has_rival: bool,
     /// Error of the detector, if it could not search the frame.
     pub(in crate::run) error: Option<DetectError>,
 }
@@ -124,6 +129,16 @@ impl Picture {
     /// Returns the ball's position and covariance; `None` if they are unknown.
     pub(super) fn position(&self) -> Option<Gaussian3> {
         self.ball.and_then(|ball| ball.position)
+    }
+
+    /// Returns what the picture says about the ball.
+    pub(super) fn sight(&self) -> Sight {
+        Sight {
+            position: self.position(),
+            depths: self.ball.and_then(|ball| ball.depths),
+            rejected: self.rejected,
+            has_rival: self.has_rival,
+        }
     }
 
     /// Returns the ball's position for the board; `None` if it is unknown.

@@ -1,6 +1,7 @@
 //! A run that tests play both sides of: camera, operator and board.
 
 mod cases;
+mod plausibility;
 mod sequences;
 mod table;
 
@@ -10,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::Image;
-use plumb_frame::observation::{BallObservation, Circle};
+use plumb_frame::observation::{BallObservation, Circle, TwoDepths};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{MotionLimits, Run as Repetition};
 use plumb_protocol::message::{State, Telemetry};
@@ -47,6 +48,12 @@ struct Bench {
     sender: TargetSender,
     /// Newest motion.
     motion: MotionId,
+    /// Motor positions in telemetry, Q4 steps.
+    motors: [i32; 3],
+    /// The two depths of the ball in pictures.
+    depths: Option<TwoDepths>,
+    /// Whether pictures show another ball.
+    has_rival: bool,
 }
 
 impl Bench {
@@ -70,11 +77,20 @@ impl Bench {
         let of_targets =
             TargetRules { motion: rules.clone(), workspace, max_speed: 0.1, radius: 0.01 };
         let is_operated = usage == TargetUse::Steering;
-        let settings = Settings { radius: 0.01, rules, timeout: 120.0, is_operated };
+        let settings = Settings {
+            radius: 0.01,
+            rules,
+            timeout: 120.0,
+            is_operated,
+            max_ball_speed: f64::INFINITY,
+            following_turn: Steps16(6400),
+        };
         let plan = has_path.then(|| plan.clone());
         let targets = TargetDrive::new(usage, of_targets);
+        let mut core = RunCore::new(settings, &route, plan, Some(targets));
+        core.plausibility.note_answer();
         Self {
-            core: RunCore::new(settings, &route, plan, Some(targets)),
+            core,
             now: 0.0,
             view: LinkView::default(),
             sent: Vec::new(),
@@ -83,6 +99,9 @@ impl Bench {
             number: 0,
             sender: target_channel().0,
             motion: MotionId::default(),
+            motors: [0; 3],
+            depths: None,
+            has_rival: false,
         }
     }
 
@@ -147,7 +166,7 @@ impl Bench {
             configuration: Some(1),
             target: about.then_some(1),
             sequence: Some(self.view.sequence),
-            motors: Default::default(),
+            motors: self.motors.map(Steps16),
             rates: Default::default(),
             error: Default::default(),
             filtered_error: Micrometres(1000),
@@ -167,10 +186,10 @@ impl Bench {
         let frame = RgbdFrame::new(self.now, colour, depth, intrinsics).unwrap();
         let circle = Circle { u: 0.0, v: 0.0, radius: 1.0, covariance: Matrix3::identity() };
         let position = Gaussian3 { mean: place.into(), covariance: Matrix3::identity() * 1e-6 };
-        let ball =
-            BallObservation { stamp: self.now, circle, score: 1.0, position: Some(position) };
-        let (frame, ball) = (Arc::new(frame), Some(ball));
-        self.step(Input::Picture(Picture { frame, ball, error: None }));
+        let (stamp, position, depths) = (self.now, Some(position), self.depths);
+        let ball = Some(BallObservation { stamp, circle, score: 1.0, position, depths });
+        let (frame, rejected, has_rival) = (Arc::new(frame), None, self.has_rival);
+        self.step(Input::Picture(Picture { frame, ball, rejected, has_rival, error: None }));
         self.step(Input::Board { view: self.view, reply: None });
     }
 

@@ -1,10 +1,13 @@
 //! The interface: factory, errors, trace and parameters.
 
-use super::{in_front_of_wall, usual_ball};
+use super::{ball_at, in_front_of_wall, usual_ball};
+use crate::camera::Intrinsics;
 use crate::detect::ball::ShapeDetector;
 use crate::detect::scene::{camera, wall};
 use crate::detect::shape::{ProposeParameters, SearchParameters, ShapeParameters};
 use crate::detect::{BallDetector, DetectorKind};
+use crate::frame::RgbdFrame;
+use crate::render::Scene;
 
 #[test]
 fn each_kind_makes_its_detector() {
@@ -81,4 +84,44 @@ fn the_search_goes_on_if_a_likely_place_is_not_the_ball() {
     let columns: Vec<f64> = search.candidates.iter().map(|place| place.start.u).collect();
     let is_refined = |column: f64| columns.iter().any(|u| (u - column).abs() < 10.0);
     assert!(is_refined(200.0) && is_refined(450.0), "{columns:?}");
+}
+
+/// Returns `frame` with its depth times `factor`.
+fn scaled(frame: &RgbdFrame, factor: f64) -> RgbdFrame {
+    let intrinsics = *frame.intrinsics();
+    let intrinsics = Intrinsics { depth_scale: intrinsics.depth_scale / factor, ..intrinsics };
+    let (colour, depth) = (frame.colour().clone(), frame.depth().clone());
+    RgbdFrame::new(frame.time(), colour, depth, intrinsics).unwrap()
+}
+
+#[test]
+fn depth_of_a_wrong_scale_differs_from_that_of_the_outline() {
+    let (scene, _) = in_front_of_wall(&usual_ball());
+    let frame = scene.frame(0.0).unwrap();
+    let radius = camera().ball_diameter / 2.0;
+    for factor in [0.5, 0.8, 0.9, 1.0, 1.1, 1.25, 2.0] {
+        let scaled_depth = (0.9 - radius) * factor + radius;
+        let (frame, mut detector) = (scaled(&frame, factor), ShapeDetector::new(&camera()));
+        let found = detector.detect(&frame).unwrap().and_then(|ball| ball.depths);
+        let depths = found.or(detector.compare_depths(&frame).unwrap()).unwrap();
+        assert!((depths.by_outline - 0.9).abs() < 0.015, "{factor}: {depths:?}");
+        assert!((depths.by_pixels - scaled_depth).abs() < 0.02, "{factor}: {depths:?}");
+    }
+}
+
+#[test]
+fn another_ball_is_a_rival() {
+    for has_depth in [true, false] {
+        let (mut scene, _) = in_front_of_wall(&usual_ball());
+        let rival = |scene: &Scene| {
+            let frame = scene.frame(0.0).unwrap();
+            let frame = if has_depth { frame } else { scaled(&frame, f64::INFINITY) };
+            let mut detector = ShapeDetector::new(&camera());
+            let ball = detector.detect(&frame).unwrap().unwrap();
+            detector.has_rival(&frame, &ball).unwrap()
+        };
+        assert!(!rival(&scene));
+        scene.add(&ball_at(420.0, 260.0, 1.1));
+        assert!(rival(&scene), "{has_depth}");
+    }
 }

@@ -43,6 +43,10 @@ pub struct ColourFeatures {
 /// another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreeFitResidual {
+    /// Radius, pixels.
+    pub radius: f64,
+    /// Usual relative error of that radius: of the fit, and of blurred edges.
+    pub radius_error: f64,
     /// Squared error of the radius, over the usual variance.
     pub size: f64,
     /// Root of the mean squared residual, over the usual one.
@@ -105,7 +109,9 @@ impl FreeFitResidual {
         let size = (free.disc.radius / radius).ln() / parameters.size_error.hypot(error);
         let blur = parameters.rms_blur * (free.blur - parameters.sharp_blur).max(0.0);
         let usual = (parameters.rms + parameters.rms_relative * radius).hypot(blur);
-        Some(Self { size: size * size, rms: free.rms_residual / usual })
+        let rms = free.rms_residual / usual;
+        let size = size * size;
+        Some(Self { radius: free.disc.radius, radius_error: error, size, rms })
     }
 }
 
