@@ -43,7 +43,7 @@ impl Plausibility {
     pub(super) fn new(max_speed: f64, turn: i32) -> Self {
         Self {
             depths: DepthComparison::default(),
-            jumps: JumpDetector::new(max_speed),
+            jumps: JumpDetector { max_speed, turn, ..JumpDetector::default() },
             jump: None,
             response: MotorResponse { turn, ..MotorResponse::default() },
             rivals: 0,
@@ -63,7 +63,7 @@ impl Plausibility {
             if let Some(motors) = motors {
                 self.response.update(motors, &position);
             }
-            if let Some(distance) = self.jumps.update(time, position) {
+            if let Some(distance) = self.jumps.update(Seen { time, position, motors }) {
                 self.jump = Some(Doubt::Jump(distance));
                 // What stands there now has answered no motor.
                 self.response.restart();
@@ -118,76 +118,105 @@ const STAY_S: f64 = 0.5;
 const STAY_PICTURES: u32 = 5;
 
 /// Detector of a ball that jumps farther than the cables can move it, and stays there.
-#[derive(Debug)]
+///
+/// Pictures that stand still for a while and then go on are no jump: the motors have turned in the
+/// meantime.
+#[derive(Debug, Default)]
 struct JumpDetector {
     /// Largest speed of the ball, m/s.
     max_speed: f64,
+    /// Turn of a motor that a ball on the cables answers, Q4 steps.
+    turn: i32,
     /// Last position that the cables can have moved the ball to.
     last: Option<Seen>,
+    /// First of the positions at which the ball stands still.
+    still: Option<Seen>,
     /// Positions since the ball has jumped.
     away: Option<Away>,
 }
 
-/// A position, and when the picture was taken.
+/// A position, when the picture was taken, and the newest motor positions then, Q4 steps.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     time: f64,
     position: Gaussian3,
+    motors: Option<[i32; 3]>,
+}
+
+impl Seen {
+    /// Returns the distance between two positions, metres.
+    fn distance(&self, other: &Self) -> f64 {
+        (self.position.mean - other.position.mean).norm()
+    }
+
+    /// Returns the farthest turn of a motor between two positions, Q4 steps.
+    fn turned(&self, other: &Self) -> i32 {
+        let motors = self.motors.into_iter().flatten().zip(other.motors.into_iter().flatten());
+        motors.map(|(from, to)| (to - from).abs()).max().unwrap_or_default()
+    }
+
+    /// Returns whether a ball of at most `max_speed` can have moved from here to the other place in
+    /// this time, seconds.
+    fn reaches(&self, other: &Self, max_speed: f64, time: f64) -> bool {
+        let moved = other.position.mean - self.position.mean;
+        let covariance = self.position.covariance + other.position.covariance;
+        let direction = moved.try_normalize(1e-9).unwrap_or_else(Vector3::zeros);
+        let noise = SIGMAS * direction.dot(&(covariance * direction)).max(0.0).sqrt();
+        moved.norm() <= max_speed * time.max(0.0) + SWING_M + noise
+    }
 }
 
 /// Positions after a jump.
 #[derive(Debug, Clone, Copy)]
 struct Away {
-    since: f64,
+    first: Seen,
     distance: f64,
     pictures: u32,
     last: Seen,
 }
 
 impl JumpDetector {
-    fn new(max_speed: f64) -> Self {
-        Self { max_speed, last: None, away: None }
+    /// Takes in a position. Returns the distance of a jump after which the ball has stayed.
+    fn update(&mut self, seen: Seen) -> Option<f64> {
+        let reaches = |from: &Seen| from.reaches(&seen, self.max_speed, seen.time - from.time);
+        let jump = match (&mut self.away, self.last) {
+            (Some(away), _) if reaches(&away.last) => {
+                (away.last, away.pictures) = (seen, away.pictures + 1);
+                let has_stayed =
+                    away.pictures >= STAY_PICTURES && seen.time - away.first.time >= STAY_S;
+                if !has_stayed && !self.stood_still() {
+                    return None;
+                }
+                self.away.filter(|_| has_stayed).map(|away| away.distance)
+            }
+            (_, Some(last)) if !reaches(&last) => {
+                let distance = last.distance(&seen);
+                self.away = Some(Away { first: seen, distance, pictures: 1, last: seen });
+                return None;
+            }
+            _ => None,
+        };
+        (self.last, self.away) = (Some(seen), None);
+        if self.still.is_none_or(|still| still.distance(&seen) > ANSWER_M) {
+            self.still = Some(seen);
+        }
+        jump
     }
 
-    /// Takes in a position. Returns the distance of a jump after which the ball has stayed.
-    fn update(&mut self, time: f64, position: Gaussian3) -> Option<f64> {
-        let seen = Seen { time, position };
-        let Some(last) = self.last else {
-            self.last = Some(seen);
-            return None;
-        };
-        if let Some(away) = &mut self.away
-            && Self::reaches(self.max_speed, &away.last, &seen)
-        {
-            (away.last, away.pictures) = (seen, away.pictures + 1);
-            let has_stayed = away.pictures >= STAY_PICTURES && time - away.since >= STAY_S;
-            let jump = has_stayed.then_some(away.distance);
-            if has_stayed {
-                (self.last, self.away) = (Some(seen), None);
-            }
-            return jump;
-        }
-        if Self::reaches(self.max_speed, &last, &seen) {
-            (self.last, self.away) = (Some(seen), None);
-        } else {
-            let distance = (position.mean - last.position.mean).norm();
-            self.away = Some(Away { since: time, distance, pictures: 1, last: seen });
-        }
-        None
+    /// Returns whether the motors have turned while the ball stood still before its jump, so that
+    /// it can be where it is now. The motor positions are those of the picture after the jump: they
+    /// may come later than the first one, and those of later ones answer the jump.
+    fn stood_still(&self) -> bool {
+        let (Some(still), Some(away)) = (self.still, self.away) else { return false };
+        let time = away.first.time - still.time;
+        away.pictures == 2
+            && 2 * still.turned(&away.last) >= self.turn
+            && still.reaches(&away.first, self.max_speed, time)
     }
 
     /// Returns whether the last position is one after a jump.
     fn is_in_doubt(&self) -> bool {
         self.away.is_some()
-    }
-
-    /// Returns whether a ball of at most `max_speed` can have moved from one place to the other.
-    fn reaches(max_speed: f64, from: &Seen, to: &Seen) -> bool {
-        let moved = to.position.mean - from.position.mean;
-        let covariance = from.position.covariance + to.position.covariance;
-        let direction = moved.try_normalize(1e-9).unwrap_or_else(Vector3::zeros);
-        let noise = SIGMAS * direction.dot(&(covariance * direction)).max(0.0).sqrt();
-        moved.norm() <= max_speed * (to.time - from.time).max(0.0) + SWING_M + noise
     }
 }
 

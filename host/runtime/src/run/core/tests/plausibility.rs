@@ -128,6 +128,26 @@ fn a_ball_that_the_motors_move_has_not_jumped() {
     }
 }
 
+/// A camera that repeats its last picture for a while, or an emulated rig that stood still.
+#[test]
+fn pictures_that_stood_still_while_the_motors_turned_are_no_jump() {
+    for (turned, is_jump) in [(TURN + 400, false), (TURN / 4, true)] {
+        let mut bench = run(TargetUse::Steering);
+        answer(&mut bench);
+        let motors = bench.motors;
+        for _ in 0..8 {
+            look(&mut bench, State::Seeking, 0.005);
+        }
+        for round in 0..ROUNDS {
+            // The news of the motors comes one picture later.
+            let turned = if round == 0 { 0 } else { turned };
+            bench.motors = motors.map(|at| at + turned);
+            look(&mut bench, State::Seeking, 0.125);
+        }
+        assert_eq!(!outcome(&bench).1.is_empty(), is_jump, "{turned}");
+    }
+}
+
 #[test]
 fn a_ball_that_hangs_at_its_target_is_already_there() {
     for usage in [TargetUse::Steering, TargetUse::Goal] {
