@@ -5,13 +5,12 @@
 //! - [`quantity`]: numbers with a range and a unit; [`digit_groups`]: numbers with signs between
 //!   their thousands; [`any_case`](mod@any_case): names in any case;
 //!   [`misspelt`]: the name that a misspelt one means;
-//!   [`word_values`]: truth values in other words, and pins by their names;
 //!   [`reference`](mod@reference): the keys of a file, from its reference page in the book.
 //! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
 //!   records are whole, also where the disk is full.
 //! - [`book`]: pages of the book in messages.
-//! - [`error_chain`]: the message of an error with its causes; [`type_words`]: types in messages of
-//!   `serde`, in words; [`escape`]: texts of others without control characters.
+//! - [`error_chain`]: the message of an error with its causes; [`escape`]: texts of others without
+//!   control characters.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -27,6 +26,4 @@ pub mod quantity;
 pub mod reference;
 pub mod toml_file;
 pub mod toml_text;
-pub mod type_words;
 pub mod whole_writes;
-pub mod word_values;

@@ -23,11 +23,22 @@ impl BoardFault {
         matches!(self.cause, Some(FaultCause::LateHost { .. }))
     }
 
-    /// Returns whether the motor positions are not to be trusted: the [`advice`](Self::advice) asks
-    /// for `plumb home`.
+    /// Returns whether the motor positions are not to be trusted: the motors may have turned without
+    /// a count, or the board has begun to count anew.
     pub fn asks_for_home(&self) -> bool {
-        // The advice of Travel names it for cables that were wound anew.
-        !matches!(self.fault, Fault::Travel(_)) && self.advice().contains("`plumb home`")
+        match self.fault {
+            Fault::EmergencyStop | Fault::Watchdog => true,
+            Fault::Driver(fault) => matches!(
+                fault,
+                DriverFault::Hat
+                    | DriverFault::Silent(_)
+                    | DriverFault::Reset(_)
+                    | DriverFault::Undervoltage(_)
+                    | DriverFault::Overtemperature(_)
+                    | DriverFault::Short(_)
+            ),
+            _ => false,
+        }
     }
 
     /// Returns what to do next, in words for people.
@@ -263,10 +274,15 @@ mod tests {
             (Fault::EmergencyStop, true),
             (Fault::Watchdog, true),
             (Fault::Driver(DriverFault::Hat), true),
+            (Fault::Driver(DriverFault::BadReplies(1)), false),
+            (Fault::Driver(DriverFault::Reset(1)), true),
             (Fault::Travel(0), false),
             (Fault::ErrorGrowing, false),
         ] {
             assert_eq!(BoardFault::from(fault).asks_for_home(), is_lost, "{fault}");
+            // The advice of Travel names it for cables that were wound anew.
+            let names_it = after_fault(fault).contains("`plumb home`");
+            assert_eq!(names_it, is_lost || fault == Fault::Travel(0), "{fault}");
         }
     }
 }

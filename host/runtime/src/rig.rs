@@ -135,7 +135,7 @@ impl Rig {
                 found: "a camera file",
                 wanted: "the rig file",
             },
-            false => advised(error, text),
+            false => with_allowed(error, text),
         })?;
         if let Some(folder) = path.parent() {
             rig.camera.relative_to(folder);
@@ -260,15 +260,12 @@ impl Rig {
     }
 }
 
-/// Returns the error of a rig file with this text, in the words of its check.
-fn advised(error: TomlFileError, text: &str) -> TomlFileError {
+/// Returns the error of a rig file with this text, with what is allowed.
+fn with_allowed(error: TomlFileError, text: &str) -> TomlFileError {
     match error {
-        TomlFileError::Content { path, line, key, message } => {
-            let (key, message) = match check::explanation(&path, text, line) {
-                Some(explanation) => (String::new(), explanation),
-                None => (key, message),
-            };
-            TomlFileError::Content { path, line, key, message }
+        TomlFileError::Content { path, mistake, .. } => {
+            let allowed = check::allowed(&path, text, &mistake);
+            TomlFileError::Content { path, mistake, allowed }
         }
         other => other,
     }

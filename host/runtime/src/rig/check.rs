@@ -1,9 +1,7 @@
 //! Check of a rig file and its camera file without a board: every mistake at once, as a finding.
 
-mod advice;
 mod board;
 mod camera;
-mod example;
 pub(super) mod size;
 mod targets;
 #[cfg(test)]
@@ -19,7 +17,7 @@ use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::reference::{Key, keys};
-use plumb_config::toml_file::{MAX_BYTES, Mistake, diagnose, place};
+use plumb_config::toml_file::{Kind, MAX_BYTES, Mistake, diagnose, place};
 use plumb_frame::camera::Camera;
 use plumb_frame::source::BoxedError;
 use plumb_protocol::message::Refusal;
@@ -47,11 +45,8 @@ pub struct SimulationMistake {
 /// Values with which the check goes on where the file has a mistake.
 const PLACEHOLDERS: &str = include_str!("check/placeholders.toml");
 
-/// What follows one mistake of syntax, and several.
-const HIDDEN: [&str; 2] = [
-    ". Other mistakes show when this one is mended",
-    ". Other mistakes show when these are mended",
-];
+/// What follows a mistake of syntax.
+const HIDDEN: &str = "; other mistakes show when the syntax is right";
 
 /// Checks the rig file at `path`, and the camera file that it names.
 ///
@@ -129,8 +124,7 @@ pub(crate) fn check_text(
     let diagnosis = diagnose::<Rig>(text, PLACEHOLDERS);
     let mut findings = document.mistakes(&diagnosis.mistakes);
     let Some(mut rig) = diagnosis.contents else { return (findings, None) };
-    let mistaken = diagnosis.mistakes.into_iter().map(|mistake| mistake.key);
-    let wrong: Vec<String> = mistaken.chain(diagnosis.meant).collect();
+    let wrong: Vec<String> = diagnosis.mistakes.into_iter().map(|mistake| mistake.key).collect();
     let mut more = values(&document, &rig, board);
     if let Some(folder) = path.parent() {
         rig.camera.relative_to(folder);
@@ -154,12 +148,9 @@ pub(crate) fn check_text(
     (findings, camera)
 }
 
-/// Returns what is wrong in the line `line` of the rig file at `path`, with its key, and what is
-/// allowed there; `None` where that line has no mistake.
-pub(super) fn explanation(path: &Path, text: &str, line: usize) -> Option<String> {
-    let mistakes = diagnose::<Rig>(text, PLACEHOLDERS).mistakes;
-    let mistake = mistakes.iter().find(|it| it.line == Some(line))?;
-    Some(Document::new(path, text, REFERENCE).mistake(mistake).explanation())
+/// Returns what is allowed in place of a mistake in a rig file.
+pub(super) fn allowed(path: &Path, text: &str, mistake: &Mistake) -> String {
+    Document::new(path, text, REFERENCE).mistake(mistake).allowed
 }
 
 /// Returns whether `key` is one of `wrong`, or in a table of them, or has one of them in it.
@@ -328,69 +319,31 @@ impl<'a> Document<'a> {
     /// Returns the errors of all mistakes in the text. The last one says where others are hidden.
     fn mistakes(&self, mistakes: &[Mistake]) -> Vec<Finding> {
         let mut findings: Vec<Finding> = mistakes.iter().map(|it| self.mistake(it)).collect();
-        if let (Some(last), true) = (findings.last_mut(), mistakes.iter().any(|it| it.hides_others))
-        {
-            let end = if last.allowed.is_empty() { &mut last.problem } else { &mut last.allowed };
-            end.push_str(match mistakes.len() {
-                1 => HIDDEN[0],
-                _ => HIDDEN[1],
-            });
+        let hides_others = mistakes.iter().any(|mistake| mistake.kind == Kind::Syntax);
+        if let Some(last) = findings.last_mut().filter(|_| hides_others) {
+            last.problem.push_str(HIDDEN);
         }
         findings
     }
 
     /// Returns the error of a mistake in the text.
     fn mistake(&self, mistake: &Mistake) -> Finding {
-        let key = &mistake.key;
-        let named = !key.is_empty();
-        // The keys of a table contradict each other: its header is no value, nor its name there.
-        let is_header = mistake.value == format!("[{key}]")
-            || mistake.message.starts_with("wanted exactly") && key.ends_with(&mistake.value);
-        let value = if is_header { String::new() } else { mistake.value.clone() };
-        // The message of a number names its range, after the number itself.
-        let range = mistake.message.split_once(" must be ");
-        let range = range.filter(|(number, _)| number.parse::<f64>().is_ok());
-        let range = range.map(|(_, range)| format!("must be {range}"));
-        let number = self.number(key, &value);
-        let problem = self.advice(mistake).or(range);
-        // That of an unknown name lists the known ones.
-        let has_names = mistake.message.starts_with("unknown variant");
-        let range = self.key(key).map(|key| key.range.as_str()).filter(|range| !range.is_empty());
-        let has_range = has_names || range.is_some_and(|range| mistake.message.contains(range));
-        let allowed = self.allowed(key).filter(|_| !is_header && !has_range && problem.is_none());
+        let Mistake { line, key, value, kind, .. } = mistake;
+        let is_of_table = *kind == Kind::Wrong && value.is_empty();
+        let allowed = self.allowed(key).filter(|_| *kind != Kind::Unknown && !is_of_table);
         Finding {
             severity: Severity::Error,
             file: self.path.to_owned(),
-            line: mistake.line,
-            values: named.then(|| (key.clone(), value)).into_iter().collect(),
-            problem: problem.or(number).unwrap_or_else(|| mistake.message.clone()),
+            line: Some(*line),
+            values: (!key.is_empty()).then(|| (key.clone(), value.clone())).into_iter().collect(),
+            problem: mistake.problem(),
             allowed: allowed.unwrap_or_default(),
         }
-    }
-
-    /// Returns what is wrong with a word in the place of a number, or with text that begins with
-    /// one; `None` for other values.
-    fn number(&self, key: &str, value: &str) -> Option<String> {
-        let is_quoted_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
-        let problem = if value.starts_with(|c: char| c.is_ascii_alphabetic()) {
-            "must be a number"
-        } else if value.strip_prefix(['"', '\'']).is_some_and(is_quoted_number) {
-            "must be a number alone, without quotes, a unit or a fraction"
-        } else {
-            return None;
-        };
-        self.is_number(key).then(|| problem.to_owned())
     }
 
     /// Returns the description of a key in the reference page; `None` for an unknown key.
     fn key(&self, name: &str) -> Option<&Key> {
         self.keys.iter().find(|key| key.name == name)
-    }
-
-    /// Returns whether a key takes a number and nothing else.
-    fn is_number(&self, name: &str) -> bool {
-        self.key(name)
-            .is_some_and(|key| key.value.parse::<f64>().is_ok() && !key.range.contains('"'))
     }
 
     /// Returns the range of a key with an example; `None` for an unknown key.
@@ -407,7 +360,7 @@ impl<'a> Document<'a> {
         let range = if key.range.is_empty() { &key.meaning } else { &key.range };
         let example = match key.value.as_str() {
             "" => String::new(),
-            value => self.example(name, value),
+            value => format!(", for example {value}"),
         };
         Some(format!("{range}{unit}{example}"))
     }

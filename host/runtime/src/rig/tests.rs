@@ -82,7 +82,7 @@ fn names_of_drivers_and_boards_are_read_in_any_case() {
         Rig::parse(Path::new("rig.toml"), &text).unwrap_err().to_string()
     };
     let unknown = error("\"a4988\"", "\"TMC2208\"");
-    assert!(unknown.contains("`TMC2208`") && unknown.contains("`tmc2209`?"), "{unknown}");
+    assert!(unknown.contains("`TMC2208`") && unknown.contains("`tmc2209`"), "{unknown}");
     let key = error("\"a4988\"", "{ COILS = { duty = 0.5 } }");
     assert!(key.contains("`COILS`"), "{key}");
     let kind = error("[board]", &named("PICO3"));

@@ -6,7 +6,6 @@ use std::str::FromStr;
 
 use nalgebra::{Point3, Vector3};
 use plumb_cameras::stream::{AddressError, StreamAddress};
-use plumb_config::type_words::in_words;
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -118,14 +117,13 @@ impl TargetLine {
 fn without_line(error: &serde_json::Error) -> String {
     let text = error.to_string();
     // At the end of a text that is cut off, the place is in the next line.
-    let text = match text.split_once(" at line ") {
+    match text.split_once(" at line ") {
         Some((what, place)) => match place.strip_prefix("1 column ") {
             Some(column) => format!("{what} at column {column}"),
             None => format!("{what}: the line is cut off"),
         },
         None => text,
-    };
-    in_words(&text)
+    }
 }
 
 fn check(key: &'static str, unit: &'static str, values: [f64; 3]) -> Result<(), LineMistake> {

@@ -1,8 +1,5 @@
 //! Targets of a rig file: places where the ball cannot be, or may be stopped.
 
-use plumb_config::quantity::Coordinate;
-use plumb_config::toml_file::wrong_items;
-
 use super::size::motors_key;
 use super::{Document, Finding, Severity};
 use crate::rig::{MotionError, Rig, WrongTarget};
@@ -34,24 +31,6 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
         }
     };
     rig.wrong_targets().into_iter().map(error).collect()
-}
-
-/// Returns what is wrong with the places of `list`, as the file has it, each by its number; `None`
-/// for a list of one place, and where every place can be read.
-pub(super) fn unreadable(list: &str) -> Option<String> {
-    let wrong = wrong_items::<[Coordinate; 3]>(list);
-    let wrong: Vec<_> = wrong.iter().filter(|item| item.value.starts_with('[')).collect();
-    let described = wrong.iter().map(|item| {
-        // The message of a number begins with it.
-        let (number, range) = item.message.split_once(" must be ").unwrap_or_default();
-        match number.parse::<f64>() {
-            Ok(_) => format!("target {}, {}, must be {range}", item.number, item.value),
-            Err(_) => format!("target {}, {}: {}", item.number, item.value, item.message),
-        }
-    });
-    let described = described.collect::<Vec<_>>().join("; ");
-    (list.matches('[').count() > 2 && !wrong.is_empty())
-        .then(|| format!("has a wrong place: {described}"))
 }
 
 /// Returns the error of a rig where the ball can be at no place, so that every target is wrong.

@@ -1,0 +1,125 @@
+//! Mistake in a file: its line, key and value, and what is wrong with it.
+
+use std::fmt;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Error};
+
+use super::{KeyPath, find, key_at, line_at};
+use crate::bounded_read::excerpt;
+
+/// Mistake in a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mistake {
+    /// Number of the line, from 1. Of a missing key it is the first line of its table, of a missing
+    /// table the last line of the file.
+    pub line: usize,
+    /// The key with its tables, `intrinsics.fx`; empty where it is not known.
+    pub key: String,
+    /// The value as it is written; empty for a table, and for a missing or unknown key.
+    pub value: String,
+    /// Kind of the mistake.
+    pub kind: Kind,
+    /// Description of the crate `toml`, or of the type of the value.
+    pub message: String,
+}
+
+/// Kind of a mistake.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The text is no TOML: the rest of the file is not read.
+    Syntax,
+    /// The file has no such key.
+    Unknown,
+    /// A key that the file must have is not there.
+    Missing,
+    /// The value is of another type, or out of its range.
+    Wrong,
+}
+
+impl Mistake {
+    /// Returns the key with its tables, outermost first.
+    pub(super) fn path(&self) -> KeyPath {
+        self.key.split('.').map(str::to_owned).collect()
+    }
+
+    /// Returns what is wrong with the key, or with the line where the key is not known.
+    pub fn problem(&self) -> String {
+        match self.kind {
+            Kind::Missing => "is missing".to_owned(),
+            _ if self.key.is_empty() => self.message.clone(),
+            _ => format!("is wrong: {}", self.message),
+        }
+    }
+
+    /// Returns the mistake of an error of syntax; `table` is what could be read.
+    pub(super) fn of_syntax(text: &str, table: &DeTable<'_>, error: &Error) -> Self {
+        let span = error.span().unwrap_or_default();
+        let line = line_at(text, span.start);
+        let written = excerpt(text.lines().nth(line - 1).unwrap_or_default().trim());
+        let key = key_at(table, &span);
+        let is_value = |it: &&Spanned<DeValue<'_>>| !matches!(it.get_ref(), DeValue::Table(_));
+        let has_value = find(table, &key).filter(is_value).is_some();
+        Self {
+            line,
+            key: if has_value { key.join(".") } else { String::new() },
+            value: String::new(),
+            kind: Kind::Syntax,
+            message: format!("{}: {written}", one_line(error.message())),
+        }
+    }
+
+    /// Returns the mistake of a value of `table`, or of a key.
+    pub(super) fn of_value(text: &str, table: &DeTable<'_>, error: &Error) -> Self {
+        // A table that is missing in the file has no span, or that of the file's first byte.
+        let span = error.span().filter(|span| !span.is_empty());
+        let around = span.as_ref().map(|span| key_at(table, span)).unwrap_or_default();
+        let (kind, path) = classify(error, around);
+        let place = span.map_or(text.trim_end().len(), |span| span.start);
+        Self {
+            line: line_at(text, place),
+            key: path.join("."),
+            value: written(text, table, kind, &path),
+            kind,
+            message: one_line(error.message()),
+        }
+    }
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { key, value, .. } = self;
+        match (key.as_str(), value.as_str()) {
+            ("", _) => {}
+            (_, "") => write!(f, "`{key}` ")?,
+            _ => write!(f, "`{key} = {value}` ")?,
+        }
+        f.write_str(&self.problem())
+    }
+}
+
+/// Returns the kind of a mistake and the whole path of its key, where `path` is the innermost key
+/// around the place of the error. The crate `serde` tells both by the beginning of its messages.
+fn classify(error: &Error, mut path: KeyPath) -> (Kind, KeyPath) {
+    let message = error.message();
+    if message.starts_with("unknown field") || message.starts_with("unexpected keys") {
+        return (Kind::Unknown, path);
+    }
+    if let Some(field) = message.strip_prefix("missing field `") {
+        path.push(field.trim_end_matches('`').to_owned());
+        return (Kind::Missing, path);
+    }
+    (Kind::Wrong, path)
+}
+
+/// Returns the text of a wrong value; nothing for a table.
+fn written(text: &str, table: &DeTable<'_>, kind: Kind, path: &KeyPath) -> String {
+    let is_value = |it: &&Spanned<DeValue<'_>>| !matches!(it.get_ref(), DeValue::Table(_));
+    let value = find(table, path).filter(is_value).filter(|_| kind == Kind::Wrong);
+    value.and_then(|value| text.get(value.span())).unwrap_or_default().to_owned()
+}
+
+/// Returns a message in one line.
+fn one_line(message: &str) -> String {
+    message.replace('\n', " ")
+}
