@@ -7,20 +7,14 @@
 //! number of faults that explains them ([`Report::of`]). It needs no model of the rig; the rough
 //! size in the rig file makes it more exact.
 //!
-//! Then one motor turns to and fro, and the swing of the ball tells whether the cables are stiff
-//! ([`Measurement`]).
-//!
 //! The board receives jogs only, no positions and no targets: the pose may be wrong.
 
 mod correction;
 mod examination;
 mod explanation;
 mod fault;
-mod mode;
 mod report;
 mod response;
-mod stiffness;
-mod swing;
 #[cfg(test)]
 mod tests;
 
@@ -39,7 +33,6 @@ pub use explanation::{Explanation, Frame, Sector, Sectors, Wiring};
 pub use fault::{Fault, Output};
 pub use report::Report;
 pub use response::{Motion, Probe, Response};
-pub use swing::{COMMON_GAIN, Doubt, Measurement};
 
 /// Reason that an examination ended without a result. The motors stand or ramp down.
 #[derive(Debug, Error)]

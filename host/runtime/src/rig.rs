@@ -33,7 +33,6 @@ use quantity::Conversion;
 pub use self::board::{
     BoardName, BoardPort, BoardSettings, EnableName, EnableSetting, InvertedSettings, PinSettings,
 };
-pub(crate) use self::cables::STIFF_MEAN;
 pub use self::cables::{CableSettings, Stiffness};
 pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M};

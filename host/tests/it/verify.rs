@@ -83,7 +83,7 @@ fn a_family_by_its_vertices_is_decided_and_errors_are_located() {
     assert_eq!(json(&singular)["nonsingular"], false);
     for (text, named) in [
         ("vertices = []", "family.toml:1: "),
-        ("\nvertices = [[[1, 0], [0, 1]]]", "family.toml:2: in `vertices`"),
+        ("\nvertices = [[[1, 0], [0, 1]]]", "family.toml:2: `vertices = "),
         (
             "vertices = [[[1, 0, 0], [0, nan, 0], [0, 0, 1]]]",
             "has the entry NaN; entries are numbers of at most 1e9",

@@ -40,7 +40,6 @@ mod repeated_picture;
 mod reversals;
 mod silence;
 mod soak;
-mod stiffness;
 mod style;
 mod targets;
 mod tensions;

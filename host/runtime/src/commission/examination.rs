@@ -87,8 +87,7 @@ pub struct Examination<'a, 'p, T> {
 impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
     /// Examines `rig`, whose configured board is at the other end of `link`. The motors turn: by
     /// 60 mm of cable or a revolution at most, within `jog.max_distance` and the travel, at
-    /// `jog.max_rate`, and back. For the stiffness of the cables the board is configured without a
-    /// running mean, and then as `rig` says again.
+    /// `jog.max_rate`, and back.
     ///
     /// # Errors
     /// Where the ball is not seen or does not hang still, the board stops by itself, the link or
@@ -137,8 +136,7 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
             return Err(ExaminationError::EndOfFrames);
         };
         let report = Report::of(rig, place.median, responses);
-        let stiffness = self.measure_stiffness(rig, &report)?;
-        Ok(Report { stiffness, doubt: self.depths.doubt(), ..report })
+        Ok(Report { doubt: self.depths.doubt(), ..report })
     }
 
     /// Returns the place of the ball before the first jog.

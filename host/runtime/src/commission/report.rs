@@ -11,7 +11,6 @@ use super::explanation::{
 };
 use super::fault::{Fault, Output};
 use super::response::{Motion, Response};
-use super::swing::{self, Measurement};
 use crate::doubt::Doubt;
 use crate::rig::{Box3, Rig, Size};
 
@@ -46,14 +45,12 @@ pub struct Report {
     pub alternatives: Vec<Explanation>,
     /// Turn of the frame about the vertical beyond the explanation, degrees, counter-clockwise.
     pub yaw_deg: f64,
-    /// Stiffness of the cables.
-    pub stiffness: Measurement,
     /// Doubt about the measured positions.
     pub doubt: Option<Doubt>,
 }
 
 impl Report {
-    /// Returns what explains these responses of the rig, without a measured stiffness.
+    /// Returns what explains these responses of the rig.
     pub fn of(rig: &Rig, ball: Point3<f64>, responses: [Response; 3]) -> Self {
         let sectors = rig.size.as_ref().map_or_else(Sectors::unknown, Sectors::of);
         let is_inside = is_inside(&rig.workspace, &ball);
@@ -85,7 +82,6 @@ impl Report {
             faults: [mechanical, explained].concat(),
             alternatives: choice.alternatives,
             yaw_deg: yaw.to_degrees(),
-            stiffness: Measurement::Unknown(swing::Doubt::Fault),
             doubt: None,
         }
     }

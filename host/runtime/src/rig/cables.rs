@@ -7,7 +7,7 @@ use super::quantity::Mean;
 
 /// Longest span of the running mean of the law `taut` on stiff cables, seconds: the slowest period
 /// of a ball on cables of 800 N/m is 0.27 s on nine rigs of ten.
-pub(crate) const STIFF_MEAN: Mean = Mean::constant(0.25);
+const STIFF_MEAN: Mean = Mean::constant(0.25);
 
 /// The cables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]

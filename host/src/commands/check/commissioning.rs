@@ -7,11 +7,11 @@ use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::commission::{
-    Examination, ExaminationParts, Explanation, Fault, Measurement, Report, corrected,
+    Examination, ExaminationParts, Explanation, Fault, Report, corrected,
 };
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::observer::Observer;
-use plumb_runtime::rig::{Rig, Stiffness};
+use plumb_runtime::rig::Rig;
 use plumb_runtime::wakeups::{RealClock, WakeupCheck};
 use plumb_vision::camera::Camera;
 use serde::Serialize;
@@ -44,24 +44,12 @@ pub(super) struct RigLine {
     alternatives: Vec<Vec<Fault>>,
     /// Turn of the camera's pose about the vertical beyond the faults, degrees.
     yaw_deg: f64,
-    /// Stiffness of the cables.
-    cables: CablesLine,
     /// Whether the rig file was corrected.
     written: bool,
     /// Greatest lateness of the program's wake-ups before the jogs, milliseconds; left out with an
     /// emulated board.
     #[serde(skip_serializing_if = "Option::is_none")]
     latest_wakeup_ms: Option<f64>,
-}
-
-/// Stiffness of the cables, by measurement and by the rig file.
-#[derive(Serialize)]
-struct CablesLine {
-    measured: &'static str,
-    /// Slowest period of the ball, seconds; left out where no swing is measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    period_s: Option<f64>,
-    file: &'static str,
 }
 
 /// Examines the rig of the options.
@@ -88,10 +76,9 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
     let link = configured(file, &rig, &args.port, port)?;
     let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;
-    words::tell_report(&report, rig.cables.stiffness);
+    words::tell_report(&report);
     let written = offer_correction(args, &rig, &report)?;
-    let cables = CablesLine::new(&report.stiffness, rig.cables.stiffness);
-    Ok(RigLine::new(&report, cables, written, wakeups))
+    Ok(RigLine::new(&report, written, wakeups))
 }
 
 /// Measures how late the computer wakes this program, and prints it.
@@ -147,12 +134,7 @@ fn offer_correction(args: &Args, rig: &Rig, report: &Report) -> Result<bool, Fai
 }
 
 impl RigLine {
-    fn new(
-        report: &Report,
-        cables: CablesLine,
-        written: bool,
-        wakeups: Option<WakeupCheck>,
-    ) -> Self {
+    fn new(report: &Report, written: bool, wakeups: Option<WakeupCheck>) -> Self {
         let micrometres = |metres: f64| (metres * 1e6).round() / 1e3;
         Self {
             right: report.is_right(),
@@ -163,24 +145,8 @@ impl RigLine {
             doubt: report.doubt.map(|doubt| doubt.to_string()),
             alternatives: report.alternatives.iter().map(Explanation::faults).collect(),
             yaw_deg: (report.yaw_deg * 10.0).round() / 10.0,
-            cables,
             written,
             latest_wakeup_ms: wakeups.map(|it| it.latest.as_micros() as f64 / 1e3),
-        }
-    }
-}
-
-impl CablesLine {
-    fn new(measured: &Measurement, file: Stiffness) -> Self {
-        let period_s = match measured {
-            Measurement::Stiff { period_s } => *period_s,
-            Measurement::Soft { period_s } => Some(*period_s),
-            Measurement::Unknown(_) => None,
-        };
-        Self {
-            measured: measured.proposal().unwrap_or_default().name(),
-            period_s: period_s.map(|period| (period * 1e3).round() / 1e3),
-            file: file.name(),
         }
     }
 }
