@@ -1,12 +1,11 @@
 //! `plumb report`: one file about a rig, to attach to a question.
 //!
 //! ```text
-//! program, computer, board, rig file, run -> parts -> private words removed -> .tar.gz
+//! program, computer, board, rig file, run -> parts -> .tar.gz
 //! ```
 
 mod archive;
 mod parts;
-mod privacy;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,14 +19,12 @@ use super::rig_args::PortArgs;
 use super::rig_path::{RIG_VARIABLE, named, optional_rig_path};
 use super::{Failure, failed_because};
 use parts::Parts;
-use privacy::Privacy;
 
 /// Write one file to attach to a question: versions, board, rig file, camera file, the last run
 ///
-/// The names of this computer and of its user, the folders of paths, web addresses and the values
-/// of keys such as `token` are removed. Nothing moves, and nothing is sent: the command prints what
-/// is in the file. What is missing is named there and in it, with the reason. The first and the
-/// last picture of the run are in it: they show the room.
+/// The files are in it as they are: paths may have the name of a user, and the first and the last
+/// picture of the run show the room. Nothing moves, and nothing is sent: the command prints what is
+/// in the file. What is missing is named there and in it, with the reason.
 #[derive(Parser)]
 #[command(
     after_help = examples![
@@ -69,15 +66,13 @@ pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
     for missing in parts.missing() {
         note!("missing: {missing}");
     }
-    let parts = parts.finish(&Privacy::of_this_computer());
+    let parts = parts.finish();
     let packed = archive::pack(&parts).map_err(failed_because)?;
     let former = write_beside_former(&args.out, &packed)?;
     let file = args.out.display();
-    note!(
-        "{file} contains (names of this computer and its user, folders and addresses are removed):"
-    );
+    note!("{file} contains these files as they are:");
     for part in &parts {
-        note!("{:>9} bytes  {}: {}", part.bytes().len(), part.name, part.content);
+        note!("{:>9} bytes  {}: {}", part.bytes.len(), part.name, part.content);
     }
     if let Some(former) = former {
         note!("The former report is now {}", former.display());

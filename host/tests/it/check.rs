@@ -66,16 +66,8 @@ fn a_run_answers_a_mistake_in_the_words_of_the_check() {
             "targets = [0.4, 0.4, 0.15]",
             "`targets = [0.4, 0.4, 0.15]` is wrong: ",
         ),
-        (
-            "microsteps = 16",
-            "microsteps = \"16\"",
-            "`motors.microsteps = \"16\"` is wrong: ",
-        ),
-        (
-            "microsteps = 16",
-            "microsteps = [16]",
-            "; allowed: 1, 2, 4, 8, 16, for example 16",
-        ),
+        ("microsteps = 16", "microsteps = \"16\"", "`motors.microsteps = \"16\"` is wrong: "),
+        ("microsteps = 16", "microsteps = [16]", "; allowed: 1, 2, 4, 8, 16, for example 16"),
         (
             "max_rate = 400.0",
             "max_rat = 400.0",

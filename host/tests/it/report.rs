@@ -19,22 +19,16 @@ fn unpack(folder: &Path, file: &str) -> impl Fn(&str) -> Vec<u8> {
 }
 
 #[test]
-fn a_report_has_the_board_the_files_and_the_last_run_without_private_words() {
+fn a_report_has_the_board_the_files_and_the_last_run() {
     let folder = folder();
-    let private = "# of alice: /tmp/lab/rig.toml, http://10.0.0.7/?token=7\n";
-    let rig = rig_file(folder.path(), |text| private.to_owned() + &text);
+    let rig = rig_file(folder.path(), |text| text);
     for law in ["interval", "taut"] {
         let demo = plumb(&["demo", "--virtual-time", "--law", law], folder.path());
         assert_eq!(demo.status.code(), Some(0), "{}", stderr(&demo));
     }
-    fs::write(folder.path().join("plumb-selftest.json"), "{ \"token\": \"7\" }\n").unwrap();
+    fs::write(folder.path().join("plumb-selftest.json"), "{}\n").unwrap();
     let emulator = Emulator::start();
-    let output = Command::new(env!("CARGO_BIN_EXE_plumb"))
-        .args(["report", &rig, "--port", &emulator.port, "--json"])
-        .env("USER", "alice")
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
+    let output = plumb(&["report", &rig, "--port", &emulator.port, "--json"], folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let names = [
         "report.txt",
@@ -56,16 +50,11 @@ fn a_report_has_the_board_the_files_and_the_last_run_without_private_words() {
     let part = |name: &str| String::from_utf8_lossy(&bytes(name)).into_owned();
     for name in names {
         assert!(stderr(&output).contains(&format!("bytes  {name}: ")), "{}", stderr(&output));
-        for word in ["alice", "10.0.0.7", "token=7", "lab/rig", "\"7\""] {
-            assert!(!part(name).contains(word), "{name}: {word}");
-        }
     }
     assert!(part("report.txt").contains(&format!("plumb: {}\n", env!("CARGO_PKG_VERSION"))));
     let board: Value = serde_json::from_str(&part("board.json")).unwrap();
     assert!(board["firmware"]["release"].is_string() && board["state"].is_string(), "{board}");
-    let first = "# of USER: …/rig.toml, http://REMOVED\n";
-    let original = fs::read_to_string(&rig).unwrap();
-    assert_eq!(part("rig.toml"), original.replace(private, first));
+    assert_eq!(part("rig.toml"), fs::read_to_string(&rig).unwrap());
     // The newest run, not the first one.
     assert!(part("run/summary.json").contains("\"law\": \"taut\""));
     for file in ["run.csv", "figure4.svg"] {
@@ -98,7 +87,7 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     for reason in [
         "missing: board.json: /dev/plumb-no-such-port: ",
         "missing: selftest.json: there is no plumb-selftest.json, the results of `plumb board",
-        "missing: rig.toml has a mistake: …/rig.toml:",
+        &format!("missing: rig.toml has a mistake: {rig}:"),
         "missing: run: there is no run in runs",
     ] {
         assert!(text.contains(reason), "{reason}: {text}");

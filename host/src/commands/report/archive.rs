@@ -47,12 +47,12 @@ pub(super) fn pack(parts: &[Part]) -> io::Result<Vec<u8>> {
     let mut archive = Builder::new(GzEncoder::new(Vec::new(), Compression::default()));
     for part in parts {
         let mut header = Header::new_ustar();
-        header.set_size(part.bytes().len() as u64);
+        header.set_size(part.bytes.len() as u64);
         header.set_mode(0o644);
         header.set_uid(0);
         header.set_gid(0);
         header.set_mtime(0);
-        archive.append_data(&mut header, format!("{FOLDER}/{}", part.name), part.bytes())?;
+        archive.append_data(&mut header, format!("{FOLDER}/{}", part.name), &part.bytes)?;
     }
     archive.into_inner()?.finish()
 }

@@ -15,7 +15,6 @@ use plumb_runtime::rig::{BoardPort, Rig};
 use plumb_runtime::run_log::{FIRST_PICTURE, LAST_PICTURE};
 use serde_json::Value;
 
-use super::privacy::Privacy;
 use crate::commands::board::status_line;
 use crate::commands::print::note;
 use crate::commands::rig_args::PortArgs;
@@ -60,24 +59,7 @@ pub(super) struct Part {
     pub(super) name: &'static str,
     /// What it has, in words.
     pub(super) content: &'static str,
-    pub(super) body: Body,
-}
-
-/// Bytes of a part.
-pub(super) enum Body {
-    /// Text, which may have private words.
-    Text(String),
-    /// A picture, unchanged.
-    Picture(Vec<u8>),
-}
-
-impl Part {
-    pub(super) fn bytes(&self) -> &[u8] {
-        match &self.body {
-            Body::Text(text) => text.as_bytes(),
-            Body::Picture(bytes) => bytes,
-        }
-    }
+    pub(super) bytes: Vec<u8>,
 }
 
 /// Parts so far.
@@ -90,12 +72,13 @@ pub(super) struct Parts {
 
 impl Parts {
     fn add(&mut self, name: &'static str, content: &'static str, text: String) {
-        self.parts.push(Part { name, content, body: Body::Text(text) });
+        self.parts.push(Part { name, content, bytes: text.into_bytes() });
     }
 
     /// Adds a file, or the reason why it cannot be read.
     fn add_file(&mut self, name: &'static str, content: &'static str, file: &Path) {
         match read_text(file, MAX_BYTES) {
+            Ok(text) if name.ends_with(".csv") => self.add(name, content, last_rows(&text)),
             Ok(text) => self.add(name, content, text),
             Err(error) => self.miss(name, &Failure::from(error)),
         }
@@ -213,9 +196,7 @@ impl Parts {
         }
         for (file, name, content) in PICTURES.into_iter().filter(|(file, ..)| has(file)) {
             match read(&folder.join(file), MAX_BYTES) {
-                Ok(bytes) => {
-                    self.parts.push(Part { name, content, body: Body::Picture(bytes) });
-                }
+                Ok(bytes) => self.parts.push(Part { name, content, bytes }),
                 Err(error) => self.miss(name, &Failure::from(error)),
             }
         }
@@ -227,21 +208,11 @@ impl Parts {
         &self.missing
     }
 
-    /// Returns the parts of the report without private words, first the one about the program and
-    /// what is missing.
-    pub(super) fn finish(mut self, privacy: &Privacy) -> Vec<Part> {
-        for part in &mut self.parts {
-            let Body::Text(text) = &mut part.body else { continue };
-            *text = match part.name.rsplit('.').next() {
-                Some("csv") => privacy.without_names(&last_rows(text)),
-                // Their paths and addresses are those of the format.
-                Some("svg") => privacy.without_names(text),
-                _ => privacy.applied_to(text),
-            };
-        }
-        let text = privacy.applied_to(&escaped(&overview(&self.missing)));
+    /// Returns the parts of the report, first the one about the program and what is missing.
+    pub(super) fn finish(mut self) -> Vec<Part> {
+        let bytes = escaped(&overview(&self.missing)).into_bytes();
         let content = "versions, and what is missing";
-        self.parts.insert(0, Part { name: "report.txt", content, body: Body::Text(text) });
+        self.parts.insert(0, Part { name: "report.txt", content, bytes });
         self.parts
     }
 }
