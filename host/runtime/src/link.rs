@@ -38,7 +38,7 @@ use service::{JogUnderWay, RampDown};
 pub use commands::Reply;
 pub use error::{Damage, LinkError, other_port, windows_port};
 pub use evidence::LATE;
-pub use transport::{PortUser, PortUsers, Serial, Transport, boards, is_pseudo_terminal};
+pub use transport::{Serial, Transport, boards, is_pseudo_terminal};
 
 /// Timeout of a request. A board answers within this time even over a link that loses a quarter of
 /// the frames.

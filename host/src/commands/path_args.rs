@@ -1,8 +1,6 @@
 //! The path of `plumb run`: a file or a shape, its speed and its place.
 
 mod file_places;
-mod fitting_size;
-mod slowdown;
 
 use std::fmt;
 use std::path::Path;
@@ -25,8 +23,7 @@ use super::number_list::point;
 use super::print::note;
 use super::words::time_doubt;
 use super::{Failure, bad_input, numbers};
-use file_places::{FilePlaces, is_place};
-use fitting_size::explain_place;
+use file_places::FilePlaces;
 
 /// Speed along a path where none is given, m/s.
 const DEFAULT_SPEED: f64 = 0.05;
@@ -98,12 +95,10 @@ impl PathArgs {
         let Some(path) = &self.path else { return Ok(None) };
         let run = if is_loop { Run::Loop } else { Run::Once };
         let limits = self.limits(rig)?;
-        let mut shape = None;
         let (trajectory, file) = match path.parse() {
             Ok(kind) => {
                 self.check_effect(&Source::Shape(kind))?;
-                let shape = shape.insert(self.shape(kind, rig));
-                (shape.trajectory(&limits, run)?, FilePlaces::default())
+                (self.shape(kind, rig).trajectory(&limits, run)?, FilePlaces::default())
             }
             Err(_) if is_absent(path) && Path::new(path).extension().is_some() => {
                 return Err(bad_input(format!("--path: {path}: there is no such file")));
@@ -114,12 +109,9 @@ impl PathArgs {
             Err(_) => self.read(Path::new(path), &limits, run)?,
         };
         let plan = PathPlan::new(trajectory.clone(), !self.no_wait, rig).map_err(|error| {
-            bad_input(match (file.first_wrong(&rig.motion_rules()), &shape) {
-                (Some((line, mistake)), _) => format!("{path}:{line}: {mistake}"),
-                (None, Some(shape)) if is_place(&error) => {
-                    format!("{path}: {}", explain_place(&error, shape, (&limits, run), rig))
-                }
-                (None, _) => format!("{path}: {}", file.explain(&error, &trajectory, rig)),
+            bad_input(match file.first_wrong(&rig.motion_rules()) {
+                Some((line, mistake)) => format!("{path}:{line}: {mistake}"),
+                None => format!("{path}: {}", file.explain(&error, &trajectory, rig)),
             })
         })?;
         note_size(&trajectory, &file.times);

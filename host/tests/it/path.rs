@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::f64::consts::TAU;
 use std::fs;
-use std::path::Path;
 
 use crate::common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
 
@@ -73,7 +71,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("zigzag", &[], "'zigzag' is no shape"),
         ("circle", &["--size", "0.5"], "that is outside the workspace of the rig file"),
         ("circle", &["--centre", "0.2,0.2,0.3"], "outside the triangle of the motors"),
-        ("line", &["--centre", "2,2,2"], "its centre, [2.0000, 2.0000, 2.0000] m, is outside too"),
+        ("line", &["--centre", "2,2,2"], "that is outside the workspace of the rig file"),
         ("circle", &["--speed", "0.5"], "above 0.3 m/s, which is `path.max_speed` of"),
         ("circle", &["--tolerance", "0.01"], "--tolerance has no effect on the shape circle:"),
         ("square", &["--path-seed", "2"], "--path-seed has no effect on the shape square:"),
@@ -91,24 +89,22 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         assert!(stderr(&output).contains(named), "{path} {more:?}: {}", stderr(&output));
         assert!(!folder.path().join("run").exists(), "{path}: nothing was run");
     }
-    // The factor that the message names is enough.
+    // The factor that the message names is enough, where the times are not rounded.
     let run = |path: &str| {
         let run = ["run", &rig, "--port", "/dev/no-such-port", "--path", path];
         stderr(&plumb(&run, folder.path()))
     };
-    let text = run("fast.csv");
-    assert!(!text.contains("lower speed"), "it has no --speed: {text}");
     // Places of a tracker that has lost the ball in between: few moments are looked at between two.
     let tracked = |k: u32| (f64::from(k) / 30.0, 0.3 + 0.01 * f64::from(k * k % 7));
     for samples in [vec![(0.0, 0.3), (0.3, 0.4)], (0..40).map(tracked).collect()] {
         let file = |factor: f64| {
-            let line = |(t, z): &(f64, f64)| format!("{:.3},0.5,0.3,{z}\n", t * factor);
+            let line = |(t, z): &(f64, f64)| format!("{},0.5,0.3,{z}\n", t * factor);
             let lines: String = samples.iter().map(line).collect();
             fs::write(folder.path().join("slow.csv"), format!("t,x,y,z\n{lines}")).unwrap();
             run("slow.csv")
         };
         let text = file(1.0);
-        let factor = text.split("with all its times ").nth(1).unwrap().split(' ').next().unwrap();
+        let factor = text.split("all times must be ").nth(1).unwrap().split(' ').next().unwrap();
         let text = file(factor.parse().unwrap());
         assert!(text.contains("there is no such serial port"), "{factor} times: {text}");
     }
@@ -138,70 +134,4 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     let output = plumb(&["run", &rig, "--loop"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("--loop needs --path or --waypoints"), "{}", stderr(&output));
-}
-
-/// Runs along a path where no board is. Returns the message.
-fn message(folder: &Path, rig: &str, path: &[&str]) -> String {
-    let run = ["run", rig, "--port", "/dev/no-such-port", "--path"];
-    stderr(&plumb(&[&run, path].concat(), folder))
-}
-
-/// Returns the word of a message behind `before`.
-fn word<'a>(text: &'a str, before: &str) -> &'a str {
-    let rest = text.split_once(before).unwrap_or_else(|| panic!("{before}: {text}")).1;
-    rest.split(' ').next().unwrap()
-}
-
-#[test]
-fn the_size_that_is_named_is_the_largest_that_fits() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), patient);
-    for shape in [
-        &["circle"][..],
-        &["circle", "--upright", "--centre", "0.5,0.25,0.4"],
-        &["square", "--centre", "0.55,0.2,0.3"],
-        &["line", "--loop"],
-        &["eight", "--upright"],
-        &["spline"],
-    ] {
-        let with = |size: &str| {
-            message(folder.path(), &rig, &[shape, &["--size", size, "--speed", "0.01"]].concat())
-        };
-        let text = with("3");
-        let size = word(&text, "a --size of at most ");
-        let fits = with(size);
-        assert!(fits.contains("there is no such serial port"), "{shape:?}, {size}: {fits}");
-        let larger = with(&format!("{:.3}", size.parse::<f64>().unwrap() + 0.001));
-        assert!(larger.contains("is possible; or choose another --centre"), "{shape:?}: {larger}");
-    }
-}
-
-/// Rounding is 6 % of a step.
-#[test]
-fn the_factor_for_a_loop_with_many_rounded_times_is_enough() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), |text| patient(text) + "\n[path]\nmax_acceleration = 0.5\n");
-    let exact: Vec<f64> = (0..=600).map(|i| f64::from(i) / 60.0).collect();
-    let rounded: Vec<f64> = exact.iter().map(|time| (time * 1e3).round() / 1e3).collect();
-    let run = |times: &[f64], factor: f64, digits: usize| {
-        let turn = |i: usize| (i as f64 * TAU / 600.0).sin_cos();
-        let lines = (0..).zip(times).map(|(i, time)| {
-            let ((sin, cos), time) = (turn(i), time * factor);
-            format!("{time:.digits$},{:.6},{:.6},0.3\n", 0.55 + 0.12 * cos, 0.26 + 0.12 * sin)
-        });
-        let text = format!("t,x,y,z\n{}", lines.collect::<String>());
-        fs::write(folder.path().join("loop.csv"), text).unwrap();
-        message(folder.path(), &rig, &["loop.csv", "--loop"])
-    };
-    let text = run(&exact, 1.0, 3);
-    assert!(text.contains("its times are rounded: with more digits, or with all"), "{text}");
-    let factor = word(&text, "with all its times ").parse().unwrap();
-    for text in [
-        run(&exact, 1.0, 6),
-        run(&exact, factor, 3),
-        run(&rounded, factor, 3),
-        run(&rounded, factor, 6),
-    ] {
-        assert!(text.contains("there is no such serial port"), "{factor} times: {text}");
-    }
 }

@@ -8,7 +8,6 @@ use plumb_protocol::RELEASE;
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
 
-use super::transport::PortUsers;
 use crate::board_fault::after_fault;
 
 /// Frames that were damaged on the wire in the last two seconds.
@@ -56,12 +55,14 @@ pub enum LinkError {
         kind: &'static str,
     },
     /// Another program uses the port.
-    #[error("{port}: another program uses this serial port{users}")]
+    #[error(
+        "{port}: another program uses this serial port; `sudo fuser -v {port}` names it ({}, \"The \
+         port\")",
+        page("board")
+    )]
     Busy {
         /// Its path.
         port: String,
-        /// The programs.
-        users: PortUsers,
     },
     /// This user may not open the port.
     #[error(

@@ -1,14 +1,11 @@
-//! Transport of bytes between host and board, over a serial port here, and the programs that have
-//! the port open.
+//! Transport of bytes between host and board, over a serial port here.
 
-use std::ffi::OsStr;
+use std::fs;
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use std::{fmt, fs};
 
-use plumb_config::book::page;
 use serialport::{ClearBuffer, SerialPort, SerialPortInfo, SerialPortType, TTYPort};
 
 use super::LinkError;
@@ -113,7 +110,7 @@ fn open_error(name: &str, source: serialport::Error) -> LinkError {
         serialport::ErrorKind::Io(ErrorKind::NotFound) => LinkError::Absent { port },
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => LinkError::Permission { port },
         // The kind of a port that another program has locked (EBUSY, flock).
-        serialport::ErrorKind::NoDevice => LinkError::Busy { users: PortUsers::of(name), port },
+        serialport::ErrorKind::NoDevice => LinkError::Busy { port },
         _ => match other_kind(Path::new(name)) {
             Some(kind) => LinkError::NotAPort { port, kind },
             None if is_no_terminal(&source) => LinkError::NotAPort { port, kind: "another device" },
@@ -216,96 +213,6 @@ impl Serial {
     }
 }
 
-/// Folder of the running processes.
-const PROC: &str = "/proc";
-
-/// A process that has the port open.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct PortUser {
-    /// Number of the process.
-    pub pid: u32,
-    /// Name of its program, as the kernel keeps it: 15 bytes at most.
-    pub name: String,
-}
-
-/// Programs that have a port open, as far as this user may see. Displayed as the part of a message
-/// that names them and says what to do.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct PortUsers(Vec<PortUser>);
-
-impl PortUsers {
-    /// Finds the programs that have `port` open, without the one at the other end of a
-    /// pseudo-terminal. Those of other users are found by root only.
-    pub(super) fn of(port: &str) -> Self {
-        Self::within(Path::new(PROC), Path::new(port))
-    }
-
-    fn within(processes: &Path, port: &Path) -> Self {
-        let (Ok(entries), Ok(port)) = (fs::read_dir(processes), port.canonicalize()) else {
-            return Self::default();
-        };
-        let user = |folder: &Path| {
-            let pid = folder.file_name()?.to_str()?.parse().ok()?;
-            let files = || fs::read_dir(folder.join("fd")).ok().into_iter().flatten().flatten();
-            let is_port = |path: &Path| fs::read_link(path).is_ok_and(|target| target == port);
-            files().find(|file| is_port(&file.path()))?;
-            // An emulated board has both ends of its pseudo-terminal open.
-            if files().any(|file| is_other_end(folder, &file.file_name(), &port)) {
-                return None;
-            }
-            let name = fs::read_to_string(folder.join("comm")).unwrap_or_default();
-            Some(PortUser { pid, name: name.trim_end().to_owned() })
-        };
-        let mut users: Vec<_> = entries.flatten().filter_map(|entry| user(&entry.path())).collect();
-        users.sort();
-        Self(users)
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.0.iter().any(|user| user.name == name)
-    }
-}
-
-/// Returns whether the file `number` of the process `folder` is the other end of the
-/// pseudo-terminal `port`.
-fn is_other_end(folder: &Path, number: &OsStr, port: &Path) -> bool {
-    let Ok(index) = port.strip_prefix("/dev/pts") else { return false };
-    let target = fs::read_link(folder.join("fd").join(number)).unwrap_or_default();
-    let info = || fs::read_to_string(folder.join("fdinfo").join(number)).unwrap_or_default();
-    let is_index = |line: &str| {
-        line.strip_prefix("tty-index:").is_some_and(|it| Path::new(it.trim()) == index)
-    };
-    target.ends_with("ptmx") && info().lines().any(is_index)
-}
-
-impl fmt::Display for PortUsers {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_empty() {
-            return write!(
-                f,
-                ", of another user: `sudo fuser -v` with the port's name shows which. Close it; \
-                 ModemManager lets go by itself after some seconds, and leaves the board alone \
-                 where its udev rule is installed ({}, \"The port\")",
-                page("board")
-            );
-        }
-        let names: Vec<_> =
-            self.0.iter().map(|PortUser { pid, name }| format!("{name}, process {pid}")).collect();
-        write!(f, " ({})", names.join("; "))?;
-        if !self.has("ModemManager") {
-            f.write_str("; close it first")?;
-            let how = if self.has("plumb") { " (Ctrl-C there, or End on its page)" } else { "" };
-            return f.write_str(how);
-        }
-        write!(
-            f,
-            ": it asks whether the board is a modem. Wait some seconds, and install the board's \
-             udev rule ({}, \"The port\")",
-            page("board")
-        )
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
@@ -346,72 +253,5 @@ mod tests {
         fs::write(&file, "").unwrap();
         assert!(is_pseudo_terminal(&terminal));
         assert!(!is_pseudo_terminal(&file) && !is_pseudo_terminal(Path::new("/dev/null")));
-    }
-
-    /// Adds a process that has `file` open.
-    fn add(processes: &Path, pid: &str, name: &str, file: &Path) {
-        let folder = processes.join(pid);
-        fs::create_dir_all(folder.join("fd")).unwrap();
-        fs::write(folder.join("comm"), format!("{name}\n")).unwrap();
-        symlink("/dev/null", folder.join("fd/0")).unwrap();
-        symlink(file, folder.join("fd/3")).unwrap();
-    }
-
-    #[test]
-    fn the_programs_that_have_the_port_open_are_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().canonicalize().unwrap();
-        let (processes, port, by_id) = (path.join("proc"), path.join("tty"), path.join("by-id"));
-        fs::write(&port, "").unwrap();
-        symlink(&port, &by_id).unwrap();
-        add(&processes, "70", "minicom", &port);
-        add(&processes, "8", "plumb", &port);
-        add(&processes, "9", "editor", &path.join("other"));
-        add(&processes, "self", "plumb", &port);
-        fs::create_dir_all(processes.join("10")).unwrap();
-        for name in [&port, &by_id] {
-            let users = PortUsers::within(&processes, name).to_string();
-            let expected = " (plumb, process 8; minicom, process 70); close it first (Ctrl-C \
-                            there, or End on its page)";
-            assert_eq!(users, expected);
-        }
-        add(&processes, "71", "ModemManager", &port);
-        let users = PortUsers::within(&processes, &port).to_string();
-        assert!(users.contains("whether the board is a modem"), "{users}");
-    }
-
-    #[test]
-    fn the_other_end_of_a_pseudo_terminal_is_known_by_its_number() {
-        let folder = tempfile::tempdir().unwrap();
-        let process = folder.path();
-        fs::create_dir(process.join("fd")).unwrap();
-        fs::create_dir(process.join("fdinfo")).unwrap();
-        for (number, target, index) in [("3", "/dev/pts/ptmx", "7"), ("4", "/dev/pts/7", "7")] {
-            symlink(target, process.join("fd").join(number)).unwrap();
-            let info = format!("pos:\t0\nflags:\t02\ntty-index:\t{index}\n");
-            fs::write(process.join("fdinfo").join(number), info).unwrap();
-        }
-        let is_end =
-            |number: &str, port: &str| is_other_end(process, OsStr::new(number), Path::new(port));
-        assert!(is_end("3", "/dev/pts/7"));
-        for (number, port) in [("3", "/dev/pts/8"), ("4", "/dev/pts/7"), ("3", "/dev/ttyACM0")] {
-            assert!(!is_end(number, port), "{number} {port}");
-        }
-    }
-
-    #[test]
-    fn of_programs_of_other_users_the_message_says_how_to_see_them() {
-        let folder = tempfile::tempdir().unwrap();
-        let users = PortUsers::within(folder.path(), Path::new("/dev/null")).to_string();
-        assert!(users.contains("sudo fuser"), "{users}");
-        let users = PortUsers::within(&folder.path().join("absent"), Path::new("/dev/null"));
-        assert_eq!(users, PortUsers::default());
-    }
-
-    #[test]
-    fn this_process_is_found_by_the_file_that_it_has_open() {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        let users = PortUsers::of(file.path().to_str().unwrap());
-        assert_eq!(users.0.iter().map(|user| user.pid).collect::<Vec<_>>(), [std::process::id()]);
     }
 }

@@ -31,7 +31,11 @@ pub enum MotionError {
     )]
     Line,
     /// A motor is too slow.
-    #[error("{}: {}", too_fast(*.motor, *.rate, *.limit), lower_speed(limit / rate))]
+    // Rounded up: a rate just above the limit is not written as the limit.
+    #[error(
+        "motor {motor} would have to turn at {:.1} full steps/s, above `motors.max_rate = {limit}`",
+        (rate * 10.0).ceil() / 10.0
+    )]
     MotorRate {
         /// Name of the motor.
         motor: char,
@@ -42,35 +46,7 @@ pub enum MotionError {
     },
 }
 
-/// Returns what a motor cannot do, without advice.
-fn too_fast(motor: char, rate: f64, limit: f64) -> String {
-    // Rounded up: a rate just above the limit is not written as the limit.
-    let rate = (rate * 10.0).ceil() / 10.0;
-    format!(
-        "motor {motor} would have to turn at {rate:.1} full steps/s, above `motors.max_rate = \
-         {limit}`"
-    )
-}
-
-/// Returns the advice to choose a speed of which `share` is the highest that is possible.
-fn lower_speed(share: f64) -> String {
-    match (share * 100.0).floor() {
-        percent if percent >= 1.0 => {
-            format!("choose a lower speed, at most {percent:.0} % of this one")
-        }
-        _ => "choose a far lower speed, or check the units".to_owned(),
-    }
-}
-
 impl MotionError {
-    /// Returns the error without advice about the speed, for a motion whose times are given.
-    pub fn without_advice(&self) -> String {
-        match *self {
-            Self::MotorRate { motor, rate, limit } => too_fast(motor, rate, limit),
-            _ => self.to_string(),
-        }
-    }
-
     /// Returns whether the rig file is wrong for every place.
     pub(crate) fn is_of_the_rig(&self) -> bool {
         matches!(self, Self::NoRoom { .. } | Self::Line)
@@ -178,19 +154,5 @@ impl fmt::Display for Outside {
         let value_m = round(*value_m, 1e6);
         write!(f, "{axis} = {value_m} m is {side} the {limit_m} m of `workspace.{key}`")?;
         self.unit.map_or(Ok(()), |unit| write!(f, "; is it in {unit}?"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_lower_speed_is_never_one_of_0_percent() {
-        let error = |rate| MotionError::MotorRate { motor: 'A', rate, limit: 400.0 };
-        assert!(error(1000.0).to_string().ends_with("lower speed, at most 40 % of this one"));
-        let text = error(1e6).to_string();
-        assert!(text.ends_with("400`: choose a far lower speed, or check the units"), "{text}");
-        assert!(error(1e6).without_advice().ends_with("`motors.max_rate = 400`"));
     }
 }

@@ -23,54 +23,27 @@ pub(super) struct FilePlaces {
 }
 
 impl FilePlaces {
-    /// Returns why `trajectory` through the places is not possible, for a person. Where it is too
-    /// fast for a motor, the text says which speed is possible; where it is by the times of the
-    /// file, where, and by how much.
+    /// Returns why `trajectory` through the places is not possible. Where it is too fast, the text
+    /// says which speed is possible, or by which factor the times of the file must grow.
     pub(super) fn explain(
         &self,
         error: &PathPlanError,
         trajectory: &Trajectory,
         rig: &Rig,
     ) -> String {
-        if let (true, Rule::Other(rule @ MotionError::MotorRate { .. })) =
-            (self.times.is_empty(), &error.rule)
-        {
-            let highest = PathPlan::highest_speed(trajectory, rig);
-            let advice = match (highest * 1e3).floor() {
-                millimetres if millimetres >= 1.0 => {
-                    format!("choose a lower --speed, at most {} m/s", millimetres / 1e3)
-                }
-                _ => "choose a path that needs less of the motors".to_owned(),
-            };
-            return format!("{error}: {}; {advice}", rule.without_advice());
+        let why = format!("{}{error}: {}", self.lines_of(error, trajectory), error.rule);
+        match error.rule {
+            Rule::Other(MotionError::Workspace(_) | MotionError::Triangle) => why,
+            _ if !self.times.is_empty() => {
+                let factor = PathPlan::slowdown(trajectory, rig);
+                format!("{why}; all times must be {:.2} times as long", factor + 0.005)
+            }
+            Rule::Other(MotionError::MotorRate { .. }) => {
+                let highest = (PathPlan::highest_speed(trajectory, rig) * 1e3).floor() / 1e3;
+                format!("{why}; --speed must be at most {highest} m/s")
+            }
+            _ => why,
         }
-        if is_place(error) {
-            let remedies = match self.times.is_empty() {
-                true => " or move them inwards",
-                false => ", move them inwards, or give the fast parts more time",
-            };
-            return format!(
-                "{}{error}: {}; the path swings out between the places of the file: add places \
-                 there{remedies}",
-                self.lines_of(error, trajectory),
-                error.rule
-            );
-        }
-        let has_times = !self.times.is_empty();
-        let slower = has_times.then(|| self.slowdown(trajectory, rig)).flatten();
-        let Some(slower) = slower else { return format!("{error}: {}", error.rule) };
-        let text = match &error.rule {
-            Rule::Other(rule) => format!("{error}: {}", rule.without_advice()),
-            rule => format!("{error}: {rule}"),
-        };
-        let lines = self.lines_of(error, trajectory);
-        let rounded = match self.is_fast_by_rounding(trajectory, rig) {
-            true => "its times are rounded: with more digits, or ",
-            false => "",
-        };
-        format!(
-            "{lines}{text}; {rounded}with all its times {slower} times as long it is slow enough"
-        )
     }
 
     /// Returns the lines of the file between which `trajectory` is not possible, as the begin of a
@@ -102,9 +75,4 @@ impl FilePlaces {
         let next = next.clamp(1, self.places.len().checked_sub(1)?);
         Some([self.places[next - 1].0, self.places[next].0])
     }
-}
-
-/// Returns whether a path goes through a place where the ball cannot be.
-pub(super) fn is_place(error: &PathPlanError) -> bool {
-    matches!(error.rule, Rule::Other(MotionError::Workspace(_) | MotionError::Triangle))
 }
