@@ -23,8 +23,8 @@ impl BoardFault {
         matches!(self.cause, Some(FaultCause::LateHost { .. }))
     }
 
-    /// Returns whether the motor positions are not to be trusted: the motors may have turned without
-    /// a count, or the board has begun to count anew.
+    /// Returns whether the motor positions are not to be trusted: the motors may have turned
+    /// without a count, or the board has begun to count anew.
     pub fn asks_for_home(&self) -> bool {
         match self.fault {
             Fault::EmergencyStop | Fault::Watchdog => true,

@@ -14,11 +14,10 @@
 //! `emulator`; `runtime`, `cameras`, `calibrate`, `page`, `foxglove`, `ros2` and `sim` use the
 //! detectors in `vision` in their tests only; `protocol` has no control, `core` no camera.
 //! [`CRATES`] lists what each crate may depend on.
-//! No crate has more than a quarter of the lines of all crates.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -362,19 +361,6 @@ fn the_crates_depend_on_each_other_as_the_rules_allow() {
     );
 }
 
-/// Returns the lines of Rust in a folder and those below it, without tests.
-fn lines(folder: &Path) -> usize {
-    let is_test = |path: &PathBuf| path.iter().any(|part| part == "tests" || part == "tests.rs");
-    let lines_of = |path: PathBuf| {
-        let text = read(&path);
-        let program = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-        program.lines().count()
-    };
-    let relative = |path: &PathBuf| path.strip_prefix(folder).expect("a file below").to_owned();
-    let sources = files(folder, &[".rs"]).into_iter();
-    sources.filter(|path| !is_test(&relative(path))).map(lines_of).sum()
-}
-
 /// Returns the source files of a program: its file, or its folder where it has one for itself.
 fn sources(target: &Value) -> Vec<PathBuf> {
     let path = Path::new(target["src_path"].as_str().expect("a path"));
@@ -402,19 +388,6 @@ fn a_program_whose_tests_are_not_run_has_none() {
     for path in untested.into_iter().filter(|target| !is_named(target)).flat_map(sources) {
         let has_tests = read(&path).lines().any(|line| line.trim() == "#[test]");
         assert!(!has_tests, "{}: Cargo.toml says test = false", path.display());
-    }
-}
-
-#[test]
-fn no_crate_has_more_than_a_quarter_of_the_lines() {
-    let mut counts = BTreeMap::new();
-    for package in packages() {
-        let manifest = Path::new(package["manifest_path"].as_str().expect("a path")).to_owned();
-        counts.insert(name(&package), lines(&manifest.with_file_name("src")));
-    }
-    let all: usize = counts.values().sum();
-    for (name, count) in counts {
-        assert!(4 * count <= all, "{name} has {count} of {all} lines: divide it by subject");
     }
 }
 

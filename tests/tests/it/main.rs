@@ -1,6 +1,7 @@
 //! The tests of the whole: one program, since each program is linked for itself.
 
 mod book;
+mod budgets;
 mod check_agrees;
 mod chip_agrees;
 mod chip_boards;

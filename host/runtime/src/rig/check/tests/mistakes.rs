@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Mistakes in place of a text of the paper's file: the line of the replacement, from 1, and the key
-/// of each error. The key of an error of syntax is empty where no value was read.
+/// Mistakes in place of a text of the paper's file: the line of the replacement, from 1, and the
+/// key of each error. The key of an error of syntax is empty where no value was read.
 type Rows = [(&'static str, &'static [(usize, &'static str)])];
 
 /// Checks the errors about the paper's file with each of the replacements of `old`.
