@@ -10,8 +10,7 @@ use plumb_tests::source_tree::{files, read, root};
 
 /// Most lines of code of each crate, by its folder; of the crates in `tests` together with all tests
 /// elsewhere.
-const BUDGETS: &[(&str, usize)] = &[
-];
+const BUDGETS: &[(&str, usize)] = &[];
 
 /// Folder of the sum of all tests.
 const TESTS: &str = "tests";
@@ -66,7 +65,8 @@ fn no_crate_has_more_lines_than_its_budget() {
 
 #[test]
 fn blanks_comments_and_tests_are_no_code() {
-    let text = "//! a\nfn a() {\n\n    // b\n    c();\n}\n\n#[cfg(test)]\nmod tests {\n    use x;\n}\n";
+    let text =
+        "//! a\nfn a() {\n\n    // b\n    c();\n}\n\n#[cfg(test)]\nmod tests {\n    use x;\n}\n";
     assert_eq!(code_lines(text), 3);
     assert_eq!(code_lines("#[cfg(test)]\nmod tests;\nfn a() {}\n"), 3);
 }

@@ -52,7 +52,11 @@ pub(super) fn pack(parts: &[Part]) -> io::Result<Vec<u8>> {
         header.set_uid(0);
         header.set_gid(0);
         header.set_mtime(0);
-        archive.append_data(&mut header, format!("{FOLDER}/{}", part.name), &part.bytes)?;
+        archive.append_data(
+            &mut header,
+            format!("{FOLDER}/{}", part.name),
+            part.bytes.as_slice(),
+        )?;
     }
     archive.into_inner()?.finish()
 }
