@@ -1,7 +1,7 @@
 //! `plumb cosim`: the board in lock step with any physics engine.
 
 use std::error::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -15,9 +15,7 @@ use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_sim::cosim::{Cosim, CosimError, Request};
 use plumb_sim::limits::RigLimits;
 
-use super::exit::with_variable;
 use super::print::{self, Reader};
-use super::rig_path::RigArg;
 use super::{Failure, bad_input, law, numbers};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
@@ -28,19 +26,18 @@ use super::{Failure, bad_input, law, numbers};
 /// run from t to t plus dt: {"t": s, "steps": [[a, b, c], ...], "rates": [a, b, c], "state": "...",
 /// "reached": bool}, full steps since the start, positive where cable is paid out. A board that
 /// stopped because it received no position for half a second continues with the next one.
-///
-/// The rig file gives limits, workspace and law. Without one: 400 steps/s, 2000 steps/s², all of
-/// ±4 m, 10 mm.
 #[derive(Parser)]
 #[command(
     after_help = examples![
-        "plumb cosim --samples 10",
+        "plumb cosim --rig rig.toml --samples 10",
         "echo '{\"t\": 0, \"dt\": 0.1, \"target\": [0.4, 0.4, 0.15]}' | plumb cosim",
     ]
 )]
 pub(crate) struct Args {
-    #[command(flatten)]
-    rig: RigArg,
+    /// Rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of
+    /// ±4 m, 10 mm
+    #[arg(short, long, value_name = "FILE")]
+    rig: Option<PathBuf>,
     /// Control law, with its default parameters [default: the rig file's, or the default law]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
@@ -52,8 +49,8 @@ pub(crate) struct Args {
 
 /// Returns the wiring and the configuration of the options.
 fn setup(args: &Args) -> Result<(Wiring, Config), Failure> {
-    if let Some(path) = args.rig.found() {
-        let mut rig = Rig::read(&path)?;
+    if let Some(path) = &args.rig {
+        let mut rig = Rig::read(path)?;
         if let Some(law) = &args.law {
             rig.law = law.clone();
         }
@@ -73,7 +70,7 @@ pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
 /// Carries out a request as the first one of a co-simulation with the default limits.
 #[cfg(test)]
 pub(crate) fn begin_request(line: &str) -> Result<(), Failure> {
-    begin_with(&Args { rig: RigArg::default(), law: None, samples: 1 }, line)
+    begin_with(&Args { rig: None, law: None, samples: 1 }, line)
 }
 
 /// Begins a co-simulation with the request of `line`.
@@ -94,8 +91,7 @@ fn limits(workspace: &Workspace, rig: Option<&Path>) -> String {
     let axes = ["x", "y", "z"].into_iter().zip(min.into_iter().zip(max));
     let ranges: Vec<String> =
         axes.map(|(axis, (low, high))| format!("{axis} {low:.3} to {high:.3} m")).collect();
-    let whose =
-        rig.map_or("without a rig file".to_owned(), |rig| format!("of {}", with_variable(rig)));
+    let whose = rig.map_or("without a rig file".to_owned(), |rig| format!("of {}", rig.display()));
     format!("The workspace {whose} is {}", ranges.join(", "))
 }
 
@@ -116,7 +112,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let request: Request = serde_json::from_str(&line).map_err(|e| wrong(&e))?;
         let answer = cosim.step(&request, args.samples).map_err(|error| match error {
             CosimError::Refused(Refusal::TargetOutside) => {
-                wrong(&error).with_advice(limits(&workspace, args.rig.found().as_deref()))
+                wrong(&error).with_advice(limits(&workspace, args.rig.as_deref()))
             }
             _ => wrong(&error),
         })?;

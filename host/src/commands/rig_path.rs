@@ -14,7 +14,7 @@ pub(crate) const RIG_VARIABLE: &str = "PLUMB_RIG";
 const USUAL: &str = "rig.toml";
 
 /// The rig file of a command.
-#[derive(Args, Default)]
+#[derive(Args)]
 pub(crate) struct RigArg {
     /// Rig file (TOML, SI units) [default: that of PLUMB_RIG, or rig.toml in this folder]
     #[arg(short, long, value_name = "FILE")]

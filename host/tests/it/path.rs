@@ -15,7 +15,8 @@ fn a_run_along_a_file_tells_how_well_the_ball_followed() {
     let emulator = Emulator::start();
     let path = "x,y,z\n0.52,0.25,0.42\n0.48,0.25,0.42\n0.48,0.29,0.40\n";
     fs::write(folder.path().join("path.csv"), path).unwrap();
-    let run = ["run", &rig, "--path", "path.csv", "--law", "adaptive", "--port", &emulator.port];
+    let run =
+        ["run", "--rig", &rig, "--path", "path.csv", "--law", "adaptive", "--port", &emulator.port];
     let output = plumb(&[&run as &[&str], &["--json", "--out", "run"]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let line = json(&output);
@@ -85,7 +86,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         ("square", &["--tolerance", "-1"], "--tolerance"),
     ] {
         // No board is at this port: the path is refused before it is opened.
-        let run = ["run", &rig, "--port", "/dev/null", "--out", "run", "--path", path];
+        let run = ["run", "--rig", &rig, "--port", "/dev/null", "--out", "run", "--path", path];
         let output = plumb(&[&run as &[&str], more].concat(), folder.path());
         assert_eq!(output.status.code(), Some(2), "{path}: {}", stderr(&output));
         assert!(stderr(&output).contains(named), "{path} {more:?}: {}", stderr(&output));
@@ -93,7 +94,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     }
     // The factor that the message names is enough.
     let run = |path: &str| {
-        let run = ["run", &rig, "--port", "/dev/no-such-port", "--path", path];
+        let run = ["run", "--rig", &rig, "--port", "/dev/no-such-port", "--path", path];
         stderr(&plumb(&run, folder.path()))
     };
     let text = run("fast.csv");
@@ -129,20 +130,20 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
         (["--targets", "-"], &["--no-wait"]),
         (["--targets", "-"], &["--path-seed", "2"]),
     ] {
-        let run = [&["run", &rig, "--port", "/dev/null"], &goal[..], options].concat();
+        let run = [&["run", "--rig", &rig, "--port", "/dev/null"], &goal[..], options].concat();
         let output = plumb(&run, folder.path());
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         let says = format!("{} has no effect on the places of {}", options[0], goal[0]);
         assert!(stderr(&output).contains(&says), "{}", stderr(&output));
     }
-    let output = plumb(&["run", &rig, "--loop"], folder.path());
+    let output = plumb(&["run", "--rig", &rig, "--loop"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("--loop needs --path or --waypoints"), "{}", stderr(&output));
 }
 
 /// Runs along a path where no board is. Returns the message.
 fn message(folder: &Path, rig: &str, path: &[&str]) -> String {
-    let run = ["run", rig, "--port", "/dev/no-such-port", "--path"];
+    let run = ["run", "--rig", rig, "--port", "/dev/no-such-port", "--path"];
     stderr(&plumb(&[&run, path].concat(), folder))
 }
 

@@ -30,7 +30,7 @@ fn a_report_has_the_board_the_files_and_the_last_run_without_private_words() {
     fs::write(folder.path().join("plumb-selftest.json"), "{ \"token\": \"7\" }\n").unwrap();
     let emulator = Emulator::start();
     let output = Command::new(env!("CARGO_BIN_EXE_plumb"))
-        .args(["report", &rig, "--port", &emulator.port, "--json"])
+        .args(["report", "--rig", &rig, "--port", &emulator.port, "--json"])
         .env("USER", "alice")
         .current_dir(folder.path())
         .output()
@@ -87,7 +87,7 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     let port = ["--port", "/dev/plumb-no-such-port"];
     let before = [0x1f, 0x8b, 1, 2, 3];
     fs::write(folder.path().join("plumb-report.tar.gz"), before).unwrap();
-    let output = plumb(&[&["report", &rig], &port[..]].concat(), folder.path());
+    let output = plumb(&[&["report", "--rig", &rig], &port[..]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let former = "plumb-report.tar.gz.bak";
     assert!(stderr(&output).contains(&format!("The former report is now {former}\n")));
@@ -116,7 +116,7 @@ fn a_report_lacks_a_rig_file_that_is_not_there() {
     let folder = folder();
     for (variable, says) in [
         ("none/rig.toml", "missing: rig.toml: none/rig.toml (named by PLUMB_RIG): cannot be read"),
-        ("", "missing: rig.toml: no rig file is named"),
+        ("", "missing: rig.toml: there is none in this folder, and none is named"),
     ] {
         let mut report = Command::new(env!("CARGO_BIN_EXE_plumb"));
         report.args(["report", "--port", "/dev/plumb-no-such-port"]).current_dir(folder.path());
@@ -124,7 +124,7 @@ fn a_report_lacks_a_rig_file_that_is_not_there() {
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         assert!(stderr(&output).contains(says), "{}", stderr(&output));
     }
-    let output = plumb(&["report", "none/rig.toml"], folder.path());
+    let output = plumb(&["report", "--rig", "none/rig.toml"], folder.path());
     assert_eq!(output.status.code(), Some(2), "typed: {}", stderr(&output));
 }
 
