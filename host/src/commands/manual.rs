@@ -104,11 +104,9 @@ mod tests {
     #[test]
     fn a_synopsis_has_every_option_with_its_value() {
         let run = synopsis_of("run");
-        assert!(run.starts_with("plumb run [--path <FILE|SHAPE>] "), "{run}");
+        assert!(run.starts_with("plumb run [--rig <FILE>] [--path <FILE|SHAPE>] "), "{run}");
         assert!(!run.contains("OPTIONS"), "{run}");
-        for option in
-            ["[--rig <FILE>]", "[--timeout <TIMEOUT>]", "[--json]", "[--out <FOLDER>]", "[--quiet]"]
-        {
+        for option in ["[--timeout <TIMEOUT>]", "[--json]", "[--out <FOLDER>]", "[--quiet]"] {
             assert!(run.contains(option), "{run}");
         }
         assert!(synopsis_of("goto").ends_with("] <X> <Y> <Z>"));

@@ -127,7 +127,7 @@ fn an_option_without_effect_is_bad_input() {
     }
     // Without a rig file the emulated board moves no rig.
     let error = json_error(&["emulate", "--physics", "elastic", "--json"], folder.path(), 2);
-    assert!(error.contains("RIG"), "{error}");
+    assert!(error.contains("--rig"), "{error}");
 }
 
 #[test]
