@@ -30,7 +30,8 @@ const TRIAL: &str = "Without a board: `plumb init trial --simulated` writes a si
 #[derive(Args)]
 #[command(next_help_heading = "Board")]
 pub(crate) struct PortArgs {
-    /// Serial port of the board [default: the rig file's]
+    /// Serial port of the board [default: the rig file's; without a rig file the one Plumb board on
+    /// USB]
     #[arg(long, env = PORT_VARIABLE, hide_env_values = true, value_parser = port)]
     port: Option<String>,
     /// Baud rate, where the port is a UART, 300 to 20000000 bit/s [default: the rig file's]

@@ -224,7 +224,6 @@ fn options_of_another_way_are_refused() {
         &["calibrate", "--rig", &rig, "--board", "--origin", "0,0"],
         &["calibrate", "--rig", &rig, "--board", "--square", "-1"],
         &["calibrate", "--rig", &rig, "--motors", "--pixel", "1,2"],
-        &["calibrate", "--board"],
     ] {
         let output = plumb(arguments, folder.path());
         assert_eq!(output.status.code(), Some(2), "{arguments:?} {}", stderr(&output));

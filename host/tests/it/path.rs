@@ -32,7 +32,7 @@ fn a_run_along_a_file_tells_how_well_the_ball_followed() {
     let text = stderr(&output);
     assert!(text.contains("of its speed; distance from it"), "{text}");
     // Its corner is rounded within 5 mm.
-    assert!(text.starts_with("path: 0.079 m, 2.2 s\n"), "{text}");
+    assert!(text.contains("\npath: 0.079 m, 2.2 s\n"), "{text}");
     assert!(text.find("path: ") < text.find("preparing"), "{text}");
     let report = plumb(&["report", "--run", "run", "--json"], folder.path());
     assert!(json(&report)["parts"].to_string().contains("\"run/deviation.svg\""));

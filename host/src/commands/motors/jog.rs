@@ -39,7 +39,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
     after_help = examples![
         "plumb jog A 200",
         "plumb jog C -20mm",
-        "plumb jog                       # with keys",
+        "plumb jog          # with keys",
         "plumb jog --rig trial/rig.toml B 50 --rate 20",
     ]
 )]
