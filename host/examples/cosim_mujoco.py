@@ -79,10 +79,8 @@ class Board:
 
     def __init__(self, plumb, law):
         command = [plumb, "cosim", "--samples", str(SAMPLES), *(["--law", law] if law else [])]
-        # The limits are those without a rig file, whatever the user's environment names.
-        variables = {name: it for name, it in os.environ.items() if name != "PLUMB_RIG"}
         pipe = subprocess.PIPE
-        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True, env=variables)
+        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
 
     def step(self, frame, position):
         """Runs the board over one picture's time; returns its answer."""

@@ -49,7 +49,6 @@ pub(crate) mod verbose;
 #[cfg_attr(not(feature = "verify"), path = "commands/verify/absent.rs")]
 pub(crate) mod verify;
 mod viewers;
-mod words;
 
 use std::ffi::OsString;
 

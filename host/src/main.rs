@@ -10,7 +10,6 @@ mod starts;
 
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 use plumb_config::book::first_page;
 
@@ -70,9 +69,6 @@ fn parse_command_line() -> Result<Cli, clap::Error> {
     let words = commands::command_line();
     Cli::try_parse_from(&words).map_err(|error| {
         let mut command = Cli::command();
-        if error.kind() == ErrorKind::DisplayHelp {
-            command = commands::run::with_coordinates_needed(command);
-        }
         command.build();
         let with_usage = |command| commands::manual::with_usages(command, commands::manual::usage);
         let parsed = command.mut_subcommands(with_usage).try_get_matches_from(&words);

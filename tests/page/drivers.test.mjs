@@ -18,7 +18,7 @@ async function withTrouble({ name, motor, after }, use) {
   folder.copyRig({ rig: (rig) => rig.replace('driver = "a4988"', driver) });
   const option = "--driver-trouble";
   const trouble = [`${option}=${name}`, `${option}-motor=${motor}`, `${option}-after=${after}`];
-  const { board, program, address } = await startRun(folder, [], ["rig.toml", ...trouble]);
+  const { board, program, address } = await startRun(folder, [], ["--rig", "rig.toml", ...trouble]);
   try {
     const tab = await browser.open(address, DESKTOP);
     await use(tab);

@@ -33,7 +33,9 @@ fn benchmarks() {
 #[test]
 fn proofs() {
     let folder = tempfile::tempdir().unwrap();
-    for arguments in [&["verify"][..], &["verify", "rig.toml", "--wide"], &["verify", "--help"]] {
+    for arguments in
+        [&["verify"][..], &["verify", "--rig", "rig.toml", "--wide"], &["verify", "--help"]]
+    {
         let text = refusal(arguments, folder.path());
         assert!(text.contains("--features verify"), "{text}");
     }
@@ -53,7 +55,7 @@ fn outputs_for_viewers() {
 #[test]
 fn calibrations_of_other_programs() {
     let folder = tempfile::tempdir().unwrap();
-    let text = refusal(&["calibrate", "rig.toml", "--import", "lens.yaml"], folder.path());
+    let text = refusal(&["calibrate", "--rig", "rig.toml", "--import", "lens.yaml"], folder.path());
     assert!(text.contains("--features import"), "{text}");
 }
 
@@ -83,7 +85,7 @@ fn webcams_and_video_files() {
     );
     assert!(rig.contains("webcam.device"), "{rig}");
     fs::write(folder.path().join("rig.toml"), rig).unwrap();
-    let calibration = ["calibrate", "rig.toml", "--motors", "--height", "0.7"];
+    let calibration = ["calibrate", "--rig", "rig.toml", "--motors", "--height", "0.7"];
     let text = refusal(&calibration, folder.path());
     assert!(text.contains("--features webcam"), "{text}");
 

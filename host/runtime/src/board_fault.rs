@@ -176,7 +176,7 @@ pub fn after_fault(fault: Fault) -> &'static str {
         Fault::Travel(_) => {
             "Clear the fault. Choose a target that the wound cables can reach. If the cables were \
              wound anew: `plumb home` with the ball in the workspace. Before you give the motors \
-             more travel, check the cables, and run `plumb check RIG.toml --file-only`."
+             more travel, check the cables, and run `plumb check --file-only`."
         }
         Fault::ErrorGrowing => {
             "Check the wiring: a motor is swapped or reversed, or a cable is torn, or the ball is \

@@ -71,14 +71,14 @@ mod tests {
     #[test]
     fn an_address_in_a_word_of_its_own_is_joined_to_its_option_and_nothing_else() {
         for (line, expected) in [
-            ("run rig.toml --page 7811 --json", "run rig.toml --page=7811 --json"),
-            ("run --page 0.0.0.0:7586 rig.toml", "run --page=0.0.0.0:7586 rig.toml"),
+            ("run --page 7811 --json", "run --page=7811 --json"),
+            ("run --page 0.0.0.0:7586 --loop", "run --page=0.0.0.0:7586 --loop"),
             ("demo --page 99999", "demo --page=99999"),
-            ("run rig.toml --foxglove ::1", "run rig.toml --foxglove=::1"),
-            ("run --page rig.toml", "run --page rig.toml"),
-            ("run --page --foxglove rig.toml", "run --page --foxglove rig.toml"),
+            ("run --foxglove ::1", "run --foxglove=::1"),
+            ("run --page -r rig.toml", "run --page -r rig.toml"),
+            ("run --page --foxglove", "run --page --foxglove"),
             // A coordinate.
-            ("goto rig.toml --page 1 0.3 0.2", "goto rig.toml --page 1 0.3 0.2"),
+            ("goto --page 1 0.3 0.2", "goto --page 1 0.3 0.2"),
             ("jog -- --page 7811", "jog -- --page 7811"),
         ] {
             let words = joined(line.split(' ').map(OsString::from));

@@ -31,10 +31,10 @@ pub(crate) struct Args {
 #[derive(Subcommand)]
 enum What {
     /// Print the board's program, state and motor positions, and what it has counted
-    #[command(after_help = examples!["plumb board status", "plumb board status rig.toml --json"])]
+    #[command(after_help = examples!["plumb board status", "plumb board status --json"])]
     Status(BoardArgs),
     /// Configure the board by a rig file, and store that for the time after a loss of power
-    #[command(after_help = examples!["plumb board save rig.toml"])]
+    #[command(after_help = examples!["plumb board save"])]
     Save(SaveArgs),
     /// Test the board's pulses, flash and clock, with the motors' supply off
     #[command(after_help = examples![
@@ -181,10 +181,11 @@ fn counts(port: &str, diagnostics: &Diagnostics) {
 }
 
 fn save(args: &SaveArgs) -> Result<(), Failure> {
-    let rig = Rig::read(&args.rig.rig)?;
-    let mut link = connect(&args.rig.rig, &rig, &args.port)?;
+    let file = args.rig.needed()?;
+    let rig = Rig::read(&file)?;
+    let mut link = connect(&file, &rig, &args.port)?;
     link.save()?;
-    let (port, file) = (link.port(), &args.rig.rig);
+    let port = link.port();
     tell!("{port}: the board keeps the configuration of {}", file.display());
     if args.json {
         print::result(json!({ "port": port, "saved": file }))?;

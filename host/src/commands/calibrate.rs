@@ -31,7 +31,7 @@ use super::exit::unwritten;
 use super::interrupt::interrupt_flag;
 use super::old_file::check_writable;
 use super::print::tell;
-use super::rig_path::{RIG_VARIABLE, rig_path_without_port};
+use super::rig_path::RigArg;
 use super::run_camera::read_camera;
 use super::{DetectorName, FAILED, Failure, bad_input, failed, numbers};
 use clicks::Clicks;
@@ -55,22 +55,20 @@ use view::{Stage, View};
 ///
 /// Examples:
 ///   plumb calibrate --print-board board.pdf
-///   plumb calibrate rig.toml --board
-///   plumb calibrate rig.toml --motors --page --height 0.665
-///   plumb calibrate rig.toml --motors --pixel 511,60 --pixel 150,62 --pixel 305,107 --height 0.665
-///   plumb calibrate rig.toml --ball
-///   plumb calibrate rig.toml --lens
-///   plumb calibrate rig.toml --lens --pictures photos
-///   plumb calibrate rig.toml --import camera_info.yaml
+///   plumb calibrate --board
+///   plumb calibrate --motors --page --height 0.665
+///   plumb calibrate --motors --pixel 511,60 --pixel 150,62 --pixel 305,107 --height 0.665
+///   plumb calibrate --ball
+///   plumb calibrate --lens
+///   plumb calibrate --lens --pictures photos
+///   plumb calibrate --import camera_info.yaml
 #[derive(Parser)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
 #[command(group(clap::ArgGroup::new("way").required(true)
     .args(["board", "motors", "ball", "lens", "import", "print_board"])))]
 pub(crate) struct Args {
-    /// The rig file (TOML, SI units)
-    #[arg(env = RIG_VARIABLE, hide_env_values = true, required_unless_present = "print_board")]
-    #[arg(value_parser = rig_path_without_port)]
-    rig: Option<PathBuf>,
+    #[command(flatten)]
+    rig: RigArg,
     /// Write the board for the printer to this file, .pdf or .png
     #[arg(long, value_name = "FILE")]
     print_board: Option<PathBuf>,
@@ -118,7 +116,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.print_board {
         return print_board(file, args.paper);
     }
-    let Some(file) = &args.rig else { return Err(bad_input("a rig file is needed")) };
+    let file = &args.rig.needed()?;
     let rig = Rig::read(file)?;
     let (text, camera) = read_camera(file, &rig)?;
     let camera_file = CameraFile { path: &rig.camera.file, text: &text };

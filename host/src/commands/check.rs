@@ -29,9 +29,9 @@ use commissioning::RigLine;
 #[derive(Parser)]
 #[command(
     after_help = examples![
-        "plumb check rig.toml --file-only",
-        "plumb check rig.toml",
-        "plumb check rig.toml --yes --json",
+        "plumb check --file-only",
+        "plumb check",
+        "plumb check --rig trial/rig.toml --yes --json",
     ]
 )]
 pub(crate) struct Args {
@@ -68,7 +68,8 @@ struct Line<'a> {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let findings = check(&args.rig.rig, &EmulatedBoard::refusals, &|rig, simulation, camera| {
+    let file = args.rig.needed()?;
+    let findings = check(&file, &EmulatedBoard::refusals, &|rig, simulation, camera| {
         check_simulation(rig, simulation, camera).map_err(SimulationMistake::from)
     });
     for finding in &findings {
@@ -78,21 +79,21 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     let plural = |count| if count == 1 { "" } else { "s" };
     // Where a variable names the file, that matters only for a file with a mistake.
-    let file = match errors {
-        0 => args.file().to_string(),
-        _ => with_variable(&args.rig.rig),
+    let name = match errors {
+        0 => file.display().to_string(),
+        _ => with_variable(&file),
     };
     let ends = [errors, warnings].map(plural);
-    let count = format!("{file}: {errors} error{}, {warnings} warning{}", ends[0], ends[1]);
+    let count = format!("{name}: {errors} error{}, {warnings} warning{}", ends[0], ends[1]);
     match findings.is_empty() {
         true => note!("{count}"),
         false => tell!("{count}"),
     }
-    if matches!(args.rig.rig.try_exists(), Ok(false)) {
+    if matches!(file.try_exists(), Ok(false)) {
         tell!("{INIT}");
     }
     let rig = match (errors, args.file_only) {
-        (0, false) => Some(commissioning::examine(&args)?),
+        (0, false) => Some(commissioning::examine(&args, &file)?),
         _ => None,
     };
     let code = match (errors, &rig) {
@@ -105,11 +106,4 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         print::result(serde_json::to_string(&line)?)?;
     }
     Ok(ExitCode::from(code))
-}
-
-impl Args {
-    /// Returns the path of the rig file for messages.
-    fn file(&self) -> impl std::fmt::Display {
-        self.rig.rig.display()
-    }
 }

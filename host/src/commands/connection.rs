@@ -10,6 +10,7 @@ use plumb_runtime::rig::Rig;
 
 use super::exit::{BAD_INPUT, ExitClass};
 use super::rig_args::PortArgs;
+use super::rig_path::rig_option;
 use super::{Failure, bad_input, failed};
 
 /// Opens the port, connects to the board of `rig` of `file`, and configures it.
@@ -80,7 +81,7 @@ pub(super) fn without_simulation(file: &Path, rig: &Rig, port: &PortArgs) -> Opt
     Some(format!(
         "The board seems to be emulated, but {} has no [simulation]: its pictures come from a real \
          camera or from another program. A simulated rig for this board: `plumb init trial \
-         --simulated`, then `plumb run trial/rig.toml --port {port}`",
+         --simulated`, then `plumb run --rig trial/rig.toml --port {port}`",
         file.display()
     ))
 }
@@ -96,8 +97,8 @@ pub(super) fn explained(error: impl ExitClass + 'static, file: &Path, port: &Por
             failed(format!("{faulted}. {steps}"))
         }
         Some(stopped @ LinkError::Fault(fault)) => {
-            let (advice, file) = (after_fault(*fault), file.display());
-            failed(format!("{stopped}. {advice} `plumb clear {file}{port}` clears it"))
+            let (advice, rig) = (after_fault(*fault), rig_option(file));
+            failed(format!("{stopped}. {advice} `plumb clear{rig}{port}` clears it"))
         }
         Some(of_link) => in_short(of_link, &error),
         None => error.into(),
@@ -128,17 +129,17 @@ fn explained_for_home(error: LinkError, file: &Path, port: &PortArgs) -> Failure
 /// Returns what to do after `fault`, which was there before a command, until it succeeds: `plumb
 /// home` if `is_home`, else another one.
 fn steps_after(fault: Fault, file: &Path, port: &PortArgs, is_home: bool) -> String {
-    let file = file.display();
-    let clear = format!("Run `plumb clear {file}{port}`, then");
+    let rig = rig_option(file);
+    let clear = format!("Run `plumb clear{rig}{port}`, then");
     if !BoardFault::from(fault).asks_for_home() {
         return format!("{clear} this command again");
     }
-    let hang = format!("hang the ball (`plumb jog {file}{port}` winds the cables)");
+    let hang = format!("hang the ball (`plumb jog{rig}{port}` winds the cables)");
     let place = "with it at a known place";
     match is_home {
         true => format!("{clear} {hang}, then this command {place}"),
         false => {
-            format!("{clear} {hang}, `plumb home {file}{port}` {place}, then this command again")
+            format!("{clear} {hang}, `plumb home{rig}{port}` {place}, then this command again")
         }
     }
 }

@@ -15,9 +15,7 @@ use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_sim::cosim::{Cosim, CosimError, Request};
 use plumb_sim::limits::RigLimits;
 
-use super::exit::with_variable;
 use super::print::{self, Reader};
-use super::rig_path::{RIG_VARIABLE, rig_path_without_port};
 use super::{Failure, bad_input, law, numbers};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
@@ -31,15 +29,14 @@ use super::{Failure, bad_input, law, numbers};
 #[derive(Parser)]
 #[command(
     after_help = examples![
-        "plumb cosim rig.toml --samples 10",
+        "plumb cosim --rig rig.toml --samples 10",
         "echo '{\"t\": 0, \"dt\": 0.1, \"target\": [0.4, 0.4, 0.15]}' | plumb cosim",
     ]
 )]
 pub(crate) struct Args {
     /// Rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of
     /// ±4 m, 10 mm
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
-    #[arg(value_parser = rig_path_without_port)]
+    #[arg(short, long, value_name = "FILE")]
     rig: Option<PathBuf>,
     /// Control law, with its default parameters [default: the rig file's, or the default law]
     #[arg(long, value_parser = law)]
@@ -94,8 +91,7 @@ fn limits(workspace: &Workspace, rig: Option<&Path>) -> String {
     let axes = ["x", "y", "z"].into_iter().zip(min.into_iter().zip(max));
     let ranges: Vec<String> =
         axes.map(|(axis, (low, high))| format!("{axis} {low:.3} to {high:.3} m")).collect();
-    let whose =
-        rig.map_or("without a rig file".to_owned(), |rig| format!("of {}", with_variable(rig)));
+    let whose = rig.map_or("without a rig file".to_owned(), |rig| format!("of {}", rig.display()));
     format!("The workspace {whose} is {}", ranges.join(", "))
 }
 

@@ -22,7 +22,6 @@ use self::motors::MotorLines;
 use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
-use super::rig_path::{is_mere_word, rig_path_else};
 use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
@@ -33,12 +32,13 @@ use super::{Failure, Physics, bad_input, print};
 #[command(
     after_help = examples![
         "plumb emulate --link /tmp/board",
-        "plumb emulate rig.toml --link /tmp/board --baud 115200 --lost 0.05",
+        "plumb emulate --rig rig.toml --link /tmp/board --baud 115200 --lost 0.05",
     ]
 )]
 pub(crate) struct Args {
-    /// Rig file, whose simulated rig the board's motors move; PLUMB_RIG does not name it
-    #[arg(value_name = "RIG", value_parser = rig_path)]
+    /// Rig file, whose simulated rig the board's motors move; neither PLUMB_RIG nor rig.toml in
+    /// this folder is taken without the option
+    #[arg(short, long, value_name = "FILE")]
     rig: Option<PathBuf>,
     /// Model of this emulation's own rig, for its last line; `plumb run`, `goto` and `check`
     /// simulate theirs, with a --physics of their own
@@ -60,18 +60,6 @@ pub(crate) struct Args {
     rehearsal: RehearsalOptions,
     #[command(flatten)]
     wire: WireOptions,
-}
-
-/// Returns the path of a rig file from the command line.
-///
-/// # Errors
-/// Where it is none: a person may take it for the name of the board's port.
-fn rig_path(text: &str) -> Result<PathBuf, String> {
-    let advice = "an emulated board has a port of its own, which --link names";
-    rig_path_else(text, |_| advice.to_owned()).map_err(|why| match is_mere_word(text) {
-        true => format!("{why}. For the name of the board's port: --link {text}"),
-        false => why,
-    })
 }
 
 /// Final state of the board.

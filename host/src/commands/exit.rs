@@ -229,7 +229,7 @@ mod tests {
     #[test]
     fn json_is_asked_for_by_an_option_or_by_the_demo() {
         let asked = |line: &str| is_json_asked(line.split(' ').map(OsString::from));
-        assert!(asked("run rig.toml --json") && asked("--json") && asked("demo --law sign"));
+        assert!(asked("run --json") && asked("--json") && asked("demo --law sign"));
         assert!(!asked("run demo") && !asked("run -- --json"));
     }
 

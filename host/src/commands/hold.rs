@@ -15,7 +15,7 @@ use super::run::{Common, Goal, drive};
 /// The camera measures where the ball is. That place becomes the target, and the board corrects
 /// every drift from it. At the end the motors stand and keep their current.
 #[derive(Parser)]
-#[command(after_help = examples!["plumb hold rig.toml"])]
+#[command(after_help = examples!["plumb hold"])]
 pub(crate) struct Args {
     #[command(flatten)]
     rig: RigArg,
@@ -24,9 +24,10 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let file = &args.rig.rig;
     args.options.run.check_hold()?;
-    let rig = Rig::read(file)?;
+    let file = args.rig.needed()?;
+    let rig = Rig::read(&file)?;
     check_targets(&rig)?;
-    drive(file, rig, &Goal::PresentPlace, &args.options)
+    args.options.port.note(&file, &rig);
+    drive(&file, rig, &Goal::PresentPlace, &args.options)
 }

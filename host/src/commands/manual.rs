@@ -8,7 +8,6 @@ use clap_complete::Shell;
 
 use super::exit::unwritten;
 use super::print::{self, note};
-use super::run::with_coordinates_needed;
 use super::{Failure, bad_input};
 
 /// Print the completions of commands and options for a shell
@@ -45,7 +44,7 @@ pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
             "{name}: is a file, but must be a folder: name another one"
         )));
     }
-    let mut cli = with_coordinates_needed(cli.disable_help_subcommand(true));
+    let mut cli = cli.disable_help_subcommand(true);
     cli.build();
     let pages = with_usages(cli, synopsis).mut_subcommands(with_version);
     let written = std::fs::create_dir_all(folder)
@@ -84,14 +83,9 @@ fn synopsis(command: &mut Command) -> String {
     usage.replace("[OPTIONS]", &options.join(" "))
 }
 
-/// Returns the usage of a command. An argument that a variable of the environment can give is in
-/// square brackets, like all that can be left out.
+/// Returns the usage of a command.
 pub(crate) fn usage(command: &mut Command) -> String {
-    let usage = command.render_usage().to_string();
-    let usage = usage.trim_start_matches("Usage: ").to_owned();
-    let given = command.get_positionals().filter(|argument| argument.get_env().is_some());
-    let names = given.filter_map(|argument| argument.get_value_names()?.first());
-    names.fold(usage, |usage, name| usage.replace(&format!("<{name}>"), &format!("[{name}]")))
+    command.render_usage().to_string().trim_start_matches("Usage: ").to_owned()
 }
 
 #[cfg(test)]
@@ -110,12 +104,12 @@ mod tests {
     #[test]
     fn a_synopsis_has_every_option_with_its_value() {
         let run = synopsis_of("run");
-        assert!(run.starts_with("plumb run [--path <FILE|SHAPE>] "), "{run}");
-        assert!(run.ends_with(" [RIG]") && !run.contains("OPTIONS"), "{run}");
+        assert!(run.starts_with("plumb run [--rig <FILE>] [--path <FILE|SHAPE>] "), "{run}");
+        assert!(!run.contains("OPTIONS"), "{run}");
         for option in ["[--timeout <TIMEOUT>]", "[--json]", "[--out <FOLDER>]", "[--quiet]"] {
             assert!(run.contains(option), "{run}");
         }
-        assert!(synopsis_of("goto").ends_with(" [RIG] <X> <Y> <Z>"));
+        assert!(synopsis_of("goto").ends_with("] <X> <Y> <Z>"));
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub(crate) use jog::{JogArgs, jog};
 /// holds its port, and this command then sends nothing: stop that program with Ctrl-C or on its
 /// page, or press the emergency button.
 #[derive(Parser)]
-#[command(after_help = examples!["plumb stop rig.toml", "plumb stop --port /dev/ttyACM0"])]
+#[command(after_help = examples!["plumb stop", "plumb stop --port /dev/ttyACM0"])]
 pub(crate) struct StopArgs {
     #[command(flatten)]
     board: BoardArgs,
@@ -40,7 +40,7 @@ pub(crate) struct StopArgs {
 /// Nothing moves. `motors.travel` of the rig file counts from there, until the board restarts. A
 /// simulated rig begins again at its start: that is where its motors are at 0.
 #[derive(Parser)]
-#[command(after_help = examples!["plumb home rig.toml"])]
+#[command(after_help = examples!["plumb home"])]
 pub(crate) struct HomeArgs {
     #[command(flatten)]
     rig: RigArg,
@@ -56,7 +56,7 @@ pub(crate) struct HomeArgs {
 /// Nothing moves. Remove the cause first: the book's page "When it goes wrong" names it for each
 /// fault. The command looks for a second whether the board stops again.
 #[derive(Parser)]
-#[command(after_help = examples!["plumb clear rig.toml", "plumb clear --port /dev/ttyACM0"])]
+#[command(after_help = examples!["plumb clear", "plumb clear --port /dev/ttyACM0"])]
 pub(crate) struct ClearArgs {
     #[command(flatten)]
     board: BoardArgs,
@@ -117,8 +117,10 @@ fn check_stands(link: &mut Link<Serial>) -> Result<(), Failure> {
 }
 
 pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
-    let rig = Rig::read(&args.rig.rig)?;
-    let mut link = connect_for_home(&args.rig.rig, &rig, &args.port)?;
+    let file = args.rig.needed()?;
+    let rig = Rig::read(&file)?;
+    args.port.note(&file, &rig);
+    let mut link = connect_for_home(&file, &rig, &args.port)?;
     link.home()?;
     if let Driver::Tmc2209Uart(_) = rig.motors.driver {
         check_stands(&mut link)?;

@@ -68,19 +68,6 @@ pub(super) fn typed_point(text: &str) -> Result<Point3<f64>, String> {
     }
 }
 
-/// Returns the three numbers of a place that is one word, such as "0.6;0.25;0.3" or
-/// "[0.6,0.25,0.3]", with spaces between them; `None` for another word.
-pub(super) fn place_in(word: &str) -> Option<String> {
-    let is_bracket = |c: char| "[](){}".contains(c);
-    let separator = if word.contains(';') { ';' } else { ',' };
-    let numbers = word.trim_matches(is_bracket).split([separator, ' ']).map(str::trim);
-    let numbers: Vec<&str> = numbers.filter(|number| !number.is_empty()).collect();
-    let points = with_points::<3>(&numbers).or_else(|| {
-        numbers.iter().map(|number| numbers::with_decimal_point(number)).collect::<Option<_>>()
-    });
-    points.filter(|points| points.len() == 3).map(|points| points.join(" "))
-}
-
 /// Parses the sides of the triangle of the guides, "AB,BC,CA" in metres.
 pub(super) fn sides(text: &str) -> Result<[f64; 3], String> {
     list(text, &numbers::SIDE)
@@ -111,24 +98,6 @@ mod tests {
             ("0.5 o.2 0.1", "must be a number, -100 to 100 m"),
         ] {
             assert_eq!(typed_point(text), Err(why.to_owned()), "{text}");
-        }
-    }
-
-    #[test]
-    fn a_place_in_one_word_is_written_with_spaces() {
-        for word in [
-            "0.6,0.25,-0.3",
-            "0.6;0.25;-0.3",
-            "0,6;0,25;-0,3",
-            "0,6,0,25,-0,3",
-            "[0.6, 0.25, -0.3]",
-            "(0.6,0.25,-0.3)",
-            "0.6 0.25 -0.3",
-        ] {
-            assert_eq!(place_in(word).as_deref(), Some("0.6 0.25 -0.3"), "{word}");
-        }
-        for word in ["", "0.6", "0.6,0.25", "1,2,3,4", "a,b,c", "rig.toml", "[]"] {
-            assert_eq!(place_in(word), None, "{word}");
         }
     }
 

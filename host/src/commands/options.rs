@@ -56,7 +56,7 @@ impl RunOptions {
         }
         Err(bad_input(format!(
             "--timeout has no effect on a hold without --page or --ros2: it goes on until Ctrl-C. \
-             Leave the option out; `timeout -s INT {} plumb hold RIG` ends it by itself",
+             Leave the option out; `timeout -s INT {} plumb hold` ends it by itself",
             self.timeout
         )))
     }

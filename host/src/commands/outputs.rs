@@ -96,7 +96,7 @@ impl Outputs {
             is_operated,
             told: None,
             standing: None,
-            clear: "plumb clear RIG.toml".to_owned(),
+            clear: "plumb clear".to_owned(),
             warnings: NO_WARNINGS.to_owned(),
         })
     }

@@ -21,7 +21,6 @@ use plumb_runtime::run_log::is_run_log;
 
 use super::number_list::point;
 use super::print::note;
-use super::words::time_doubt;
 use super::{Failure, bad_input, numbers};
 use file_places::FilePlaces;
 
@@ -40,6 +39,10 @@ const RUN_LOG: &str = "this is the log of a run, and no path: write a file with 
 
 /// Seed of the shape spline where none is given.
 const DEFAULT_SEED: u64 = 1;
+
+/// Mean time between two places of a file above which their times seem to be in another unit,
+/// seconds.
+const LONG_PAUSE_S: f64 = 5.0;
 
 #[derive(Args)]
 #[command(next_help_heading = "Path")]
@@ -264,6 +267,15 @@ fn note_size(trajectory: &Trajectory, times: &[f64]) {
     match trajectory.period() {
         Some(lap) => note!("path: a lap of {length:.3} m takes {lap:.1} s{doubt}"),
         None => note!("path: {length:.3} m, {:.1} s{doubt}", trajectory.duration()),
+    }
+}
+
+/// Returns the doubt about the unit of `t` in a file of so many places that take `span_s` seconds,
+/// as the end of a message; empty where there is none.
+pub(super) fn time_doubt(places: usize, span_s: f64) -> &'static str {
+    match span_s > LONG_PAUSE_S * places as f64 {
+        true => " (is its `t` in milliseconds? It must be in seconds)",
+        false => "",
     }
 }
 

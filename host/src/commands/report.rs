@@ -16,7 +16,7 @@ use serde_json::json;
 use super::old_file::write_beside_former;
 use super::print::{note, result};
 use super::rig_args::PortArgs;
-use super::rig_path::{RIG_VARIABLE, named, optional_rig_path};
+use super::rig_path::RigArg;
 use super::{Failure, failed_because};
 use parts::Parts;
 
@@ -28,16 +28,13 @@ use parts::Parts;
 #[derive(Parser)]
 #[command(
     after_help = examples![
-        "plumb report rig.toml",
-        "plumb report rig.toml --run runs/run-0007 --out question.tar.gz",
+        "plumb report",
+        "plumb report --run runs/run-0007 --out question.tar.gz",
     ]
 )]
 pub(crate) struct Args {
-    /// Rig file, for the report and for the port of its board [default: no rig file, and the one
-    /// Plumb board on USB]
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
-    #[arg(value_parser = optional_rig_path)]
-    rig: Option<PathBuf>,
+    #[command(flatten)]
+    rig: RigArg,
     #[command(flatten)]
     port: PortArgs,
     /// Folder of a run [default: the newest one in runs]
@@ -57,11 +54,11 @@ pub(crate) struct Args {
 pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
     archive::check_replaceable(&args.out)?;
     let mut parts = Parts::default();
-    let rig = named(args.rig.as_deref());
-    parts.add_board(&args.port, rig);
+    let rig = args.rig.found();
+    parts.add_board(&args.port, rig.as_deref());
     parts.add_selftest(args.selftest.as_deref())?;
     parts.add_cameras()?;
-    parts.add_rig(rig)?;
+    parts.add_rig(rig.as_deref())?;
     parts.add_run(args.run.as_deref())?;
     for missing in parts.missing() {
         note!("missing: {missing}");

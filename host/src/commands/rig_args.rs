@@ -1,7 +1,7 @@
 //! Arguments that commands share: the port of the board, and its kind.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use plumb_config::error_chain::ErrorChain;
@@ -10,7 +10,7 @@ use plumb_runtime::rig::quantity::BAUD;
 use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
 use super::print::note;
-use super::rig_path::{RIG_VARIABLE, named, optional_rig_path};
+use super::rig_path::RigArg;
 use super::{Failure, bad_input, numbers};
 
 /// Environment variable with the port of a command line that names none.
@@ -30,7 +30,8 @@ const TRIAL: &str = "Without a board: `plumb init trial --simulated` writes a si
 #[derive(Args)]
 #[command(next_help_heading = "Board")]
 pub(crate) struct PortArgs {
-    /// Serial port of the board [default: the rig file's]
+    /// Serial port of the board [default: the rig file's; without a rig file the one Plumb board on
+    /// USB]
     #[arg(long, env = PORT_VARIABLE, hide_env_values = true, value_parser = port)]
     port: Option<String>,
     /// Baud rate, where the port is a UART, 300 to 20000000 bit/s [default: the rig file's]
@@ -65,6 +66,12 @@ impl PortArgs {
                 false => failure,
             }
         })
+    }
+
+    /// Says which rig file and which port the command takes.
+    pub(crate) fn note(&self, file: &Path, rig: &Rig) {
+        let BoardPort { port, .. } = self.applied_to(&rig.board.address());
+        note!("rig file {}, board at {port}", file.display());
     }
 
     /// Returns the port where a program is at its other end, such as an emulated board.
@@ -163,10 +170,8 @@ impl From<BoardOption> for BoardName {
 /// The board of a command that needs no configuration.
 #[derive(Args)]
 pub(crate) struct BoardArgs {
-    /// Rig file, for its table [board]: port, baud rate, kind [default: the one Plumb board on USB]
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
-    #[arg(value_parser = optional_rig_path)]
-    rig: Option<PathBuf>,
+    #[command(flatten)]
+    rig: RigArg,
     #[command(flatten)]
     port: PortArgs,
     /// End with a line of JSON on standard output
@@ -177,7 +182,7 @@ pub(crate) struct BoardArgs {
 impl BoardArgs {
     /// Returns the kind of the board in the rig file; `None` without a file.
     pub(crate) fn kind(&self) -> Result<Option<BoardName>, Failure> {
-        let rig = self.rig().map(Rig::read).transpose()?;
+        let rig = self.rig.found().as_deref().map(Rig::read).transpose()?;
         Ok(rig.map(|rig| rig.board.kind))
     }
 
@@ -189,17 +194,13 @@ impl BoardArgs {
 
     /// Returns the failure to open the port of this board.
     pub(crate) fn not_open(&self, error: LinkError) -> Failure {
-        not_open(error, self.rig().and_then(|path| Rig::read(path).ok()).as_ref())
+        not_open(error, self.rig.found().and_then(|path| Rig::read(&path).ok()).as_ref())
     }
 
     /// Returns the port of the options, of the rig file, or of the one board on USB, in this order;
     /// likewise its baud rate.
     pub(crate) fn board(&self) -> Result<BoardPort, Failure> {
-        self.port.board_or_only(self.rig())
-    }
-
-    fn rig(&self) -> Option<&Path> {
-        named(self.rig.as_deref())
+        self.port.board_or_only(self.rig.found().as_deref())
     }
 }
 
@@ -251,7 +252,7 @@ mod tests {
         });
         std::fs::write(&rig, lines.collect::<Vec<_>>().join("\n")).unwrap();
         let port = PortArgs { port: port.map(str::to_owned), baud };
-        let board = BoardArgs { rig: Some(rig), port, json: false }.board();
+        let board = BoardArgs { rig: RigArg::named(rig), port, json: false }.board();
         let BoardPort { port, baud } = board.unwrap_or_else(|error| panic!("{}", error.message()));
         (port, baud)
     }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use clap::{Arg, Command, Parser};
+use clap::Parser;
 use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::stream::StreamAddress;
@@ -29,13 +29,12 @@ use super::interrupt::{interrupt_flag, interrupted_before};
 use super::operators::Operators;
 use super::options::RunOptions;
 use super::outputs::Outputs;
-use super::path_args::PathArgs;
+use super::path_args::{PathArgs, time_doubt};
 use super::print::{self, note, tell};
 use super::real_time::RealTime;
 use super::rig_args::PortArgs;
-use super::rig_path::{RigArg, split_rig};
+use super::rig_path::{RigArg, rig_option};
 use super::run_camera::{RunCamera, read_camera, record_folder};
-use super::words::{in_metres, shape_option, time_doubt};
 use super::{Failure, Physics, bad_input, law, numbers};
 
 /// Drive the ball through the targets of a rig file
@@ -46,11 +45,11 @@ use super::{Failure, Physics, bad_input, law, numbers};
 #[derive(Parser)]
 #[command(
     after_help = examples![
-        "plumb run rig.toml",
-        "plumb run rig.toml --law taut --timeout 60 --json",
-        "plumb run rig.toml --record recordings/one",
-        "plumb run rig.toml --path eight --speed 0.05 --loop",
-        "tracker.py | plumb run rig.toml --targets -",
+        "plumb run",
+        "plumb run --rig trial/rig.toml --law taut --timeout 60 --json",
+        "plumb run --record recordings/one",
+        "plumb run --path eight --speed 0.05 --loop",
+        "tracker.py | plumb run --targets -",
     ]
 )]
 pub(crate) struct RunArgs {
@@ -82,39 +81,31 @@ pub(crate) struct RunArgs {
 #[derive(Parser)]
 #[command(
     allow_negative_numbers = true,
-    override_usage = GOTO_USAGE,
     after_help = examples![
-        "plumb goto rig.toml 0.4 0.3 0.2",
-        "PLUMB_RIG=rig.toml plumb goto 0.4 -0.1 0.2 --timeout 30",
+        "plumb goto 0.4 0.3 0.2",
+        "plumb goto --rig trial/rig.toml 0.4 -0.1 0.2 --timeout 30",
     ]
 )]
 pub(crate) struct GotoArgs {
-    /// Rig file (TOML, SI units) [env: PLUMB_RIG]
-    rig: Option<String>,
     /// Along the side from motor C to motors A and B, -100 to 100 m
-    x: Option<String>,
+    #[arg(value_parser = numbers::within(numbers::COORDINATE))]
+    x: f64,
     /// Along the line from motor B to motor A, -100 to 100 m
-    y: Option<String>,
+    #[arg(value_parser = numbers::within(numbers::COORDINATE))]
+    y: f64,
     /// Upwards, -100 to 100 m
-    z: Option<String>,
+    #[arg(value_parser = numbers::within(numbers::COORDINATE))]
+    z: f64,
+    #[command(flatten)]
+    rig: RigArg,
     #[command(flatten)]
     options: Common,
 }
 
-/// Returns the command line for its help: the coordinates of `plumb goto`, which the parser cannot
-/// demand behind a rig file that may be left out, are needed.
-pub(crate) fn with_coordinates_needed(cli: Command) -> Command {
-    let needed = |arg: Arg| if arg.is_positional() { arg.required(true) } else { arg };
-    cli.mut_subcommand("goto", |goto| goto.mut_args(needed))
-}
-
-/// Usage of `plumb goto`.
-const GOTO_USAGE: &str = "plumb goto [OPTIONS] [RIG] <X> <Y> <Z>";
-
 #[derive(Parser)]
 pub(super) struct Common {
     #[command(flatten)]
-    port: PortArgs,
+    pub(super) port: PortArgs,
     /// Control law, with its usual parameters: interval, sign, adaptive or taut [default: the rig
     /// file's]
     #[arg(long, value_parser = law)]
@@ -127,14 +118,15 @@ pub(super) struct Common {
 }
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
-    let file = &args.rig.rig;
-    let text = read_text(file, MAX_BYTES).map_err(TomlFileError::from)?;
-    let rig = Rig::parse(file, &text)?;
-    if let Some(finding) = wrong_targets(file, &text, &rig).first() {
+    let file = args.rig.needed()?;
+    let text = read_text(&file, MAX_BYTES).map_err(TomlFileError::from)?;
+    let rig = Rig::parse(&file, &text)?;
+    if let Some(finding) = wrong_targets(&file, &text, &rig).first() {
         return Err(bad_input(finding));
     }
+    args.options.port.note(&file, &rig);
     let goal = args.goal(&rig)?;
-    drive(file, rig, &goal, &args.options)
+    drive(&file, rig, &goal, &args.options)
 }
 
 impl RunArgs {
@@ -146,7 +138,6 @@ impl RunArgs {
         }
         if let Some(file) = &self.waypoints {
             self.path.check_unused("--waypoints")?;
-            check_no_shape(file)?;
             let waypoints = read_waypoints(file, &rig.motion_rules())?;
             return Ok(Goal::Waypoints(waypoints, self.is_repeated));
         }
@@ -158,32 +149,12 @@ impl RunArgs {
     }
 }
 
-/// Checks that the file of `--waypoints` is no shape: `--path` has these.
-fn check_no_shape(file: &Path) -> Result<(), Failure> {
-    match file.to_str().and_then(shape_option) {
-        Some(option) if !file.exists() => Err(bad_input(format!(
-            "--waypoints {}: there is no such file; for a shape: {option}",
-            file.display()
-        ))),
-        _ => Ok(()),
-    }
-}
-
 pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
-    const NAMES: [&str; 3] = ["<X>", "<Y>", "<Z>"];
-    let (file, words) = split_rig([args.rig, args.x, args.y, args.z], &NAMES, GOTO_USAGE)?;
-    let mut target = [0.0; 3];
-    for ((coordinate, word), name) in target.iter_mut().zip(&words).zip(NAMES) {
-        *coordinate = numbers::parse(word, &numbers::COORDINATE).map_err(|why| {
-            let command = in_metres(file.to_str(), &words.join(" "));
-            let hint = command.map(|command| format!(" If these are millimetres: {command}"));
-            let hint = hint.unwrap_or_default();
-            bad_input(format!("invalid value '{word}' for '{name}': {why}{hint}"))
-        })?;
-    }
+    let file = args.rig.needed()?;
     let mut rig = Rig::read(&file)?;
-    rig.set_targets(&[target])?;
+    rig.set_targets(&[[args.x, args.y, args.z]])?;
     check_targets(&rig)?;
+    args.options.port.note(&file, &rig);
     drive(&file, rig, &Goal::Targets, &args.options)
 }
 
@@ -279,7 +250,7 @@ pub(super) fn drive(
     let log = RunLog::create(&output_dir, FigureSettings::of(&rig))?;
     let (targets, is_operated) = (run.target_count(), steering.is_operated());
     let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop, targets, is_operated)?;
-    let outputs = outputs.cleared_by(format!("plumb clear {}{}", file.display(), options.port));
+    let outputs = outputs.cleared_by(format!("plumb clear{}{}", rig_option(file), options.port));
     let is_endless = goal.is_endless();
     PreparedRun { run, camera, detector, steering, stream, outputs, is_endless }
         .drive(&options.run, &interrupted)

@@ -30,8 +30,7 @@ struct Number {
 }
 
 /// Arguments that are texts, and hold numbers.
-const NUMBERS_IN_TEXT: [(&str, &str); 4] =
-    [("goto", "x"), ("goto", "y"), ("goto", "z"), ("jog", "distance")];
+const NUMBERS_IN_TEXT: [(&str, &str); 1] = [("jog", "distance")];
 
 /// Returns whether the values of an argument are numbers.
 fn is_number(command: &str, arg: &Arg) -> bool {
@@ -147,14 +146,14 @@ impl Folder {
         let (rig, blind, new) = (self.path("rig.toml"), self.path("blind.toml"), self.fresh());
         let text = match command {
             "demo" => "demo --law interval --path spline".to_owned(),
-            "run" => format!("run {rig} --path spline --port {NO_PORT}"),
-            "goto" => format!("goto {rig} 0.4 0.3 0.2 --port {NO_PORT}"),
-            "jog" => format!("jog {rig} A 20 --port {NO_PORT}"),
-            "hold" => format!("hold {rig} --port {NO_PORT}"),
-            "home" => format!("home {rig} --port {NO_PORT}"),
-            "check" => format!("check {rig} --yes --port {NO_PORT}"),
+            "run" => format!("run --rig {rig} --path spline --port {NO_PORT}"),
+            "goto" => format!("goto --rig {rig} 0.4 0.3 0.2 --port {NO_PORT}"),
+            "jog" => format!("jog --rig {rig} A 20 --port {NO_PORT}"),
+            "hold" => format!("hold --rig {rig} --port {NO_PORT}"),
+            "home" => format!("home --rig {rig} --port {NO_PORT}"),
+            "check" => format!("check --rig {rig} --yes --port {NO_PORT}"),
             "stop" | "clear" => format!("{command} --port {NO_PORT}"),
-            "board save" => format!("board save {rig} --port {NO_PORT}"),
+            "board save" => format!("board save --rig {rig} --port {NO_PORT}"),
             "board status" | "board bootloader" => format!("{command} --port {NO_PORT}"),
             "board flash" => format!("{command} {} --port {NO_PORT}", self.path("plumb.uf2")),
             "report" => format!("report --port {NO_PORT} --out {new}"),
@@ -162,19 +161,19 @@ impl Folder {
             "calibrate" => {
                 let motors = "--motors --pixel 100,100 --pixel 500,100 --pixel 300,50";
                 return [
-                    format!("calibrate {blind} --board"),
-                    format!("calibrate {blind} {motors}"),
-                    format!("calibrate {blind} --ball --place 0.4,0.3,0.2"),
-                    format!("calibrate {blind} --lens"),
-                    format!("calibrate {rig} --import {}", self.path("lens.yaml")),
+                    format!("calibrate --rig {blind} --board"),
+                    format!("calibrate --rig {blind} {motors}"),
+                    format!("calibrate --rig {blind} --ball --place 0.4,0.3,0.2"),
+                    format!("calibrate --rig {blind} --lens"),
+                    format!("calibrate --rig {rig} --import {}", self.path("lens.yaml")),
                 ]
                 .map(|line| words(&line))
                 .into();
             }
             "emulate" => {
-                format!("emulate {} --lost=0.1 --driver-trouble=hot", self.path("uart.toml"))
+                format!("emulate --rig {} --lost=0.1 --driver-trouble=hot", self.path("uart.toml"))
             }
-            "verify" => format!("verify {rig}"),
+            "verify" => format!("verify --rig {rig}"),
             "bench control" => "bench control --law interval".to_owned(),
             "bench calibration" => "bench calibration --way motors".to_owned(),
             other => other.to_owned(),

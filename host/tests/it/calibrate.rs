@@ -61,7 +61,8 @@ fn a_board_gives_the_pose_and_the_former_file_is_kept() {
     let rig = askew_rig(folder.path());
     let before = fs::read_to_string(folder.path().join("camera.toml")).unwrap();
     let place = ["--upright", "--turn", "90", "--origin", "0.5,0.15,0.1"];
-    let arguments = [&["calibrate", &rig, "--board", "--yes", "--json"][..], &place].concat();
+    let arguments =
+        [&["calibrate", "--rig", &rig, "--board", "--yes", "--json"][..], &place].concat();
     let output = plumb(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let result = json(&output);
@@ -85,7 +86,7 @@ fn typed_places_of_the_ball_give_the_pose() {
     let rig = askew_rig(folder.path());
     // A word that is no place is asked again; an empty line ends.
     let lines = format!("here\n{}\n\n", PLACES.join("\n"));
-    let arguments = ["calibrate", &rig, "--ball", "--frames", "3", "--json"];
+    let arguments = ["calibrate", "--rig", &rig, "--ball", "--frames", "3", "--json"];
     let output = typed(&arguments, &lines, folder.path());
     // Nobody can be asked on a pipe, so that nothing is written.
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
@@ -108,7 +109,7 @@ fn motors_give_the_pose_from_pixels_that_are_read_in_the_kept_picture() {
     let text = fs::read_to_string(&file).unwrap();
     let place = "[2.6, 0.3, 0.45]";
     fs::write(&file, text.replace("[1.737, 0.286, 0.225]", place)).unwrap();
-    let output = plumb(&["calibrate", &rig, "--motors"], folder.path());
+    let output = plumb(&["calibrate", "--rig", &rig, "--motors"], folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains("Or choose them in a browser: --page"), "{}", stderr(&output));
     assert!(folder.path().join("camera.motors.png").exists());
@@ -118,7 +119,8 @@ fn motors_give_the_pose_from_pixels_that_are_read_in_the_kept_picture() {
     // u = 319.5 + 525 (y - 0.3) / (2.6 - x), v = 239.5 + 525 (0.45 - z) / (2.6 - x)
     let measure = |pixels: [&str; 3]| {
         let pixels = pixels.map(|pixel| ["--pixel", pixel]).concat();
-        let options = ["calibrate", &rig, "--motors", "--height", "0.665", "--yes", "--json"];
+        let options =
+            ["calibrate", "--rig", &rig, "--motors", "--height", "0.665", "--yes", "--json"];
         plumb(&[&options[..], &pixels].concat(), folder.path())
     };
     let output = measure(["412.5,175", "229.5,175", "307.4,196.1"]);
@@ -142,7 +144,7 @@ fn places_that_do_not_determine_a_pose_are_refused_and_nothing_is_written() {
     let rig = rig_file(folder.path(), |text| text);
     let refusal = |places: &[&str]| {
         let places: Vec<&str> = places.iter().flat_map(|place| ["--place", place]).collect();
-        let arguments = ["calibrate", &rig, "--ball", "--yes", "--frames", "2"];
+        let arguments = ["calibrate", "--rig", &rig, "--ball", "--yes", "--frames", "2"];
         let output = plumb(&[&arguments[..], &places].concat(), folder.path());
         assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
         stderr(&output)
@@ -216,13 +218,12 @@ fn options_of_another_way_are_refused() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     for arguments in [
-        &["calibrate", &rig][..],
-        &["calibrate", &rig, "--board", "--ball"],
-        &["calibrate", &rig, "--ball", "--origin", "0,0,0"],
-        &["calibrate", &rig, "--board", "--origin", "0,0"],
-        &["calibrate", &rig, "--board", "--square", "-1"],
-        &["calibrate", &rig, "--motors", "--pixel", "1,2"],
-        &["calibrate", "--board"],
+        &["calibrate", "--rig", &rig][..],
+        &["calibrate", "--rig", &rig, "--board", "--ball"],
+        &["calibrate", "--rig", &rig, "--ball", "--origin", "0,0,0"],
+        &["calibrate", "--rig", &rig, "--board", "--origin", "0,0"],
+        &["calibrate", "--rig", &rig, "--board", "--square", "-1"],
+        &["calibrate", "--rig", &rig, "--motors", "--pixel", "1,2"],
     ] {
         let output = plumb(arguments, folder.path());
         assert_eq!(output.status.code(), Some(2), "{arguments:?} {}", stderr(&output));
@@ -233,7 +234,8 @@ fn options_of_another_way_are_refused() {
 fn too_few_places_are_refused_before_the_pictures() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
-    let output = plumb(&["calibrate", &rig, "--ball", "--place", "0.5,0.2,0.1"], folder.path());
+    let output =
+        plumb(&["calibrate", "--rig", &rig, "--ball", "--place", "0.5,0.2,0.1"], folder.path());
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert_eq!(text, "plumb: --place: 4 to 40 are needed; given: 1\n");
@@ -244,12 +246,14 @@ fn motors_without_a_measured_place_are_refused_before_the_pictures() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let pixels = ["--pixel", "1,2", "--pixel", "3,4", "--pixel", "5,6"];
-    let output = plumb(&[&["calibrate", &rig, "--motors"], &pixels[..]].concat(), folder.path());
+    let output =
+        plumb(&[&["calibrate", "--rig", &rig, "--motors"], &pixels[..]].concat(), folder.path());
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.starts_with("plumb: give --height"), "{text}");
     let two = ["--motor", "0,0,1", "--motor", "1,0,1"];
-    let output = plumb(&[&["calibrate", &rig, "--motors"], &two[..]].concat(), folder.path());
+    let output =
+        plumb(&[&["calibrate", "--rig", &rig, "--motors"], &two[..]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert_eq!(stderr(&output), "plumb: --motor: 3 are needed; given: 2\n");
 }
@@ -261,7 +265,7 @@ fn without_depth_motors_give_a_picture_and_no_pose() {
     let camera = folder.path().join("camera.toml");
     let text = fs::read_to_string(&camera).unwrap();
     fs::write(&camera, text.replace("depth_scale = 5000.0", "depth_scale = \"none\"")).unwrap();
-    let motors = ["calibrate", &rig, "--motors", "--height", "0.665"];
+    let motors = ["calibrate", "--rig", &rig, "--motors", "--height", "0.665"];
     let pixels = ["--pixel", "1,2", "--pixel", "3,4", "--pixel", "5,6"];
     for more in [&pixels[..], &["--page=127.0.0.1:0"]] {
         let output = plumb(&[&motors[..], more].concat(), folder.path());
@@ -269,7 +273,7 @@ fn without_depth_motors_give_a_picture_and_no_pose() {
         assert_eq!(output.status.code(), Some(2), "{text}");
         assert!(text.starts_with("plumb: --motors needs depth"), "{text}");
     }
-    let output = plumb(&["calibrate", &rig, "--motors"], folder.path());
+    let output = plumb(&["calibrate", "--rig", &rig, "--motors"], folder.path());
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(text.contains("take --board or --ball for the pose"), "{text}");
@@ -281,7 +285,7 @@ fn a_page_needs_a_measure_and_takes_no_pixels() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let refusal = |options: &[&str]| {
-        let arguments = [&["calibrate", &rig, "--page=127.0.0.1:0"], options].concat();
+        let arguments = [&["calibrate", "--rig", &rig, "--page=127.0.0.1:0"], options].concat();
         let output = plumb(&arguments, folder.path());
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         stderr(&output)

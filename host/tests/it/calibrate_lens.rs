@@ -61,7 +61,8 @@ fn pictures_of_a_folder_give_the_lens_and_the_former_file_is_kept() {
     let rig = rig_file(folder.path(), |text| text);
     let before = fs::read_to_string(folder.path().join("camera.toml")).unwrap();
     take_pictures(folder.path());
-    let arguments = ["calibrate", &rig, "--lens", "--pictures", "photos", "--yes", "--json"];
+    let arguments =
+        ["calibrate", "--rig", &rig, "--lens", "--pictures", "photos", "--yes", "--json"];
     let output = plumb(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     check(&json(&output), &lens());
@@ -87,7 +88,7 @@ fn a_lens_that_a_run_ignores_comes_with_the_line_to_write() {
     ] {
         let lines = format!("[camera]\n{camera}\n");
         let rig = rig_file(folder.path(), |text| text.replacen("[camera]\n", &lines, 1));
-        let arguments = ["calibrate", &rig, "--lens", "--pictures", "photos", "--yes"];
+        let arguments = ["calibrate", "--rig", &rig, "--lens", "--pictures", "photos", "--yes"];
         let text = stderr(&plumb(&arguments, folder.path()));
         let name = camera.split('"').nth(1).unwrap();
         let says = match camera.contains("intrinsics") {
@@ -106,8 +107,10 @@ fn the_simulated_camera_shows_the_board_for_its_lens() {
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, text.replacen("cx = ", "k1 = -0.28\nk2 = 0.1\ncx = ", 1)).unwrap();
     let truth = camera_file::read(&path).unwrap().intrinsics;
-    let output =
-        plumb(&["calibrate", &rig, "--lens", "--views", "12", "--yes", "--json"], folder.path());
+    let output = plumb(
+        &["calibrate", "--rig", &rig, "--lens", "--views", "12", "--yes", "--json"],
+        folder.path(),
+    );
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     check(&json(&output), &truth);
 }
@@ -149,7 +152,7 @@ fn the_file_s_guess_may_be_for_pictures_of_another_size() {
     let folder = folder();
     let (rig, lens) = recorded_rig(folder.path());
     // The paper's intrinsics are for 640x480.
-    let arguments = ["calibrate", &rig, "--lens", "--views", "12", "--yes", "--json"];
+    let arguments = ["calibrate", "--rig", &rig, "--lens", "--views", "12", "--yes", "--json"];
     let output = plumb(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     check(&json(&output), &lens);
@@ -171,14 +174,15 @@ fn pictures_that_are_taken_when_the_camera_fails_are_kept() {
     let failure = |k: u32| format!("{:.3} 08.png\n", 1.0 + 0.02 * f64::from(k));
     let failures: String = (0..40).map(failure).collect();
     fs::write(board.join("rgb.txt"), list + &failures).unwrap();
-    let output = plumb(&["calibrate", &rig, "--lens", "--yes"], folder.path());
+    let output = plumb(&["calibrate", "--rig", &rig, "--lens", "--yes"], folder.path());
     let text = stderr(&output);
     assert!(output.status.code() == Some(1) && text.contains("08.png"), "{text}");
     let taken = folder.path().join("camera.lens/taken-0001");
     assert!(text.contains(&format!("--pictures {}", taken.display())), "{text}");
     assert_eq!(count(&taken), 8);
     let pictures = ["--pictures", "camera.lens/taken-0001"];
-    let arguments = [&["calibrate", &rig, "--lens", "--yes", "--json"], &pictures[..]].concat();
+    let arguments =
+        [&["calibrate", "--rig", &rig, "--lens", "--yes", "--json"], &pictures[..]].concat();
     let output = plumb(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     check(&json(&output), &lens);
@@ -192,7 +196,7 @@ fn pictures_that_do_not_suffice_are_refused_and_nothing_is_written() {
     let before = fs::read_to_string(folder.path().join("camera.toml")).unwrap();
     let photos = folder.path().join("photos");
     let run = || {
-        let arguments = ["calibrate", &rig, "--lens", "--pictures", "photos", "--yes"];
+        let arguments = ["calibrate", "--rig", &rig, "--lens", "--pictures", "photos", "--yes"];
         let output = plumb(&arguments, folder.path());
         let after = fs::read_to_string(folder.path().join("camera.toml")).unwrap();
         assert_eq!(after, before);

@@ -21,7 +21,7 @@ fn every_mistake_is_reported_with_exit_code_2() {
         let law = "[law.interval]\ngamma = 30.0\nalpha = 0.7\nbeta = 0.5\n\n[motors]";
         text.replace("[motors]", law)
     });
-    let output = plumb(&["check", &rig, "--file-only", "--json"], folder.path());
+    let output = plumb(&["check", "--rig", &rig, "--file-only", "--json"], folder.path());
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     for expected in [
@@ -41,7 +41,7 @@ fn every_mistake_is_reported_with_exit_code_2() {
 fn a_file_without_an_error_has_exit_code_0() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
-    let output = plumb(&["check", &rig, "--file-only"], folder.path());
+    let output = plumb(&["check", "--rig", &rig, "--file-only"], folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stderr(&output).contains("0 errors, 1 warning"), "{}", stderr(&output));
 }
@@ -52,7 +52,7 @@ fn a_run_without_targets_is_refused_before_the_board_is_configured() {
     let targets = "targets = [[0.400, 0.400, 0.150]]";
     let rig = rig_file(folder.path(), |text| text.replace(targets, "targets = []"));
     let emulator = Emulator::start();
-    let output = plumb(&["run", &rig, "--port", &emulator.port], folder.path());
+    let output = plumb(&["run", "--rig", &rig, "--port", &emulator.port], folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("`targets = []` has no target"), "{}", stderr(&output));
 }
@@ -76,9 +76,9 @@ fn a_run_answers_a_mistake_in_the_words_of_the_check() {
     ] {
         let rig = rig_file(folder.path(), |text| text.replacen(right, wrong, 1));
         for command in [
-            &["run", &rig][..],
-            &["goto", &rig, "0.4", "0.3", "0.2"],
-            &["check", &rig, "--file-only"],
+            &["run", "--rig", &rig][..],
+            &["goto", "--rig", &rig, "0.4", "0.3", "0.2"],
+            &["check", "--rig", &rig, "--file-only"],
         ] {
             let output = plumb(command, folder.path());
             let text = stderr(&output);
@@ -92,7 +92,7 @@ fn a_run_answers_a_mistake_in_the_words_of_the_check() {
 fn a_deadline_below_the_age_of_a_position_is_one_mistake() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text.replace("position = 0.5", "position = 0.05"));
-    let text = stderr(&plumb(&["check", &rig, "--file-only"], folder.path()));
+    let text = stderr(&plumb(&["check", "--rig", &rig, "--file-only"], folder.path()));
     assert!(
         text.contains("`deadlines.max_age = 0.25` is not below `deadlines.position`"),
         "{text}"
@@ -111,8 +111,14 @@ fn an_empty_port_of_the_rig_file_is_named() {
         lines.collect::<Vec<_>>().join("\n")
     });
     for (command, says) in [
-        (&["check", &rig, "--file-only"][..], "is no path: name the port of the board, such as"),
-        (&["home", &rig], "plumb: `board.port` of the rig file is empty: name the port of the"),
+        (
+            &["check", "--rig", &rig, "--file-only"][..],
+            "is no path: name the port of the board, such as",
+        ),
+        (
+            &["home", "--rig", &rig],
+            "plumb: `board.port` of the rig file is empty: name the port of the",
+        ),
     ] {
         let text = stderr(&plumb(command, folder.path()));
         assert!(text.contains(says), "{text}");
@@ -125,7 +131,7 @@ fn targets_beside_the_motors_and_below_the_floor_are_refused() {
     let rig = rig_file(folder.path(), |text| text);
     let emulator = Emulator::start();
     for [x, y, z] in [["0.4", "-0.1", "0.3"], ["0.4", "0.3", "-0.05"]] {
-        let goto = ["goto", &rig, x, y, z, "--port", &emulator.port];
+        let goto = ["goto", "--rig", &rig, x, y, z, "--port", &emulator.port];
         let output = plumb(&goto, folder.path());
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         assert!(stderr(&output).contains("outside the workspace"), "{}", stderr(&output));
@@ -137,7 +143,8 @@ fn nothing_moves_before_a_yes() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let emulator = Emulator::start();
-    let output = plumb(&["check", &rig, "--port", &emulator.port, "--json"], folder.path());
+    let output =
+        plumb(&["check", "--rig", &rig, "--port", &emulator.port, "--json"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     let error = json(&output)["error"].as_str().unwrap_or_default().to_owned();
     assert!(error.ends_with("? Nobody can be asked on this input: say yes with --yes"), "{error}");
@@ -150,7 +157,7 @@ fn nothing_moves_before_a_yes() {
 fn a_file_with_an_error_is_not_tried_on_the_rig() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text.replace("microsteps = 16", "microsteps = 17"));
-    let output = plumb(&["check", &rig, "--yes", "--port", "absent"], folder.path());
+    let output = plumb(&["check", "--rig", &rig, "--yes", "--port", "absent"], folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(!stderr(&output).contains("absent"), "{}", stderr(&output));
 }
@@ -161,7 +168,7 @@ fn a_check_without_a_yes_moves_nothing_and_says_why() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
-    let check = ["check", &rig, "--port", &emulator.port];
+    let check = ["check", "--rig", &rig, "--port", &emulator.port];
     let output = program(&check, folder.path()).output().unwrap();
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
@@ -185,7 +192,7 @@ fn a_signal_before_a_check_moves_nothing_and_says_so() {
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
     send(&emulator.child, Signal::SIGSTOP);
-    let check = ["check", &rig, "--port", &emulator.port, "--yes", "-vv"];
+    let check = ["check", "--rig", &rig, "--port", &emulator.port, "--yes", "-vv"];
     let mut check = program(&check, folder.path()).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(check.stderr.take().unwrap()).lines().map(Result::unwrap);
     let waits = lines.find(|line| line.contains("no answer from the board: sending"));

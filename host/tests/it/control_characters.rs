@@ -106,28 +106,28 @@ fn what_others_wrote_is_printed_with_escapes() {
         &["demo", &format!("--page={EVIL}")],
         &["demo", &format!("--ros2={EVIL}")],
         &["demo", "--out", EVIL],
-        &["run", &format!("{EVIL}/rig.toml")],
-        &["run", "rig.toml", "--port", EVIL],
-        &["run", "rig.toml", "--targets", EVIL],
-        &["goto", "rig.toml", "1", "2", EVIL],
-        &["check", "raw.toml"],
-        &["check", "key.toml"],
-        &["check", "key.toml", "--json"],
-        &["check", "value.toml"],
-        &["check", "file.toml"],
-        &["run", "key.toml"],
+        &["run", "--rig", &format!("{EVIL}/rig.toml")],
+        &["run", "--port", EVIL],
+        &["run", "--targets", EVIL],
+        &["goto", "1", "2", EVIL],
+        &["check", "--rig", "raw.toml"],
+        &["check", "--rig", "key.toml"],
+        &["check", "--rig", "key.toml", "--json"],
+        &["check", "--rig", "value.toml"],
+        &["check", "--rig", "file.toml"],
+        &["run", "--rig", "key.toml"],
         &["replay", EVIL],
         &["replay", "list"],
         &["replay", "name"],
         &["replay", "line"],
         &["replay", "name", "-v"],
         &["replay", "a.mcap", "--camera", "camera.toml"],
-        &["run", "rig.toml", "--waypoints", "places.csv"],
-        &["run", "rig.toml", "--path", "number.csv"],
-        &["run", "rig.toml", "--path", "a.gcode"],
-        &["run", "rig.toml", "--targets", "a.jsonl"],
-        &["calibrate", "rig.toml", "--import", "a.yaml"],
-        &["calibrate", "rig.toml", "--place", EVIL],
+        &["run", "--waypoints", "places.csv"],
+        &["run", "--path", "number.csv"],
+        &["run", "--path", "a.gcode"],
+        &["run", "--targets", "a.jsonl"],
+        &["calibrate", "--import", "a.yaml"],
+        &["calibrate", "--place", EVIL],
         &["plot", EVIL],
         &["report", "--run", EVIL],
         &["report", "--out", &format!("{EVIL}.gz"), "--json"],
@@ -149,10 +149,10 @@ fn what_senders_wrote_is_printed_with_escapes() {
     let key = format!("{{\"{ESCAPED}\": 1}}\n");
     let port = ["--port", &emulator.port];
     for (arguments, input) in [
-        (["run", "rig.toml", "--targets", "-", "-v", "--out", "1"], &key),
-        (["run", "stream.toml", "--timeout", "1", "-v", "--out", "2"], &key),
+        (&["run", "--targets", "-", "-v", "--out", "1"][..], &key),
+        (&["run", "--rig", "stream.toml", "--timeout", "1", "-v", "--out", "2"], &key),
     ] {
-        let output = run(&[&arguments[..], &port].concat(), "UNUSED", input, folder.path());
+        let output = run(&[arguments, &port].concat(), "UNUSED", input, folder.path());
         check(&arguments.join(" "), &output);
     }
 }

@@ -37,7 +37,6 @@ fn example(python: &Path, law: &str) -> Value {
     let output = Command::new(python)
         .arg(repository().join("host/examples/cosim_mujoco.py"))
         .args(["--plumb", env!("CARGO_BIN_EXE_plumb"), "--law", law, "--seed", "1"])
-        .env("PLUMB_RIG", "gone.toml")
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -48,9 +47,8 @@ fn example(python: &Path, law: &str) -> Value {
 fn a_target_outside_the_workspace_is_told_with_the_limits_and_with_whose_they_are() {
     let folder = folder();
     rig_file(folder.path(), |text| text);
-    let refusal = |variable: Option<&str>| {
-        let mut command = program(&["cosim"], folder.path());
-        command.envs(variable.map(|rig| ("PLUMB_RIG", rig)));
+    let refusal = |options: &[&str]| {
+        let mut command = program(&[&["cosim"], options].concat(), folder.path());
         let mut child = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let line = "{\"t\": 0, \"dt\": 0.1, \"target\": [9, 0, 0]}\n";
         child.stdin.take().unwrap().write_all(line.as_bytes()).unwrap();
@@ -58,11 +56,11 @@ fn a_target_outside_the_workspace_is_told_with_the_limits_and_with_whose_they_ar
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         stderr(&output)
     };
-    let text = refusal(None);
+    let text = refusal(&[]);
     let says = "outside the workspace. The workspace without a rig file is x -4.000 to 4.000 m,";
     assert!(text.contains(says), "{text}");
-    let text = refusal(Some("rig.toml"));
-    assert!(text.contains("The workspace of rig.toml (named by PLUMB_RIG) is x "), "{text}");
+    let text = refusal(&["--rig", "rig.toml"]);
+    assert!(text.contains("The workspace of rig.toml is x "), "{text}");
 }
 
 /// The default law keeps the cables taut on the paper's task; `adaptive`, which does not, shows

@@ -18,7 +18,7 @@ use crate::common::{self, Emulator, folder, json, patient, plumb, rig_file, send
 fn four_gotos_in_a_row_end_at_the_fourth_target() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
-    let mut emulator = Emulator::start_with(&[&rig]);
+    let mut emulator = Emulator::start_with(&["--rig", &rig]);
     let targets = [
         ["0.40", "0.40", "0.15"],
         ["0.52", "0.30", "0.30"],
@@ -27,7 +27,8 @@ fn four_gotos_in_a_row_end_at_the_fourth_target() {
     ];
     for (number, [x, y, z]) in targets.into_iter().enumerate() {
         let out = number.to_string();
-        let goto = ["goto", &rig, x, y, z, "--law", "taut", "--port", &emulator.port, "--json"];
+        let goto =
+            ["goto", "--rig", &rig, x, y, z, "--law", "taut", "--port", &emulator.port, "--json"];
         let output = plumb(&[&goto as &[&str], &["--out", &out]].concat(), folder.path());
         assert_eq!(output.status.code(), Some(0), "goto {number}: {}", stderr(&output));
     }
@@ -72,7 +73,7 @@ fn motor_positions_come_every_five_milliseconds() {
         lines.read_to_string(&mut text).unwrap();
         text
     });
-    let jog = plumb(&["jog", &rig, "B", "-7.5", "--port", &port], folder.path());
+    let jog = plumb(&["jog", "--rig", &rig, "B", "-7.5", "--port", &port], folder.path());
     assert_eq!(jog.status.code(), Some(0), "{}", stderr(&jog));
     thread::sleep(Duration::from_millis(200));
     send(&child, Signal::SIGTERM);
@@ -95,7 +96,7 @@ fn a_slow_reader_of_motor_positions_never_stalls_the_board() {
     let (child, port, lines) = emulate_motors();
     // Nobody reads for 4 s: the pipe and the queue are full after 3 s at the latest.
     thread::sleep(Duration::from_secs(4));
-    let jog = plumb(&["jog", &rig, "A", "20", "--port", &port], folder.path());
+    let jog = plumb(&["jog", "--rig", &rig, "A", "20", "--port", &port], folder.path());
     assert_eq!(jog.status.code(), Some(0), "{}", stderr(&jog));
     send(&child, Signal::SIGTERM);
     let output = child.wait_with_output().unwrap();
@@ -121,7 +122,8 @@ fn a_run_along_waypoints_has_a_leg_for_each() {
     let emulator = Emulator::start();
     let run = |text: &str, out: &str| {
         std::fs::write(folder.path().join("way.csv"), text).unwrap();
-        let run = ["run", &rig, "--waypoints", "way.csv", "--port", &emulator.port, "--json"];
+        let run =
+            ["run", "--rig", &rig, "--waypoints", "way.csv", "--port", &emulator.port, "--json"];
         plumb(&[&run as &[&str], &["--out", out]].concat(), folder.path())
     };
     let output = run(
@@ -155,6 +157,7 @@ fn waypoints_are_repeated_until_an_interrupt() {
     let mut run = start(
         &[
             "run",
+            "--rig",
             &rig,
             "--waypoints",
             "way.csv",
@@ -192,8 +195,10 @@ fn a_hold_keeps_the_ball_where_it_is_until_an_interrupt() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
-    let mut hold =
-        start(&["hold", &rig, "--port", &emulator.port, "--json", "--out", "run"], folder.path());
+    let mut hold = start(
+        &["hold", "--rig", &rig, "--port", &emulator.port, "--json", "--out", "run"],
+        folder.path(),
+    );
     // Also before the board holds it.
     common::until_rows(&mut hold, &folder.path().join("run"), 3);
     send(&hold, Signal::SIGTERM);

@@ -14,13 +14,13 @@ fn codes(port: &str) -> Vec<Option<i32>> {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let commands: [&[&str]; 7] = [
-        &["run", &rig, "--port", port, "--out", "run"],
-        &["goto", &rig, "0.4", "0.4", "0.15", "--port", port, "--out", "goto"],
+        &["run", "--rig", &rig, "--port", port, "--out", "run"],
+        &["goto", "--rig", &rig, "0.4", "0.4", "0.15", "--port", port, "--out", "goto"],
         &["board", "status", "--port", port],
-        &["board", "save", &rig, "--port", port],
-        &["jog", &rig, "A", "10", "--port", port],
+        &["board", "save", "--rig", &rig, "--port", port],
+        &["jog", "--rig", &rig, "A", "10", "--port", port],
         &["stop", "--port", port],
-        &["clear", &rig, "--port", port],
+        &["clear", "--rig", &rig, "--port", port],
     ];
     commands
         .iter()
@@ -62,12 +62,12 @@ fn a_command_that_fails_without_a_result_prints_its_error_as_json() {
     let rig = rig_file(folder.path(), |text| text);
     let absent = "/dev/absent";
     let cases: [(&[&str], &str); 8] = [
-        (&["run", &rig, "--port", absent, "--json"], "no such serial port"),
-        (&["run", "absent.toml", "--json"], "absent.toml"),
-        (&["run", &rig, "--timeout", "-3", "--json"], "--timeout"),
+        (&["run", "--rig", &rig, "--port", absent, "--json"], "no such serial port"),
+        (&["run", "--rig", "absent.toml", "--json"], "absent.toml"),
+        (&["run", "--rig", &rig, "--timeout", "-3", "--json"], "--timeout"),
         (&["run", "--json", "--unknown"], "--unknown"),
         (&["board", "status", "--port", absent, "--json"], "no such serial port"),
-        (&["board", "save", &rig, "--port", absent, "--json"], "no such serial port"),
+        (&["board", "save", "--rig", &rig, "--port", absent, "--json"], "no such serial port"),
         (&["board", "flash", "absent.uf2", "--json"], "absent.uf2: cannot be read: No such file"),
         // The demo always ends with a line of JSON.
         (&["demo", "--law", "sign", "--gamma", "999"], "--gamma"),
@@ -76,7 +76,7 @@ fn a_command_that_fails_without_a_result_prints_its_error_as_json() {
         let error = json_error(arguments, folder.path(), 2);
         assert!(error.contains(named), "{arguments:?}: {error}");
     }
-    let quiet = plumb(&["run", "absent.toml"], folder.path());
+    let quiet = plumb(&["run", "--rig", "absent.toml"], folder.path());
     assert!(quiet.stdout.is_empty(), "no JSON without --json");
 }
 
@@ -127,7 +127,7 @@ fn an_option_without_effect_is_bad_input() {
     }
     // Without a rig file the emulated board moves no rig.
     let error = json_error(&["emulate", "--physics", "elastic", "--json"], folder.path(), 2);
-    assert!(error.contains("RIG"), "{error}");
+    assert!(error.contains("--rig"), "{error}");
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn physics_without_a_simulated_rig_is_bad_input() {
     let folder = folder();
     let rig =
         rig_file(folder.path(), |text| text.replace("[camera]", "[camera]\nsource = \"openni\""));
-    let output = plumb(&["run", &rig, "--physics", "elastic"], folder.path());
+    let output = plumb(&["run", "--rig", &rig, "--physics", "elastic"], folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("--physics"), "{}", stderr(&output));
 }

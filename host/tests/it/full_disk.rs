@@ -131,7 +131,8 @@ fn every_command_tells_of_a_file_without_room() {
     let rig = rig_file(folder.path(), |text| text);
     let places = ["0.2,0.2,0.1", "0.7,0.1,0.1", "0.7,0.5,0.1", "0.4,0.3,0.4"];
     let places: Vec<&str> = places.iter().flat_map(|place| ["--place", place]).collect();
-    let ball = [&["calibrate", &rig, "--ball", "--yes", "--frames", "2"], &places[..]].concat();
+    let ball =
+        [&["calibrate", "--rig", &rig, "--ball", "--yes", "--frames", "2"], &places[..]].concat();
     let bench = ["bench", "control", "--rigs", "1", "--svg", "curves.svg"];
     for (arguments, file) in [
         (&["init", "new", "--simulated", "--yes"][..], "rig.toml"),

@@ -20,7 +20,7 @@ const LENS: &str = "image_width: 640\nimage_height: 480\ncamera_name: desk\ncame
 fn import(text: &str, options: &[&str], folder: &Path) -> Output {
     let rig = rig_file(folder, |text| text);
     fs::write(folder.join("other.yaml"), text).unwrap();
-    let arguments = ["calibrate", &rig, "--import", "other.yaml", "--yes", "--json"];
+    let arguments = ["calibrate", "--rig", &rig, "--import", "other.yaml", "--yes", "--json"];
     plumb(&[&arguments[..], options].concat(), folder)
 }
 
@@ -58,7 +58,7 @@ fn a_lens_that_a_run_ignores_comes_with_the_line_to_write() {
         let lines =
             format!("[camera]\nsource = \"realsense\"\nrealsense.intrinsics = \"{intrinsics}\"\n");
         let rig = rig_file(folder.path(), |text| text.replacen("[camera]\n", &lines, 1));
-        let arguments = ["calibrate", &rig, "--import", "other.yaml", "--yes"];
+        let arguments = ["calibrate", "--rig", &rig, "--import", "other.yaml", "--yes"];
         let text = stderr(&plumb(&arguments, folder.path()));
         let says = "set `intrinsics = \"file\"` in [camera.realsense] of";
         assert_eq!(text.contains(says), is_ignored, "{intrinsics}: {text}");

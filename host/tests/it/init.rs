@@ -30,7 +30,7 @@ fn init_and_check(folder: &Path, name: &str, options: &[&str]) {
     let output = plumb(&[&["init", name, "--yes"], options].concat(), folder);
     assert_eq!(output.status.code(), Some(0), "{options:?}: {}", stderr(&output));
     let rig = format!("{name}/rig.toml");
-    let output = plumb(&["check", &rig, "--file-only"], folder);
+    let output = plumb(&["check", "--rig", &rig, "--file-only"], folder);
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{options:?}: {text}");
     assert!(text.contains("0 errors, 0 warnings"), "{options:?}: {text}");
@@ -105,10 +105,13 @@ fn the_camera_file_of_a_recording_is_taken_and_other_units_of_depth_are_warned_a
     let end = "the file of the recording has 5000: no ball is found where the depth is wrong";
     for (command, says) in [
         (
-            &["check", "new/rig.toml", "--file-only"][..],
+            &["check", "--rig", "new/rig.toml", "--file-only"][..],
             "`intrinsics.depth_scale = 1000.0` is written here, but ",
         ),
-        (&["calibrate", "new/rig.toml", "--board"], "camera.toml: depth_scale = 1000, but "),
+        (
+            &["calibrate", "--rig", "new/rig.toml", "--board"],
+            "camera.toml: depth_scale = 1000, but ",
+        ),
     ] {
         let text = stderr(&plumb(command, folder.path()));
         assert!(text.contains(says) && text.contains(end), "{text}");
@@ -301,7 +304,7 @@ fn the_lens_of_a_camera_through_openni2_is_a_step() {
         file.replacen("\n[camera]\n", "\n[camera]\nopenni.intrinsics = \"device\"\n", 1),
     )
     .unwrap();
-    let checked = plumb(&["check", "rig.toml", "--file-only"], folder.path());
+    let checked = plumb(&["check", "--file-only"], folder.path());
     assert_eq!(checked.status.code(), Some(0), "{}", stderr(&checked));
 }
 
@@ -362,7 +365,7 @@ fn first_measured_y(camera: &str) -> f64 {
     let text = patient(fs::read_to_string(&path).unwrap());
     fs::write(&path, format!("{text}\n{camera}")).unwrap();
     let emulator = Emulator::start();
-    let run = ["run", "rig.toml", "--port", &emulator.port, "--timeout", "1.5", "--out", "run"];
+    let run = ["run", "--port", &emulator.port, "--timeout", "1.5", "--out", "run"];
     let output = plumb(&run, folder.path());
     let rows = fs::read_to_string(folder.path().join("run/run.csv")).unwrap();
     let names: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
@@ -389,7 +392,7 @@ fn simulated_run(edit: impl Fn(String) -> String) -> Output {
     let text = edit(patient(fs::read_to_string(&path).unwrap()));
     fs::write(&path, text).unwrap();
     let emulator = Emulator::start();
-    plumb(&["run", "rig.toml", "--port", &emulator.port, "--json"], folder.path())
+    plumb(&["run", "--port", &emulator.port, "--json"], folder.path())
 }
 
 #[test]
@@ -420,7 +423,7 @@ fn a_simulated_rig_at_a_board_that_another_rig_moved_is_told_before_it_moves() {
         fs::write(&path, text).unwrap();
     }
     let emulator = Emulator::start();
-    let run = |rig| plumb(&["run", rig, "--port", &emulator.port], folder.path());
+    let run = |rig| plumb(&["run", "--rig", rig, "--port", &emulator.port], folder.path());
     let output = run("big/rig.toml");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let output = run("small/rig.toml");
@@ -431,7 +434,7 @@ fn a_simulated_rig_at_a_board_that_another_rig_moved_is_told_before_it_moves() {
         "{text}"
     );
     assert!(text.ends_with("`plumb home` puts the ball of a simulated rig back at its start\n"));
-    let home = plumb(&["home", "small/rig.toml", "--port", &emulator.port], folder.path());
+    let home = plumb(&["home", "--rig", "small/rig.toml", "--port", &emulator.port], folder.path());
     assert_eq!(home.status.code(), Some(0), "{}", stderr(&home));
     let output = run("small/rig.toml");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));

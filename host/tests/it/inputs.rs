@@ -12,7 +12,7 @@ use std::time::Duration;
 use nix::sys::stat::Mode;
 use nix::unistd::mkfifo;
 
-use crate::common::{Emulator, folder, json, plumb, record, rig_file, rigs, stderr};
+use crate::common::{Emulator, folder, json, plumb, program, record, rig_file, rigs, stderr};
 
 /// Runs the program, and stops it where it hangs.
 fn ended(arguments: &[&str], folder: &Path) -> Output {
@@ -56,7 +56,7 @@ fn play(folder: &Path, stamp: impl Fn(f64, usize) -> String) -> Output {
         text.replace("file = \"camera.toml\"", "file = \"camera.toml\"\nrecording = \"recording\"")
     });
     let emulator = Emulator::start();
-    ended(&["run", &rig, "--port", &emulator.port, "--json", "--out", "run"], folder)
+    ended(&["run", "--rig", &rig, "--port", &emulator.port, "--json", "--out", "run"], folder)
 }
 
 #[test]
@@ -116,12 +116,12 @@ fn only_regular_files_are_read() {
     mkfifo(&folder.path().join("pipe"), Mode::S_IRWXU).unwrap();
     for other in ["pipe", "/dev/zero", "."] {
         for arguments in [
-            &["run", other] as &[&str],
-            &["verify", other],
+            &["run", "--rig", other] as &[&str],
+            &["verify", "--rig", other],
             &["verify", "--family", other],
             &["replay", ".", "--camera", other],
-            &["emulate", other],
-            &["cosim", other],
+            &["emulate", "--rig", other],
+            &["cosim", "--rig", other],
         ] {
             let output = ended(arguments, folder.path());
             let text = stderr(&output);
@@ -136,7 +136,7 @@ fn only_regular_files_are_read() {
             fs::read_to_string(rigs().join("paper.toml")).unwrap().replace("camera.toml", other),
         )
         .unwrap();
-        let text = stderr(&ended(&["run", &rig], folder.path()));
+        let text = stderr(&ended(&["run", "--rig", &rig], folder.path()));
         assert!(text.contains("must be a regular file"), "{text}");
     }
 }
@@ -167,7 +167,7 @@ fn only_regular_files_are_pictures_and_lists() {
 fn a_file_above_its_limit_is_refused_with_the_limit() {
     let folder = folder();
     let large = rig_file(folder.path(), |text| format!("{text}{}", "# filled\n".repeat(200_000)));
-    let output = plumb(&["run", &large], folder.path());
+    let output = plumb(&["run", "--rig", &large], folder.path());
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.contains("rig.toml: is too large") && text.contains("at most 1048576"), "{text}");
@@ -180,12 +180,12 @@ fn numbers_that_cannot_be_are_named_with_their_option() {
     let mut cases = Vec::new();
     for number in ["nan", "inf", "0", "-1"] {
         cases.push((vec!["demo", "--virtual-time", "--timeout", number], "--timeout"));
-        cases.push((vec!["run", &rig, "--timeout", number], "--timeout"));
+        cases.push((vec!["run", "--rig", &rig, "--timeout", number], "--timeout"));
         cases.push((vec!["demo", "--virtual-time", "--gamma", number], "--gamma"));
         cases.push((vec!["bench", "control", "--rigs", "1", "--gamma", number], "--gamma"));
     }
     for number in ["nan", "inf", "1e999"] {
-        cases.push((vec!["goto", &rig, "0.4", number, "0.15"], "<Y>"));
+        cases.push((vec!["goto", "--rig", &rig, "0.4", number, "0.15"], "<Y>"));
         cases.push((vec!["verify", "--tolerance", number], "--tolerance"));
         cases.push((vec!["verify", "--lambda", number], "--lambda"));
         cases.push((vec!["bench", "control", "--rigs", "1", "--mean", number], "--mean"));
@@ -246,16 +246,14 @@ fn a_target_that_is_mistyped_is_explained_before_the_port_is_opened() {
             &["0,4", "0.2", "0.3"][..],
             "invalid value '0,4' for '<X>': must be a number, -100 to 100 m; write 0.4",
         ),
-        (
-            &["0.4", "0.2"],
-            "the command line lacks <Z>; usage: plumb goto [OPTIONS] [RIG] <X> <Y> <Z>",
-        ),
-        (&["0.4"], "the command line lacks <Y>, <Z>; usage:"),
-        (&[], "the command line lacks <X>, <Y>, <Z>; usage:"),
+        (&["0.4", "0.2"], "required arguments were not provided: <Z>\n"),
+        (&["0.4"], "required arguments were not provided: <Y> <Z>\n"),
+        (&[], "required arguments were not provided: <X> <Y> <Z>\n"),
         (&["0.4", "0.2", "-1"], "z = -1 m is below the 0.05 m of `workspace.min`"),
         (&["0.9", "0.2", "0.3"], "x = 0.9 m is above the 0.8 m of `workspace.max`"),
     ] {
-        let goto = [&["goto", &rig] as &[&str], words, &["--port", "/dev/no-such-port"]].concat();
+        let goto =
+            [&["goto", "--rig", &rig] as &[&str], words, &["--port", "/dev/no-such-port"]].concat();
         let output = plumb(&goto, folder.path());
         assert_eq!(output.status.code(), Some(2), "{words:?}: {}", stderr(&output));
         assert!(stderr(&output).contains(named), "{words:?}: {}", stderr(&output));
@@ -263,20 +261,53 @@ fn a_target_that_is_mistyped_is_explained_before_the_port_is_opened() {
 }
 
 #[test]
-fn a_command_line_without_a_rig_file_or_with_another_file_is_told_what_to_do() {
+fn a_command_without_a_rig_file_is_told_what_to_do() {
     let folder = folder();
-    for command in [&["run"][..], &["hold"], &["check", "--file-only"], &["calibrate", "--board"]] {
-        let output = plumb(command, folder.path());
-        let text = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
-        let says = "no rig file is named: put it first, or set PLUMB_RIG (`plumb init` writes \
-                    one); usage: plumb ";
-        assert!(text.contains(says) && text.contains("[RIG]"), "{command:?}: {text}");
+    for command in [
+        &["run"][..],
+        &["goto", "0.4", "0.4", "0.15"],
+        &["hold"],
+        &["jog", "A", "1"],
+        &["home"],
+        &["check", "--file-only"],
+        &["calibrate", "--board"],
+        &["board", "save"],
+    ] {
+        let output = program(command, folder.path()).env("PLUMB_RIG", "").output().unwrap();
+        let says = "plumb: there is no rig.toml in this folder: `plumb init` writes one, and --rig \
+                    FILE names another\n";
+        assert_eq!(
+            (output.status.code(), stderr(&output).as_str()),
+            (Some(2), says),
+            "{command:?}"
+        );
     }
-    for list in ["mine.csv", "PATH.GCODE"] {
-        let output = plumb(&["run", list], folder.path());
-        assert_eq!(output.status.code(), Some(2));
-        assert!(stderr(&output).contains("--waypoints FILE"), "{}", stderr(&output));
+}
+
+#[test]
+fn an_option_names_the_rig_file_before_the_variable_and_this_before_the_folder() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    for other in ["a.toml", "b.toml"] {
+        fs::copy(&rig, folder.path().join(other)).unwrap();
+    }
+    let emulator = Emulator::start();
+    let port = ["--port", &emulator.port];
+    for (options, variable, named) in [
+        (&[][..], "", "rig.toml"),
+        (&[], "b.toml", "b.toml"),
+        (&["--rig", "a.toml"], "b.toml", "a.toml"),
+        (&["-r", "a.toml"], "", "a.toml"),
+    ] {
+        let jog = |more: &[&str]| {
+            let line = [&["jog", "A", "0"], &port[..], options, more].concat();
+            let output = program(&line, folder.path()).env("PLUMB_RIG", variable).output().unwrap();
+            assert_eq!(output.status.code(), Some(0), "{line:?}: {}", stderr(&output));
+            stderr(&output)
+        };
+        let note = format!("rig file {named}, board at {}", emulator.port);
+        assert_eq!(jog(&[]).lines().next(), Some(note.as_str()));
+        assert_eq!(jog(&["--quiet"]), "");
     }
 }
 
@@ -294,7 +325,7 @@ fn targets_of_a_file_outside_the_workspace_are_named_with_their_lines() {
         (&fine, &["--waypoints", "way.csv"], &["way.csv:2: [9.0, 0.2, 0.3] m", "way.csv:3:"]),
         (&fine, &["--path", "path.csv"], &["path.csv:3: [0.5000, 0.9000, 0.3000] m"]),
     ] {
-        let run = [&["run", rig, "--port", "/dev/no-such-port"] as &[&str], more].concat();
+        let run = [&["run", "--rig", rig, "--port", "/dev/no-such-port"] as &[&str], more].concat();
         let output = plumb(&run, folder.path());
         assert_eq!(output.status.code(), Some(2), "{more:?}: {}", stderr(&output));
         for named in named {
@@ -309,8 +340,9 @@ fn a_target_at_the_border_of_the_workspace_is_named() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let told = |z: &str| {
-        let output = plumb(&["goto", &rig, "0.5", "0.3", z, "--port", "absent"], folder.path());
-        stderr(&output).lines().next().unwrap_or_default().to_owned()
+        let output =
+            plumb(&["goto", "--rig", &rig, "0.5", "0.3", z, "--port", "absent"], folder.path());
+        stderr(&output).lines().nth(1).unwrap_or_default().to_owned()
     };
     let note = "target 1 is 2 mm from the border of the workspace: the board stops if the ball \
                 swings across it; 10 mm are enough";
@@ -323,10 +355,10 @@ fn a_target_at_the_border_of_the_workspace_is_named() {
 fn the_usage_after_a_mistake_is_that_of_the_help() {
     let folder = folder();
     for (arguments, usage) in [
-        (["run", "rig.toml", "--port", "x", "--unknown"], "plumb run [OPTIONS] [RIG]"),
-        (["board", "status", "--port", "x", "--unknown"], "plumb board status [OPTIONS] [RIG]"),
+        (&["run", "--rig", "rig.toml", "--port", "x", "--unknown"][..], "plumb run [OPTIONS]"),
+        (&["board", "status", "--port", "x", "--unknown"], "plumb board status [OPTIONS]"),
     ] {
-        let output = plumb(&arguments, folder.path());
+        let output = plumb(arguments, folder.path());
         let text = stderr(&output);
         let expected = format!("Usage: {usage}\nplumb: unexpected argument '--unknown' found\n");
         assert_eq!(text, expected);
@@ -337,7 +369,7 @@ fn the_usage_after_a_mistake_is_that_of_the_help() {
 fn the_help_has_what_is_needed_in_the_brackets_of_the_usage() {
     let help = plumb(&["goto", "--help"], folder().path());
     let text = String::from_utf8(help.stdout).unwrap();
-    for line in ["Usage: plumb goto [OPTIONS] [RIG] <X> <Y> <Z>", "  <X>", "  <Y>", "  <Z>"] {
+    for line in ["Usage: plumb goto [OPTIONS] <X> <Y> <Z>", "  <X>", "  <Y>", "  <Z>"] {
         assert!(text.lines().any(|it| it == line), "{line}: {text}");
     }
 }

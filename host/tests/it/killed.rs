@@ -118,7 +118,8 @@ fn last_motors(folder: &Path) -> [f64; 3] {
 
 /// Starts a drive to `target` with its results in `out`.
 fn start(folder: &Path, rig: &str, port: &str, target: [&str; 3], out: &str) -> Child {
-    let goto = [["goto", rig].as_slice(), &target, &["--port", port, "--out", out]].concat();
+    let goto =
+        [["goto", "--rig", rig].as_slice(), &target, &["--port", port, "--out", out]].concat();
     program(&goto, folder).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 

@@ -30,8 +30,7 @@ fn blind(text: String) -> String {
 
 /// Returns the whole command line of `drive`, with results in the folder `out`.
 fn arguments<'a>(drive: &[&'a str], rig: &'a str, port: &'a str, out: &'a str) -> Vec<&'a str> {
-    let rig = [drive[0], rig];
-    [&rig[..], &drive[1..], &["--port", port, "--json", "--out", out]].concat()
+    [drive, &["--rig", rig, "--port", port, "--json", "--out", out]].concat()
 }
 
 /// Starts a drive in the background, and kills it once it has sent ten positions. Returns its
@@ -89,17 +88,18 @@ fn a_drive_refuses_any_other_fault() {
         let output = plumb(&arguments(drive, &rig, &emulator.port, "refused"), folder.path());
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(1), "{drive:?}: {text}");
-        let clear = format!("Run `plumb clear {rig} --port {}`, then this", emulator.port);
+        let clear = format!("Run `plumb clear --rig {rig} --port {}`, then this", emulator.port);
         assert!(text.contains(&clear), "{drive:?}: {text}");
         assert!(!text.contains("cleared"), "{drive:?}: {text}");
         assert!(!folder.path().join("refused").exists(), "{drive:?}: nothing was run");
         assert_eq!(status(), state, "{drive:?}");
     }
     // Before the check asks for a yes.
-    let check = plumb(&["check", &rig, "--port", &emulator.port], folder.path());
+    let check = plumb(&["check", "--rig", &rig, "--port", &emulator.port], folder.path());
     let text = stderr(&check);
     assert_eq!(check.status.code(), Some(1), "{text}");
-    let end = format!("`plumb clear {rig} --port {}`, then this command again", emulator.port);
+    let end =
+        format!("`plumb clear --rig {rig} --port {}`, then this command again", emulator.port);
     let end = format!("begin again. Nothing has moved. Run {end}");
     assert!(text.trim_end().ends_with(&end) && !text.contains("yes"), "{text}");
 }

@@ -43,6 +43,7 @@ impl Run {
         let child = Command::new(env!("CARGO_BIN_EXE_plumb"))
             .args([
                 "run",
+                "--rig",
                 &rig,
                 "--port",
                 &emulator.port,
@@ -196,7 +197,7 @@ fn a_warning_of_a_driver_is_told_in_the_run_and_by_the_rehearsal() {
 fn a_trouble_of_drivers_that_tell_none_is_refused() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
-    let output = plumb(&["emulate", &rig, "--driver-trouble", "hot"], folder.path());
+    let output = plumb(&["emulate", "--rig", &rig, "--driver-trouble", "hot"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     let text = stderr(&output);
     assert!(text.contains("rig.toml: --driver-trouble has no effect: the drivers"), "{text}");

@@ -14,20 +14,23 @@ fn a_camera_file_and_a_rig_file_are_told_apart() {
     fs::create_dir(folder.path().join("recording")).unwrap();
     let camera = "camera.toml: this is a camera file; give the rig file\n";
     for arguments in [
-        &["goto", "camera.toml", "0.4", "0.3", "0.2"][..],
-        &["emulate", "camera.toml"],
-        &["run", "camera.toml"],
+        &["goto", "--rig", "camera.toml", "0.4", "0.3", "0.2"][..],
+        &["emulate", "--rig", "camera.toml"],
+        &["run", "--rig", "camera.toml"],
     ] {
         assert_eq!(refusal(arguments, folder.path()), format!("plumb: {camera}"));
     }
-    let checked = refusal(&["check", "camera.toml", "--file-only"], folder.path());
+    let checked = refusal(&["check", "--rig", "camera.toml", "--file-only"], folder.path());
     assert!(checked.starts_with("camera.toml: error: this is a camera file; give"), "{checked}");
     assert!(!checked.contains("remove it"), "{checked}");
     for (arguments, says) in [
         (&["replay", "recording", "--camera", "rig.toml"][..], "give the camera file"),
         (&["board", "flash", &rig], "rig.toml: this is a rig file, and no UF2 file: give it with"),
-        (&["run", &rig, "--path", "rig.toml"], "this is a rig file, and no path"),
-        (&["run", &rig, "--waypoints", "rig.toml"], "a rig file, and no list of waypoints"),
+        (&["run", "--rig", &rig, "--path", "rig.toml"], "this is a rig file, and no path"),
+        (
+            &["run", "--rig", &rig, "--waypoints", "rig.toml"],
+            "a rig file, and no list of waypoints",
+        ),
     ] {
         let text = refusal(arguments, folder.path());
         assert!(text.contains("rig.toml: this is a rig file") && text.contains(says), "{text}");
@@ -43,10 +46,25 @@ fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
     let both = &["PLUMB_RIG", "PLUMB_PORT"][..];
     for (variables, value, arguments, says) in [
         (rig_alone, "gone.toml", &["jog", "A", "1"][..], "gone.toml (named by PLUMB_RIG): "),
-        (rig_alone, "gone.toml", &["jog", "gone.toml", "A", "1"], "plumb: gone.toml: cannot"),
-        (port_alone, port, &["jog", &rig, "A", "1"], "plumb-gone (named by PLUMB_PORT): there"),
+        (
+            rig_alone,
+            "gone.toml",
+            &["jog", "--rig", "gone.toml", "A", "1"],
+            "plumb: gone.toml: cannot",
+        ),
+        (
+            port_alone,
+            port,
+            &["jog", "--rig", &rig, "A", "1"],
+            "plumb-gone (named by PLUMB_PORT): there",
+        ),
         (both, "x", &["jog", "A", "1"], "plumb: x (named by PLUMB_RIG and PLUMB_PORT): cannot"),
-        (both, "x", &["jog", &rig, "A", "1"], "plumb: x (named by PLUMB_RIG and PLUMB_PORT): "),
+        (
+            both,
+            "x",
+            &["jog", "--rig", &rig, "A", "1"],
+            "plumb: x (named by PLUMB_RIG and PLUMB_PORT): ",
+        ),
     ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
         command.args(arguments).current_dir(folder.path());
@@ -61,16 +79,16 @@ fn a_missing_file_or_port_of_a_variable_is_told_with_the_variable() {
 fn a_missing_rig_file_is_told_with_the_command_that_writes_one() {
     let folder = folder();
     for arguments in [
-        &["run", "gone.toml"][..],
-        &["hold", "gone.toml"],
-        &["goto", "gone.toml", "1", "2", "3"],
-        &["home", "gone.toml"],
-        &["jog", "gone.toml", "A", "1"],
-        &["check", "gone.toml"],
-        &["calibrate", "gone.toml", "--board"],
-        &["report", "gone.toml"],
-        &["emulate", "gone.toml"],
-        &["cosim", "gone.toml"],
+        &["run", "--rig", "gone.toml"][..],
+        &["hold", "--rig", "gone.toml"],
+        &["goto", "--rig", "gone.toml", "1", "2", "3"],
+        &["home", "--rig", "gone.toml"],
+        &["jog", "--rig", "gone.toml", "A", "1"],
+        &["check", "--rig", "gone.toml"],
+        &["calibrate", "--rig", "gone.toml", "--board"],
+        &["report", "--rig", "gone.toml"],
+        &["emulate", "--rig", "gone.toml"],
+        &["cosim", "--rig", "gone.toml"],
     ] {
         let text = refusal(arguments, folder.path());
         let says = "`plumb init` writes a rig file and its camera file\n";
@@ -93,7 +111,7 @@ fn a_place_that_is_no_number_or_no_text_is_told_alike_for_each_list() {
                  UTF-8\"",
             ),
         ] {
-            let run = ["run", &rig, "--port", "/dev/null", option, file];
+            let run = ["run", "--rig", &rig, "--port", "/dev/null", option, file];
             let text = refusal(&run, folder.path());
             assert!(text.contains(says), "{option} {file}: {text}");
         }
@@ -107,7 +125,7 @@ fn a_file_that_cannot_be_looked_at_is_not_told_as_missing() {
     let rig = rig_file(folder.path(), |text| text);
     let long = "x".repeat(300);
     for arguments in [
-        &["run", &rig, "--port", "/dev/null", "--targets", &long][..],
+        &["run", "--rig", &rig, "--port", "/dev/null", "--targets", &long][..],
         &["replay", &long],
         &["report", "--run", &long],
     ] {
@@ -144,18 +162,21 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
             &["replay", "runs/run-0001"],
             "this is a run's folder, and no recording: `plumb run --rec",
         ),
-        (&["run", "r2"], "r2 is a folder, but must be a regular file: its rig file is r2/rig.toml"),
-        (&["calibrate", "r2", "--board"], "r2 is a folder, but must be a regular file"),
-        (&["emulate", "r2"], "r2 is a folder, but must be a regular file: its rig file is"),
-        (&["board", "status", "r2"], "r2 is a folder, but must be a regular file: its rig file"),
+        (&["run", "--rig", "r2"], "r2: is a folder, but must be a regular file"),
+        (&["calibrate", "--rig", "r2", "--board"], "r2: is a folder, but must be a regular file"),
+        (&["emulate", "--rig", "r2"], "r2: is a folder, but must be a regular file"),
+        (&["board", "status", "--rig", "r2"], "r2: is a folder, but must be a regular file"),
         (
-            &["goto", "r2", "0.4", "0.3", "0.2"],
-            "r2 is a folder, but must be a regular file: its rig file is r2/rig.toml",
+            &["goto", "--rig", "r2", "0.4", "0.3", "0.2"],
+            "r2: is a folder, but must be a regular file",
         ),
         (&["plot", "runs/run-0001", "--out", "x.png"], "--out is for the errors of several runs"),
         (&["init", "--yes", "--sides", "61,88,93"], "is it in centimetres?"),
         (&["init", "--yes", "--height", "66"], "is it in centimetres?"),
-        (&["check", "absent.toml", "--file-only"], "absent.toml: error: cannot be read: No such"),
+        (
+            &["check", "--rig", "absent.toml", "--file-only"],
+            "absent.toml: error: cannot be read: No such",
+        ),
     ] {
         let text = refusal(arguments, path);
         assert!(text.contains(says), "{says}: {text}");
@@ -172,25 +193,9 @@ fn a_folder_of_an_earlier_run_is_refused_before_the_camera_is_prepared() {
     fs::create_dir(folder.path().join("out")).unwrap();
     fs::write(folder.path().join("out/run.csv"), "").unwrap();
     let emulator = Emulator::start();
-    let run = ["run", &rig, "--port", &emulator.port, "--out", "out"];
+    let run = ["run", "--rig", &rig, "--port", &emulator.port, "--out", "out"];
     let text = refusal(&run, folder.path());
     assert!(text.contains("out") && !text.contains("preparing"), "{text}");
-}
-
-#[test]
-fn a_rig_file_and_a_list_may_be_called_like_a_shape() {
-    let folder = folder();
-    let rig = rig_file(folder.path(), |text| text);
-    let waypoints = ["run", &rig, "--waypoints", "circle"];
-    let text = refusal(&waypoints, folder.path());
-    let says = "--waypoints circle: there is no such file; for a shape: --path circle\n";
-    assert!(text.ends_with(says), "{text}");
-    fs::write(folder.path().join("circle"), "").unwrap();
-    let text = refusal(&waypoints, folder.path());
-    assert!(!text.contains("--path"), "{text}");
-    fs::rename(&rig, folder.path().join("circle")).unwrap();
-    let output = plumb(&["check", "circle", "--file-only"], folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
 
 #[test]
@@ -205,15 +210,17 @@ fn a_real_rig_at_an_emulated_board_is_told_of_a_simulated_one() {
     let says = format!(
         "has no [simulation]: its pictures come from a real camera or from another program. A \
          simulated rig for this board: `plumb init trial --simulated`, then `plumb run \
-         trial/rig.toml --port {}`\n",
+         --rig trial/rig.toml --port {}`\n",
         emulator.port
     );
-    for command in [&["run", &rig][..], &["hold", &rig], &["check", &rig, "--yes"]] {
+    for command in
+        [&["run", "--rig", &rig][..], &["hold", "--rig", &rig], &["check", "--rig", &rig, "--yes"]]
+    {
         let arguments = [command, &["--port", &emulator.port]].concat();
         let text = refusal(&arguments, folder.path());
         assert!(text.ends_with(&says), "{command:?}: {text}");
     }
-    let text = refusal(&["run", &rig, "--port", "/dev/ttyNOSUCH"], folder.path());
+    let text = refusal(&["run", "--rig", &rig, "--port", "/dev/ttyNOSUCH"], folder.path());
     assert!(
         text.ends_with("Without a board: `plumb init trial --simulated` writes a simulated rig\n")
     );

@@ -13,7 +13,7 @@ fn a_run_without_a_ball_says_so_and_claims_no_error() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text + CAMERA_AWAY);
     let emulator = Emulator::start();
-    let run = ["run", &rig, "--port", &emulator.port, "--json", "--out", "run"];
+    let run = ["run", "--rig", &rig, "--port", &emulator.port, "--json", "--out", "run"];
     let output = plumb(&run, folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let line = json(&output);
@@ -23,7 +23,7 @@ fn a_run_without_a_ball_says_so_and_claims_no_error() {
     let last = text.lines().last().unwrap();
     let says_so = last.contains("The ball was never seen: compare [ball] of the camera file");
     assert!(frames > 0 && text.contains(&seen) && says_so, "{text}");
-    let clear = format!("`plumb clear {rig} --port {}` clears it", emulator.port);
+    let clear = format!("`plumb clear --rig {rig} --port {}` clears it", emulator.port);
     assert!(last.contains("no fresh position") && last.ends_with(&clear), "{text}");
     let summary = fs::read_to_string(folder.path().join("run/summary.json")).unwrap();
     for line in [line, serde_json::from_str::<Value>(&summary).unwrap()] {

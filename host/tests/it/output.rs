@@ -64,8 +64,8 @@ fn closed_pipes_change_no_exit_code() {
         (&PAPER, 0),
         (&SHORT_DEMO, 1),
         (&["board", "status", "--json", "--port", &emulator.port], 0),
-        (&["run", "absent.toml"], 2),
-        (&["verify", &rig, "--cells", "1", "--json"], 1),
+        (&["run", "--rig", "absent.toml"], 2),
+        (&["verify", "--rig", &rig, "--cells", "1", "--json"], 1),
     ];
     for (arguments, code) in cases {
         let status: ExitStatus =

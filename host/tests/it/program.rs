@@ -117,7 +117,7 @@ fn a_mistake_in_a_rig_file_is_named_with_its_line() {
             assert!(text.contains(old));
             text.replacen(old, new, 1)
         });
-        let output = plumb(&["run", &rig], folder.path());
+        let output = plumb(&["run", "--rig", &rig], folder.path());
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{text}");
         let line =
@@ -127,7 +127,7 @@ fn a_mistake_in_a_rig_file_is_named_with_its_line() {
     let law = "[law.interval]\ngamma = 30.0\nalpha = 0.7\nbeta = 0.5\n\n[motors]";
     let rig = rig_file(folder.path(), |text| text.replace("[motors]", law));
     let emulator = Emulator::start();
-    let output = plumb(&["run", &rig, "--port", &emulator.port], folder.path());
+    let output = plumb(&["run", "--rig", &rig, "--port", &emulator.port], folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("alpha <= beta"), "{}", stderr(&output));
 }
@@ -143,9 +143,9 @@ fn a_tilde_that_no_shell_expanded_is_the_home_folder() {
     let outputs = ["--out=~/runs/1", "--record", "~/rec", "--mcap=~/a.mcap"];
     for (arguments, file) in [
         (&["init", "~/r", "--yes"][..], "r/rig.toml"),
-        (&["check", "~/r/rig.toml", "--file-only"], "r/rig.toml"),
+        (&["check", "--rig", "~/r/rig.toml", "--file-only"], "r/rig.toml"),
         (&["man", "~/man"], "man/plumb.1"),
-        (&["report", "~/r/rig.toml", "--out=~/a.tar.gz"], "a.tar.gz"),
+        (&["report", "--rig", "~/r/rig.toml", "--out=~/a.tar.gz"], "a.tar.gz"),
         (&["calibrate", "--print-board=~/board.png"], "board.png"),
         (&[&short[..], &outputs].concat(), "a.mcap"),
         (&["plot", "~/runs/1"], "runs/1/figure4.svg"),
@@ -174,8 +174,9 @@ fn a_mistake_in_a_camera_file_is_named_with_its_line() {
 fn a_port_that_cannot_be_opened_is_named() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
-    let run =
-        |port: &str| plumb(&["goto", &rig, "0.4", "0.4", "0.15", "--port", port], folder.path());
+    let run = |port: &str| {
+        plumb(&["goto", "--rig", &rig, "0.4", "0.4", "0.15", "--port", port], folder.path())
+    };
     let absent = run("/dev/ttyNOSUCH");
     assert_eq!(absent.status.code(), Some(2));
     assert!(
@@ -237,10 +238,10 @@ fn a_board_is_asked_how_it_is_and_configured() {
     let folder = folder();
     let skr =
         rig_file(folder.path(), |text| text.replace("[board]", "[board]\nkind = \"skr-pico\""));
-    let test = board(&["selftest", &skr, "--yes"]);
+    let test = board(&["selftest", "--rig", &skr, "--yes"]);
     assert!(stderr(&test).contains("board.kind = \"skr-pico\""), "{}", stderr(&test));
 
-    let save = board(&["save", &rig_file(folder.path(), |text| text)]);
+    let save = board(&["save", "--rig", &rig_file(folder.path(), |text| text)]);
     assert_eq!(save.status.code(), Some(1));
     // The emulated board has no flash; its configuration has arrived all the same.
     assert!(stderr(&save).contains("cannot do that"), "{}", stderr(&save));
@@ -252,7 +253,7 @@ fn a_target_outside_the_workspace_is_bad_input() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let emulator = Emulator::start();
-    let goto = ["goto", &rig, "0.4", "0.4", "0.7", "--port", &emulator.port];
+    let goto = ["goto", "--rig", &rig, "0.4", "0.4", "0.7", "--port", &emulator.port];
     let output = plumb(&goto, folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("outside the workspace"), "{}", stderr(&output));
@@ -265,7 +266,7 @@ fn pulling_the_plug_ends_a_run_with_its_folder_whole() {
     let rig = rig_file(folder.path(), |text| text);
     let emulator = Emulator::start();
     let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
-        .args(["run", &rig, "--port", &emulator.port, "--json", "--out", "run"])
+        .args(["run", "--rig", &rig, "--port", &emulator.port, "--json", "--out", "run"])
         .current_dir(folder.path())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -299,7 +300,7 @@ fn the_emulated_board_stops_by_its_own_deadline_when_its_host_dies() {
     let rig = rig_file(folder.path(), |text| text);
     let mut emulator = Emulator::start();
     let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
-        .args(["run", &rig, "--port", &emulator.port, "--out", "run"])
+        .args(["run", "--rig", &rig, "--port", &emulator.port, "--out", "run"])
         .current_dir(folder.path())
         .stdout(Stdio::null())
         .stderr(Stdio::null())

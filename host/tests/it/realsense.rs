@@ -48,14 +48,14 @@ fn an_absent_library_is_reported_with_the_way_to_get_it() {
     }
     let replay = ["replay", "a.bag", "--camera", "camera.toml"];
     let capitals = ["replay", "A.BAG", "--camera", "camera.toml"];
-    for arguments in [&["cameras"][..], &["run", "rig.toml"], &replay, &capitals] {
+    for arguments in [&["cameras"][..], &["run"], &replay, &capitals] {
         let output = plumb(&folder, Path::new("/no/such/librealsense2.so"), arguments);
         assert!(matches!(output.status.code(), Some(1 | 2)), "{}", stderr(&output));
         for part in ["pip install pyrealsense2", "Intel", "/no/such"] {
             assert!(stderr(&output).contains(part), "{part}: {}", stderr(&output));
         }
     }
-    let output = plumb(&folder, Path::new("libc.so.6"), &["run", "rig.toml"]);
+    let output = plumb(&folder, Path::new("libc.so.6"), &["run"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("not librealsense 2.50"), "{}", stderr(&output));
 }
@@ -80,7 +80,7 @@ fn the_library_is_listed_and_an_absent_camera_refused() {
         ("recording = \"absent.db3\"", "absent.db3"),
     ] {
         rig(&folder, &emulator.port, camera);
-        let output = plumb(&folder, &path, &["run", "rig.toml"]);
+        let output = plumb(&folder, &path, &["run"]);
         assert_eq!(output.status.code(), Some(2), "{camera}: {}", stderr(&output));
         assert!(stderr(&output).contains(says), "{camera}: {}", stderr(&output));
     }

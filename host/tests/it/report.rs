@@ -28,7 +28,8 @@ fn a_report_has_the_board_the_files_and_the_last_run() {
     }
     fs::write(folder.path().join("plumb-selftest.json"), "{}\n").unwrap();
     let emulator = Emulator::start();
-    let output = plumb(&["report", &rig, "--port", &emulator.port, "--json"], folder.path());
+    let report = ["report", "--rig", &rig, "--port", &emulator.port, "--json"];
+    let output = plumb(&report, folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let names = [
         "report.txt",
@@ -76,7 +77,7 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
     let port = ["--port", "/dev/plumb-no-such-port"];
     let before = [0x1f, 0x8b, 1, 2, 3];
     fs::write(folder.path().join("plumb-report.tar.gz"), before).unwrap();
-    let output = plumb(&[&["report", &rig], &port[..]].concat(), folder.path());
+    let output = plumb(&[&["report", "--rig", &rig], &port[..]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let former = "plumb-report.tar.gz.bak";
     assert!(stderr(&output).contains(&format!("The former report is now {former}\n")));
@@ -105,7 +106,7 @@ fn a_report_lacks_a_rig_file_that_is_not_there() {
     let folder = folder();
     for (variable, says) in [
         ("none/rig.toml", "missing: rig.toml: none/rig.toml (named by PLUMB_RIG): cannot be read"),
-        ("", "missing: rig.toml: no rig file is named"),
+        ("", "missing: rig.toml: there is none in this folder, and none is named"),
     ] {
         let mut report = Command::new(env!("CARGO_BIN_EXE_plumb"));
         report.args(["report", "--port", "/dev/plumb-no-such-port"]).current_dir(folder.path());
@@ -113,7 +114,7 @@ fn a_report_lacks_a_rig_file_that_is_not_there() {
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         assert!(stderr(&output).contains(says), "{}", stderr(&output));
     }
-    let output = plumb(&["report", "none/rig.toml"], folder.path());
+    let output = plumb(&["report", "--rig", "none/rig.toml"], folder.path());
     assert_eq!(output.status.code(), Some(2), "typed: {}", stderr(&output));
 }
 

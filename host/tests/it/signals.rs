@@ -26,7 +26,7 @@ fn signals_end_a_run_with_its_summary() {
     for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP] {
         let name = signal.as_str();
         for (out, start) in [
-            (format!("run-{name}"), vec!["run", &rig, "--json"]),
+            (format!("run-{name}"), vec!["run", "--rig", &rig, "--json"]),
             (format!("demo-{name}"), vec!["demo", "--law", "interval"]),
         ] {
             let output = interrupted(&start, &folder.path().join(&out), signal);
@@ -73,7 +73,7 @@ fn a_signal_before_the_run_begins_leaves_no_run_folder() {
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
     send(&emulator.child, Signal::SIGSTOP);
-    let run = ["run", &rig, "--port", &emulator.port, "--json", "--out", "run"];
+    let run = ["run", "--rig", &rig, "--port", &emulator.port, "--json", "--out", "run"];
     let run =
         program(&run, folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     while !catches(&run, Signal::SIGINT) {
@@ -102,10 +102,11 @@ fn a_second_signal_ends_a_run_at_once() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
-    let mut run = program(&["run", &rig, "--port", &emulator.port, "--out", "run"], folder.path())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut run =
+        program(&["run", "--rig", &rig, "--port", &emulator.port, "--out", "run"], folder.path())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
     until_rows(&mut run, &folder.path().join("run"), 10);
     send(&emulator.child, Signal::SIGSTOP);
     send(&run, Signal::SIGTERM);
@@ -127,7 +128,7 @@ fn a_stopped_terminal_delays_no_stop() {
     let mut emulator = Emulator::start();
     let mut states = States::of(&mut emulator.child);
     let terminal = openpty(None, None).unwrap();
-    let run = ["run", &rig, "--port", &emulator.port, "--law", "interval", "--out", "run"];
+    let run = ["run", "--rig", &rig, "--port", &emulator.port, "--law", "interval", "--out", "run"];
     let slave = terminal.slave.try_clone().unwrap();
     let mut run = program(&run, folder.path()).stderr(slave).spawn().unwrap();
     states.wait_for("seeking");
@@ -146,7 +147,7 @@ fn two_signals_at_once_are_one_request() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
-    let run = ["run", &rig, "--port", &emulator.port, "--json", "--out", "run"];
+    let run = ["run", "--rig", &rig, "--port", &emulator.port, "--json", "--out", "run"];
     let mut run =
         program(&run, folder.path()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     until_rows(&mut run, &folder.path().join("run"), 10);
@@ -160,7 +161,7 @@ fn a_hangup_that_is_ignored_from_the_start_stays_ignored() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
-    let ignoring = r#"trap "" HUP; exec "$0" run "$1" --port "$2" --json --out run"#;
+    let ignoring = r#"trap "" HUP; exec "$0" run --rig "$1" --port "$2" --json --out run"#;
     let mut run = Command::new("sh")
         .args(["-c", ignoring, env!("CARGO_BIN_EXE_plumb"), &rig, &emulator.port])
         .current_dir(folder.path())

@@ -90,7 +90,7 @@ fn ten_lines_of_the_book_are_a_camera() {
     };
     let emulator = Emulator::start();
     stream_rig(folder.path(), &emulator.port, &format!("tcp:127.0.0.1:{port}"));
-    let output = plumb(&["run", "rig.toml", "--out", "run", "--json"], folder.path());
+    let output = plumb(&["run", "--out", "run", "--json"], folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stderr(&output).contains("640x480, colour rgb8, depth z16"), "{}", stderr(&output));
     let summary = json(&output);
@@ -110,7 +110,7 @@ fn a_stranger_before_the_camera_is_ended_and_the_camera_is_awaited() {
     let emulator = Emulator::start();
     stream_rig(folder.path(), &emulator.port, &format!("tcp:127.0.0.1:{port}"));
     let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
-        .args(["run", "rig.toml", "--out", "run", "--json"])
+        .args(["run", "--out", "run", "--json"])
         .current_dir(folder.path())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -152,7 +152,7 @@ fn the_papers_task_is_done_with_a_script_as_the_camera() {
         std::thread::sleep(Duration::from_millis(20));
     }
     stream_rig(folder.path(), "board", "unix:camera.sock");
-    let output = plumb(&["run", "rig.toml", "--out", "run", "--json"], folder.path());
+    let output = plumb(&["run", "--out", "run", "--json"], folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let summary = json(&output);
     assert!(summary["error_mm"].as_f64().unwrap() < 10.0, "{summary}");
@@ -170,7 +170,7 @@ fn run_with_input(bytes: &[u8]) -> Output {
     let emulator = Emulator::start();
     stream_rig(folder.path(), &emulator.port, "-");
     let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
-        .args(["run", "rig.toml", "--out", "run", "--json"])
+        .args(["run", "--out", "run", "--json"])
         .current_dir(folder.path())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -220,7 +220,7 @@ fn a_signal_ends_the_wait_for_the_first_frame() {
     let emulator = Emulator::start();
     stream_rig(folder.path(), &emulator.port, "unix:camera.sock");
     let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
-        .args(["run", "rig.toml", "--out", "run"])
+        .args(["run", "--out", "run"])
         .current_dir(folder.path())
         .stderr(Stdio::piped())
         .spawn()
@@ -240,7 +240,7 @@ fn a_signal_ends_the_wait_for_the_first_frame() {
 fn a_calibration_refuses_a_camera_on_its_standard_input() {
     let folder = folder();
     stream_rig(folder.path(), "/dev/null", "-");
-    let output = plumb(&["calibrate", "rig.toml", "--ball"], folder.path());
+    let output = plumb(&["calibrate", "--ball"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("reads answers"), "{}", stderr(&output));
 }
@@ -254,7 +254,7 @@ fn addresses_are_checked_before_anything_moves() {
         ("camera.sock", "is no address of a stream"),
     ] {
         stream_rig(folder.path(), "/dev/null", address);
-        let output = plumb(&["check", "rig.toml", "--file-only"], folder.path());
+        let output = plumb(&["check", "--file-only"], folder.path());
         assert_eq!(output.status.code(), Some(2), "{address}: {}", stderr(&output));
         assert!(stderr(&output).contains(reason), "{address}: {}", stderr(&output));
     }

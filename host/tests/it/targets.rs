@@ -23,7 +23,7 @@ static TURN: Mutex<()> = Mutex::new(());
 /// Starts `plumb run` with these options besides those of every run.
 fn start(folder: &Path, emulator: &Emulator, targets: &str) -> Child {
     let rig = rig_file(folder, patient);
-    let run = ["run", &rig, "--law", "adaptive", "--port", &emulator.port, "--out", "run"];
+    let run = ["run", "--rig", &rig, "--law", "adaptive", "--port", &emulator.port, "--out", "run"];
     Command::new(env!("CARGO_BIN_EXE_plumb"))
         .args(run)
         .args(["--json", "--targets", targets])
@@ -157,7 +157,8 @@ fn a_file_is_played_and_a_wrong_one_is_refused_before_anything_moves() {
         ("none.jsonl", "there is no file \"none.jsonl\""),
         ("tcp:0.0.0.0:5601", "can be reached from other computers"),
     ] {
-        let run = ["run", &rig, "--port", "/dev/null", "--out", "none", "--targets", targets];
+        let run =
+            ["run", "--rig", &rig, "--port", "/dev/null", "--out", "none", "--targets", targets];
         let output = plumb(&run, folder.path());
         assert_eq!(output.status.code(), Some(2), "{targets}: {}", stderr(&output));
         assert!(stderr(&output).contains(named), "{targets}: {}", stderr(&output));

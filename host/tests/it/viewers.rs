@@ -127,7 +127,7 @@ fn a_file_that_is_removed_under_way_fails_the_run() {
     let path = |name: &str| folder.path().join(name);
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
-    let hold = ["hold", &rig, "--port", &emulator.port, "--out", "run", "--json"];
+    let hold = ["hold", "--rig", &rig, "--port", &emulator.port, "--out", "run", "--json"];
     let files = ["--mcap", "run.mcap", "--record", "recording"];
     let removed = ["run.mcap", "run/run.csv", "recording/rgb.txt", "recording/depth.txt"];
     for name in removed.into_iter().chain(["moved.mcap"]) {

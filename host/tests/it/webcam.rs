@@ -23,7 +23,7 @@ fn open(folder: &std::path::Path, device: &str) -> std::process::Output {
         assert!(text.contains("webcam.device"));
         text
     });
-    plumb(&["calibrate", &rig, "--motors", "--height", "0.7"], folder)
+    plumb(&["calibrate", "--rig", &rig, "--motors", "--height", "0.7"], folder)
 }
 
 /// Pictures of the video.

@@ -139,7 +139,7 @@ export class Demo {
 
 /** Starts `plumb calibrate` with its page, in a folder with a rig. Returns program and address. */
 export async function startCalibration(folder, options = []) {
-  const args = ["calibrate", "rig.toml", "--motors", "--page=127.0.0.1:0", ...options];
+  const args = ["calibrate", "--motors", "--page=127.0.0.1:0", ...options];
   const program = new Program(args, folder.path, PAGE);
   return { program, address: await program.ready() };
 }
@@ -148,10 +148,10 @@ export async function startCalibration(folder, options = []) {
  * Starts an emulated board and a run with a page, in a folder with a rig; a rig without motors in
  * space needs another one for the board.
  */
-export async function startRun(folder, options = [], boardRig = ["rig.toml"]) {
+export async function startRun(folder, options = [], boardRig = ["--rig", "rig.toml"]) {
   const board = new Program(["emulate", ...boardRig, "--json"], folder.path, /^(\S+)\s/);
   const port = await board.ready();
-  const args = ["run", "rig.toml", "--port", port, "--page=127.0.0.1:0", "--out", "run"];
+  const args = ["run", "--port", port, "--page=127.0.0.1:0", "--out", "run"];
   const program = new Program([...args, ...options], folder.path, PAGE);
   return { board, program, address: await program.ready() };
 }

@@ -98,7 +98,7 @@ fn other_kind(text: &str) -> Option<&'static str> {
     } else if is_run_log(text) {
         Some("this is the log of a run: write a file with only its columns x_m,y_m,z_m")
     } else if is_rig_file(text) {
-        Some("this is a rig file, and no list of waypoints: `plumb run RIG` drives to its targets")
+        Some("this is a rig file, and no list of waypoints: `plumb run` drives to its targets")
     } else {
         None
     }

@@ -25,8 +25,7 @@ use serde_json::json;
 
 use super::super::print::{result, tell};
 use super::super::rig_args::PortArgs;
-use super::super::rig_path::{RIG_VARIABLE, named, optional_rig_path};
-use super::super::words::is_port;
+use super::super::rig_path::RigArg;
 use super::super::{Failure, bad_input};
 use super::{compare_release, firmware_line};
 use computer::ThisComputer;
@@ -47,11 +46,8 @@ pub(super) struct Args {
     /// builds]
     #[arg(value_name = "FILE.uf2")]
     file: Option<PathBuf>,
-    /// Rig file, for its table [board]: port, baud rate, kind [default: the one Plumb board on USB,
-    /// or the one Pico in its bootloader]
-    #[arg(long, value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
-    #[arg(value_parser = optional_rig_path)]
-    rig: Option<PathBuf>,
+    #[command(flatten)]
+    rig: RigArg,
     #[command(flatten)]
     port: PortArgs,
     /// End with a line of JSON on standard output
@@ -60,12 +56,12 @@ pub(super) struct Args {
 }
 
 pub(super) fn main(args: Args) -> Result<(), Failure> {
-    let rig = named(args.rig.as_deref());
-    let board = args.port.board(rig)?;
+    let rig = args.rig.found();
+    let board = args.port.board(rig.as_deref())?;
     let file = match args.file {
         Some(file) => file,
         None => {
-            let chip = chip(rig, board.as_ref(), &args.port)?;
+            let chip = chip(rig.as_deref(), board.as_ref(), &args.port)?;
             default_firmware(chip, &std::env::current_exe()?)?
         }
     };
@@ -139,9 +135,6 @@ fn default_firmware(chip: &Chip, program: &Path) -> Result<PathBuf, Failure> {
 /// Reads a UF2 file, and checks that its chip accepts it.
 fn read(file: &Path) -> Result<(Vec<u8>, &'static Chip), Failure> {
     let name = file.display();
-    if is_port(file) {
-        return Err(bad_input(format!("{name}: a port is no UF2 file: give it with --port")));
-    }
     let firmware = bounded_read::read(file, MAX_BYTES)?;
     let uf2::Firmware { chip, size } = uf2::check(&firmware).map_err(|error| {
         bad_input(match std::str::from_utf8(&firmware).is_ok_and(is_rig_file) {

@@ -1,5 +1,6 @@
-//! `plumb check RIG`: jogs each motor, watches the ball, and offers the corrected rig file.
+//! `plumb check`: jogs each motor, watches the ball, and offers the corrected rig file.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use plumb_cameras::settings::SourceName;
@@ -52,9 +53,8 @@ pub(super) struct RigLine {
     latest_wakeup_ms: Option<f64>,
 }
 
-/// Examines the rig of the options.
-pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
-    let file = &args.rig.rig;
+/// Examines the rig of `file`.
+pub(super) fn examine(args: &Args, file: &Path) -> Result<RigLine, Failure> {
     let rig = Rig::read(file)?;
     if rig.camera.recording.is_some() {
         return Err(bad_input(
@@ -63,6 +63,7 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
         ));
     }
     let (_, camera) = read_camera(file, &rig)?;
+    args.port.note(file, &rig);
     if !args.yes {
         // A board that cannot be configured makes the question needless.
         check_state(file, &rig, &args.port)?;
@@ -75,9 +76,9 @@ pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
     let link = configured(file, &rig, &args.port, port)?;
-    let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;
+    let report = jog_and_look((args, file), &rig, camera, (link, &interrupted))?;
     words::tell_report(&report);
-    let written = offer_correction(args, &rig, &report)?;
+    let written = offer_correction((args, file), &rig, &report)?;
     Ok(RigLine::new(&report, written, wakeups))
 }
 
@@ -90,20 +91,20 @@ fn measure_wakeups() -> WakeupCheck {
 
 /// Opens the camera, jogs the motors and watches the ball.
 fn jog_and_look(
-    args: &Args,
+    (args, file): (&Args, &Path),
     rig: &Rig,
     camera: Camera,
     (mut link, interrupted): (Link<Serial>, &AtomicBool),
 ) -> Result<Report, Failure> {
     let chosen = rig.camera.source(rig.simulation.is_some());
-    let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", args.file())))?;
+    let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))?;
     let RunCamera { mut source, camera, mut follower, .. } = match chosen {
         SourceName::Simulated => {
             let motors = BoardReport::from(&link.status()?).motors;
             RunCamera::simulated(rig, camera, args.physics, motors)?
         }
         _ => {
-            let advice = without_simulation(&args.rig.rig, rig, &args.port);
+            let advice = without_simulation(file, rig, &args.port);
             RunCamera::open(rig, camera, None, advice.as_deref())?
         }
     };
@@ -123,11 +124,14 @@ fn jog_and_look(
 }
 
 /// Offers the rig file with the right directions. Returns whether it is written.
-fn offer_correction(args: &Args, rig: &Rig, report: &Report) -> Result<bool, Failure> {
+fn offer_correction(
+    (args, path): (&Args, &Path),
+    rig: &Rig,
+    report: &Report,
+) -> Result<bool, Failure> {
     let Some(reversed) = report.corrected_directions(rig.motors.reversed) else {
         return Ok(false);
     };
-    let path = &args.rig.rig;
     let text = read_text(path, MAX_BYTES)?;
     let new = corrected(&text, reversed).map_err(bad_input)?;
     OldFile { path, text: &text }.offer(&new, &format!("`reversed = {reversed:?}`"), args.yes)

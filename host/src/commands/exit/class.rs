@@ -94,7 +94,7 @@ exit_code_of! { FAILED:
 }
 
 /// What to do about a mistake in a rig file or a camera file.
-const CHECK: &str = "`plumb check RIG.toml --file-only` lists every mistake with its line";
+const CHECK: &str = "`plumb check --file-only` lists every mistake with its line";
 
 /// What to do where there is no rig file.
 pub(crate) const INIT: &str = "`plumb init` writes a rig file and its camera file";
@@ -109,9 +109,6 @@ impl ExitClass for TomlFileError {
             Self::Content { .. } => Some(CHECK),
             Self::Read(ReadError::Io { error, .. }) if error.kind() == ErrorKind::NotFound => {
                 Some(INIT)
-            }
-            Self::Read(ReadError::NotAFile { path, .. }) if path.join("rig.toml").is_file() => {
-                Some("A rig file is in it: add /rig.toml")
             }
             _ => None,
         }

@@ -5,7 +5,7 @@ use clap::{Command, CommandFactory};
 use plumb_config::misspelt::nearest;
 
 /// Returns the word that the command must not have; `None` for another mistake.
-pub(super) fn unexpected_word(error: &clap::Error) -> Option<&str> {
+fn unexpected_word(error: &clap::Error) -> Option<&str> {
     match error.get(ContextKind::InvalidArg)? {
         ContextValue::String(word) if error.kind() == ErrorKind::UnknownArgument => Some(word),
         _ => None,
@@ -13,7 +13,7 @@ pub(super) fn unexpected_word(error: &clap::Error) -> Option<&str> {
 }
 
 /// Returns the word that is no command; `None` for another mistake.
-pub(super) fn unknown_command(error: &clap::Error) -> Option<&str> {
+fn unknown_command(error: &clap::Error) -> Option<&str> {
     match error.get(ContextKind::InvalidSubcommand)? {
         ContextValue::String(word) => Some(word),
         _ => None,
@@ -72,7 +72,7 @@ fn commands_with(word: &str) -> Option<String> {
 }
 
 /// Returns the command of the command line `words`, or the group of commands that it names.
-pub(super) fn command_of(words: &[String]) -> Command {
+fn command_of(words: &[String]) -> Command {
     let mut command = crate::Cli::command();
     for word in words.iter().skip(1).filter(|word| !word.starts_with('-')) {
         let Some(found) = command.find_subcommand(word) else { break };
@@ -82,11 +82,6 @@ pub(super) fn command_of(words: &[String]) -> Command {
 }
 
 /// Returns whether a command has the option `--NAME`.
-pub(super) fn has_option(command: &Command, name: &str) -> bool {
+fn has_option(command: &Command, name: &str) -> bool {
     command.get_arguments().any(|option| option.get_long() == Some(name))
-}
-
-/// Returns whether a command takes a rig file.
-pub(super) fn has_rig(command: &Command) -> bool {
-    command.get_positionals().any(|word| word.get_id() == "rig")
 }

@@ -6,6 +6,8 @@ use plumb_cameras::settings::{SourceName, not_built};
 use plumb_config::book::page;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig};
 
+use crate::commands::rig_path::{quoted, rig_option};
+
 /// Returns what a person must know of the board and its drivers before they get current.
 pub(super) fn notes(rig: &NewRig) -> Vec<String> {
     let mut notes = driver_notes(rig);
@@ -61,46 +63,40 @@ fn uart_notes(rig: &NewRig) -> Vec<String> {
     [current, resistor].into_iter().chain(addresses).collect()
 }
 
-/// Returns a path as a word of a command line.
-fn quoted(path: &Path) -> String {
-    let path = path.display().to_string();
-    if path.contains(' ') { format!("\"{path}\"") } else { path }
-}
-
 /// Returns what to do with the files, for a person.
-pub(super) fn next_step(rig: &NewRig, path: &Path) -> String {
-    let path = quoted(path);
-    if rig.camera == NewCamera::Simulated {
+pub(super) fn next_step(new: &NewRig, path: &Path) -> String {
+    let rig = rig_option(path.strip_prefix(".").unwrap_or(path));
+    if new.camera == NewCamera::Simulated {
         return format!(
-            "`plumb emulate --link board &`, then `plumb run {path} --port board`; `kill %1` ends \
+            "`plumb emulate --link board &`, then `plumb run{rig} --port board`; `kill %1` ends \
              the emulated board"
         );
     }
-    if let NewCamera::Recording(recording) = &rig.camera {
+    if let NewCamera::Recording(recording) = &new.camera {
         return format!(
             "read the comments in both files; then
-  `plumb check {path} --file-only` looks for mistakes in them
+  `plumb check{rig} --file-only` looks for mistakes in them
   `plumb replay {}` shows where the ball is found
-  `plumb run {path}` tries a board: the ball of a recording does not follow its motors",
+  `plumb run{rig}` tries a board: the ball of a recording does not follow its motors",
             quoted(recording)
         );
     }
-    let lens = match rig.camera {
+    let lens = match new.camera {
         NewCamera::Webcam | NewCamera::Stream(_) => {
-            format!("\n  `plumb calibrate {path} --lens` finds the lens of the camera")
+            format!("\n  `plumb calibrate{rig} --lens` finds the lens of the camera")
         }
         NewCamera::Openni => format!(
-            "\n  `plumb calibrate {path} --lens` finds the lens of the camera; or let the camera \
+            "\n  `plumb calibrate{rig} --lens` finds the lens of the camera; or let the camera \
              name it, by\n    `openni.intrinsics = \"device\"` below [camera] of the rig file"
         ),
         _ => String::new(),
     };
     format!(
         "read the comments in both files; then
-  `plumb check {path} --file-only` looks for mistakes in them
-  `plumb board flash --rig {path}` puts the firmware on the board
-  `plumb jog {path}` turns each motor by keys, before a ball hangs on it{lens}
-  `plumb calibrate {path} --board` finds the camera's pose
-  `plumb check {path}` turns each motor a little and names what is wired wrongly"
+  `plumb check{rig} --file-only` looks for mistakes in them
+  `plumb board flash{rig}` puts the firmware on the board
+  `plumb jog{rig}` turns each motor by keys, before a ball hangs on it{lens}
+  `plumb calibrate{rig} --board` finds the camera's pose
+  `plumb check{rig}` turns each motor a little and names what is wired wrongly"
     )
 }

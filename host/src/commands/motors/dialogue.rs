@@ -34,7 +34,7 @@ pub(super) fn check_terminal() -> Result<(), Failure> {
     }
     Err(bad_input(
         "the keys need a terminal on standard input; without one, name motor and distance: \
-         plumb jog RIG A 200",
+         plumb jog A 200",
     ))
 }
 

@@ -18,7 +18,7 @@ use serde_json::Value;
 use crate::commands::board::status_line;
 use crate::commands::print::note;
 use crate::commands::rig_args::PortArgs;
-use crate::commands::rig_path::is_variable;
+use crate::commands::rig_path::is_default;
 use crate::commands::{Failure, bad_input};
 
 /// Most bytes of a file in a report: the rows of a run of an hour and a half at 30 Hz.
@@ -132,16 +132,16 @@ impl Parts {
     /// too, with the mistake.
     ///
     /// # Errors
-    /// Where the rig file cannot be read, and the command line names it: the variable may be that
-    /// of another folder.
+    /// Where the rig file cannot be read, and the command line names it.
     pub(super) fn add_rig(&mut self, path: Option<&Path>) -> Result<(), Failure> {
         let Some(path) = path else {
-            self.missing.push("rig.toml: no rig file is named".to_owned());
+            self.missing
+                .push("rig.toml: there is none in this folder, and none is named".to_owned());
             return Ok(());
         };
         let text = match read_text(path, MAX_BYTES).map_err(TomlFileError::from) {
             Ok(text) => text,
-            Err(error) if path.to_str().is_some_and(is_variable) => {
+            Err(error) if is_default(path) => {
                 self.miss("rig.toml", &error.into());
                 return Ok(());
             }

@@ -13,19 +13,18 @@ use plumb_runtime::rig::Rig;
 use plumb_verify::{BallPath, Interval, RigFamily};
 
 use self::report::Report;
-use super::rig_path::rig_path_without_port;
 use super::{FAILED, Failure, bad_input, numbers, print};
 
 /// Proofs about the control laws, for a family of rigs or for a family of Jacobians
 ///
-/// A family of rigs is either the motors of RIG.toml's [simulation], each coordinate within
+/// A family of rigs is either the motors of the rig file's [simulation], each coordinate within
 /// --tolerance, or ranges LOW,HIGH of D = yA - yB, W = xA - xC and t = (yC - yB)/D. The ball is
 /// where the three barycentric coordinates λ are at least --lambda, at a depth h below the motors.
 /// Without options: the paper's rig as measured, λ >= 0.023, h from 0.1 m to the floor.
 ///
 /// The report has:
 /// - the bounds α and β of |dp/du| over the family (exact and in closed form), and along the
-///   straight paths to RIG.toml's targets;
+///   straight paths to the rig file's targets;
 /// - whether a Jacobian with these bounds is singular, and the slowest decay under law `interval`;
 /// - the Routh-Hurwitz conditions of law `sign`;
 /// - whether law `sign` decreases |e| everywhere in the family.
@@ -42,11 +41,11 @@ use super::{FAILED, Failure, bad_input, numbers, print};
 #[derive(Parser)]
 #[command(
     verbatim_doc_comment,
-    after_help = examples!["plumb verify rig.toml --tolerance 0.01", "plumb verify --wide"]
+    after_help = examples!["plumb verify --rig rig.toml --tolerance 0.01", "plumb verify --wide"]
 )]
 pub(crate) struct Args {
     /// Rig file with [simulation]; default: the paper's rig
-    #[arg(value_parser = rig_path_without_port)]
+    #[arg(short, long, value_name = "FILE")]
     rig: Option<PathBuf>,
     /// Tolerance of each coordinate of a motor, 0 to 1 m
     #[arg(long, default_value_t = 0.0, value_name = "METRES", allow_negative_numbers = true)]

@@ -100,7 +100,7 @@ fn every_command_and_option_on_a_page_exists() {
     }
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
     assert!(problem("plumb absent", &helps).is_some());
-    assert!(problem("plumb run RIG.toml --absent", &helps).is_some());
+    assert!(problem("plumb run --absent", &helps).is_some());
 }
 
 #[test]

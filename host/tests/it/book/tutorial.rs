@@ -150,7 +150,7 @@ fn the_commands_of_the_tutorial_print_what_the_page_says() {
     let folder = folder();
     let mut shell =
         Shell { folder: folder.path(), environment: String::new(), background: Vec::new() };
-    let rig = folder.path().join("rig/rig.toml");
+    let rig = folder.path().join("rig.toml");
     for Block { commands, output } in blocks(PAGE) {
         let printed = shell.run_undisturbed(&commands);
         if let Some(expected) = output {

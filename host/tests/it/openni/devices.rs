@@ -54,7 +54,7 @@ fn a_missing_camera_is_reported() {
     assert!(stderr(&output).contains("missing: "), "{}", stderr(&output));
     let emulator = Emulator::start();
     fixture.rig(&emulator.port, "");
-    let output = fixture.plumb(&["run", "rig.toml"]);
+    let output = fixture.plumb(&["run"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("no camera is plugged in"), "{}", stderr(&output));
     assert!(!fixture.path().join("runs").exists());
@@ -74,7 +74,7 @@ fn settings_that_the_camera_lacks_are_refused() {
         ("[camera.openni]\nlatency = -1.0", "latency"),
     ] {
         fixture.rig(&emulator.port, camera);
-        let output = fixture.plumb(&["run", "rig.toml"]);
+        let output = fixture.plumb(&["run"]);
         assert_eq!(output.status.code(), Some(2), "{camera}: {}", stderr(&output));
         assert!(stderr(&output).contains(says), "{camera}: {}", stderr(&output));
     }

@@ -65,7 +65,7 @@ impl Fixture {
 
     /// Runs and records. Returns the path of the `.oni` file and its bytes.
     pub(crate) fn record(&self) -> (PathBuf, Vec<u8>) {
-        let run = self.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]);
+        let run = self.plumb(&["run", "--record", "recording", "--out", "run"]);
         assert!(run.status.success(), "{}", stderr(&run));
         let path = self.path().join("recording/recording.oni");
         let whole = fs::read(&path).unwrap();

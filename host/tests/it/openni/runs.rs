@@ -13,7 +13,7 @@ fn a_replay_makes_the_detections_of_the_run() {
     let Some(fixture) = Fixture::new(true) else { return };
     let emulator = Emulator::start();
     fixture.rig(&emulator.port, "[camera.openni]\nintrinsics = \"device\"\nlatency = 0.005");
-    let output = fixture.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]);
+    let output = fixture.plumb(&["run", "--record", "recording", "--out", "run"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(
         stderr(&output).contains("recorded: ") && !stderr(&output).contains("left out"),
@@ -54,7 +54,7 @@ fn a_replay_makes_the_detections_of_the_run() {
     // Runs of the recordings from a rig file. They may end before the board reports.
     for (recording, out) in [("recording/recording.oni", "again"), ("recording", "once-more")] {
         fixture.rig(&emulator.port, &format!("recording = {recording:?}"));
-        let again = fixture.plumb(&["run", "rig.toml", "--out", out, "--json"]);
+        let again = fixture.plumb(&["run", "--out", out, "--json"]);
         let summary: serde_json::Value = serde_json::from_str(&stdout(&again)).unwrap();
         assert!(
             again.status.success() || summary["ending"] == "no more pictures",
@@ -78,8 +78,7 @@ fn unplugging_the_camera_ends_a_run_with_a_complete_folder() {
     fixture.camera.write(&Control { ball, ..Fixture::control() }).unwrap();
     let emulator = Emulator::start();
     fixture.rig(&emulator.port, "");
-    let mut command =
-        fixture.command(&["run", "rig.toml", "--record", "recording", "--out", "run"]);
+    let mut command = fixture.command(&["run", "--record", "recording", "--out", "run"]);
     let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // A busy machine takes few pictures before the motors have turned so far that the same picture
     // is an error.
@@ -104,7 +103,7 @@ fn a_silent_camera_ends_a_run() {
     fixture.camera.write(&Control { ball: Some([0.0, 0.0, 1.2]), ..Fixture::control() }).unwrap();
     let emulator = Emulator::start();
     fixture.rig(&emulator.port, "");
-    let mut command = fixture.command(&["run", "rig.toml", "--out", "run"]);
+    let mut command = fixture.command(&["run", "--out", "run"]);
     let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     until_rows(&mut run, fixture.path(), 3);
     fixture.camera.write(&Control { silent: true, ..Fixture::control() }).unwrap();

@@ -85,7 +85,7 @@ fn the_papers_task_is_done_with_the_camera_in_another_process() {
     let options = ["--plumb", env!("CARGO_BIN_EXE_plumb")];
     let _camera = Camera::start(&domain, folder.path(), &options);
     camera_rig(&domain, folder.path(), "board", "");
-    let output = plumb(&["run", "rig.toml", "--out", "run", "--json"], folder.path());
+    let output = plumb(&["run", "--out", "run", "--json"], folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stderr(&output).contains("640x480"), "{}", stderr(&output));
     let summary = common::json(&output);
@@ -331,7 +331,7 @@ fn a_camera_of_another_type_is_refused_by_name() {
     let (folder, emulator) = (folder(), Emulator::start());
     let _camera = Camera::start(&domain, folder.path(), &["--type", "CompressedImage"]);
     camera_rig(&domain, folder.path(), &emulator.port, "");
-    let output = plumb(&["run", "rig.toml", "--out", "run"], folder.path());
+    let output = plumb(&["run", "--out", "run"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     for part in ["/camera/camera/color/image_raw", "CompressedImage", "sensor_msgs/msg/Image"] {
         assert!(stderr(&output).contains(part), "{part}: {}", stderr(&output));
@@ -356,7 +356,7 @@ fn compressed_pictures_and_a_camera_without_depth_are_read() {
         let _camera = Camera::start(&domain, folder.path(), options);
         camera_rig(&domain, folder.path(), &emulator.port, &keys);
         // The ball hangs still, and the board has no rig: 3 s of pictures.
-        let run = ["run", "rig.toml", "--timeout", "3", "--out", "run", "--json"];
+        let run = ["run", "--timeout", "3", "--out", "run", "--json"];
         let output = plumb(&run, folder.path());
         let summary = common::json(&output);
         assert!(summary["located"].as_u64().unwrap() >= 5, "{options:?}: {summary}");
@@ -372,7 +372,7 @@ fn two_cameras_on_one_topic_are_refused() {
     let (folder, emulator) = (folder(), Emulator::start());
     let _cameras = [(); 2].map(|()| Camera::start(&domain, folder.path(), &[]));
     camera_rig(&domain, folder.path(), &emulator.port, "");
-    let output = plumb(&["run", "rig.toml", "--out", "run"], folder.path());
+    let output = plumb(&["run", "--out", "run"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     for part in ["2 nodes publish on /camera/camera/", "[camera.ros2]"] {
         assert!(stderr(&output).contains(part), "{part}: {}", stderr(&output));

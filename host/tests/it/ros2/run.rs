@@ -43,7 +43,7 @@ impl Run {
     pub(crate) fn command(domain: &Domain, namespace: &str, folder: &Path) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
         command
-            .args(["run", "rig.toml", "--out", "run", "--json"])
+            .args(["run", "--out", "run", "--json"])
             .arg(format!("--ros2={namespace}"))
             .arg(format!("--ros2-domain={}", domain.number()))
             .arg("--ros2-interface=127.0.0.1")

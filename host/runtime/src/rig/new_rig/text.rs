@@ -114,7 +114,7 @@ const RIG_INTRODUCTION: &str = "\
 # A rig, as `plumb init` wrote it. Lengths in metres, times in seconds, motor positions in full
 # steps; + pays cable out. The origin of the rig frame is on the floor: x is 0 at motor C and points
 # to A and B, y is 0 at motor B and points to A, z points up. docs/use/rig.md has a drawing.
-# After each change: `plumb check rig.toml --file-only`.
+# After each change: `plumb check --file-only`.
 ";
 
 /// Returns the text of the rig file.
