@@ -36,7 +36,7 @@ pub enum TomlFileError {
         /// The file.
         path: PathBuf,
         /// The mistake.
-        mistake: Mistake,
+        mistake: Box<Mistake>,
         /// What is allowed; empty where that is not known.
         allowed: String,
     },
@@ -72,7 +72,7 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, TomlFileError> {
 pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, TomlFileError> {
     let content = |mistake| TomlFileError::Content {
         path: path.to_path_buf(),
-        mistake,
+        mistake: Box::new(mistake),
         allowed: String::new(),
     };
     let (table, errors) = DeTable::parse_recoverable(text);
@@ -174,7 +174,7 @@ mod tests {
 
     fn error_of(text: &str) -> Mistake {
         match parse_toml::<File>(Path::new("rig.toml"), text) {
-            Err(TomlFileError::Content { mistake, .. }) => mistake,
+            Err(TomlFileError::Content { mistake, .. }) => *mistake,
             other => panic!("{other:?}"),
         }
     }

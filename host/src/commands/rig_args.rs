@@ -112,11 +112,16 @@ impl PortArgs {
     }
 
     /// Returns the port of the options, of the rig file, or of the one board on USB, in this order;
-    /// likewise its baud rate.
+    /// likewise its baud rate. A stop does not wait for a rig file with a mistake.
     pub(crate) fn board_or_only(&self, rig: Option<&Path>) -> Result<BoardPort, Failure> {
-        match self.board(rig)? {
-            Some(board) => Ok(board),
-            None => Ok(self.board_at(only_board()?)),
+        match self.board(rig) {
+            Ok(Some(board)) => Ok(board),
+            Ok(None) => Ok(self.board_at(only_board()?)),
+            Err(failure) => {
+                let Ok(only) = only_board() else { return Err(failure) };
+                note!("{}; this goes to the board at {only}", failure.message());
+                Ok(self.board_at(only))
+            }
         }
     }
 

@@ -22,7 +22,7 @@ const MAX_RADIUS_ERROR: f64 = 0.03;
 
 /// Largest residual of its edges, over the usual one. Where others of its colour are beside the
 /// ball, edges are found too far outwards: by 7 % of a radius of 17 pixels at twice the usual
-/// residual (`plumb demo --virtual-time --law interval --seed 7`), and by less than 1 % at the usual
+/// residual (`plumb demo --virtual-time --law interval --seed 7`), by less than 1 % at the usual
 /// one.
 const MAX_RMS: f64 = 1.0;
 
