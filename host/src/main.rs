@@ -63,24 +63,11 @@ enum Command {
     Bench(commands::bench::Command),
 }
 
-/// Parses the command line. The usage of an error is that of the help: the parser's own names each
-/// given option as if it were needed.
-fn parse_command_line() -> Result<Cli, clap::Error> {
-    let words = commands::command_line();
-    Cli::try_parse_from(&words).map_err(|error| {
-        let mut command = Cli::command();
-        command.build();
-        let with_usage = |command| commands::manual::with_usages(command, commands::manual::usage);
-        let parsed = command.mut_subcommands(with_usage).try_get_matches_from(&words);
-        parsed.err().unwrap_or(error)
-    })
-}
-
 fn main() -> ExitCode {
     if let Err(error) = commands::outlive_file_size_limit() {
         return commands::Failure::from(error).report();
     }
-    let cli = match parse_command_line() {
+    let cli = match Cli::try_parse_from(commands::command_line()) {
         Ok(cli) => cli,
         Err(error) => return commands::report_usage(&error),
     };

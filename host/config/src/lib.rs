@@ -4,7 +4,6 @@
 //!   [`toml_text`]: change of values in their text.
 //! - [`quantity`]: numbers with a range and a unit; [`digit_groups`]: numbers with signs between
 //!   their thousands; [`any_case`](mod@any_case): names in any case;
-//!   [`misspelt`]: the name that a misspelt one means;
 //!   [`reference`](mod@reference): the keys of a file, from its reference page in the book.
 //! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
 //!   records are whole, also where the disk is full.
@@ -21,7 +20,6 @@ pub mod bounded_read;
 pub mod digit_groups;
 pub mod error_chain;
 pub mod escape;
-pub mod misspelt;
 pub mod quantity;
 pub mod reference;
 pub mod toml_file;

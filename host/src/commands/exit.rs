@@ -1,8 +1,6 @@
 //! The end of a command by an error: what is printed, and the exit code.
 
 mod class;
-mod suggestions;
-mod usage;
 
 use std::env;
 use std::error::Error;
@@ -12,6 +10,7 @@ use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::process::ExitCode;
 
+use clap::error::ErrorKind as HelpKind;
 use plumb_config::error_chain::ErrorChain;
 use serde_json::json;
 use thiserror::Error;
@@ -21,7 +20,19 @@ use super::rig_args::PORT_VARIABLE;
 use super::rig_path::RIG_VARIABLE;
 
 pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, INIT, exit_code_of};
-pub(crate) use usage::report_usage;
+
+/// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
+pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() || error.kind() == HelpKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        // Help that nobody reads is no failure.
+        let _closed_pipe = error.print();
+        return ExitCode::from(if error.use_stderr() { BAD_INPUT } else { 0 });
+    }
+    let text = error.render().to_string();
+    tell!("plumb: {}", text.trim_end());
+    print_json(BAD_INPUT, text.trim_end());
+    ExitCode::from(BAD_INPUT)
+}
 
 /// Error that ends a command, and its exit code.
 pub(crate) struct Failure {

@@ -55,7 +55,7 @@ pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
 }
 
 /// Returns `command` with what `usage` returns for it as its usage, likewise its subcommands.
-pub(crate) fn with_usages(mut command: Command, usage: fn(&mut Command) -> String) -> Command {
+fn with_usages(mut command: Command, usage: fn(&mut Command) -> String) -> Command {
     let own = usage(&mut command);
     command.override_usage(own).mut_subcommands(|command| with_usages(command, usage))
 }
@@ -84,7 +84,7 @@ fn synopsis(command: &mut Command) -> String {
 }
 
 /// Returns the usage of a command.
-pub(crate) fn usage(command: &mut Command) -> String {
+fn usage(command: &mut Command) -> String {
     command.render_usage().to_string().trim_start_matches("Usage: ").to_owned()
 }
 

@@ -350,21 +350,6 @@ fn a_target_at_the_border_of_the_workspace_is_named() {
     assert!(told("0.59").starts_with("plumb: absent: there is no such"), "{}", told("0.59"));
 }
 
-/// The parser's own usage has each given option as if it were needed.
-#[test]
-fn the_usage_after_a_mistake_is_that_of_the_help() {
-    let folder = folder();
-    for (arguments, usage) in [
-        (&["run", "--rig", "rig.toml", "--port", "x", "--unknown"][..], "plumb run [OPTIONS]"),
-        (&["board", "status", "--port", "x", "--unknown"], "plumb board status [OPTIONS]"),
-    ] {
-        let output = plumb(arguments, folder.path());
-        let text = stderr(&output);
-        let expected = format!("Usage: {usage}\nplumb: unexpected argument '--unknown' found\n");
-        assert_eq!(text, expected);
-    }
-}
-
 #[test]
 fn the_help_has_what_is_needed_in_the_brackets_of_the_usage() {
     let help = plumb(&["goto", "--help"], folder().path());
