@@ -35,6 +35,7 @@ use crate::rounding::{millimetres, round};
 use crate::targets::TargetSource;
 use control_loop::ControlLoop;
 use path::PathDrive;
+use plausibility::BallSpeed;
 use repetition::RepetitionDetector;
 use targets::{TargetDrive, TargetRules};
 use waypoint::Route;
@@ -74,7 +75,7 @@ pub struct Run<T> {
     radius: f64,
     workspace: Workspace,
     /// Largest speed of the ball, m/s.
-    max_ball_speed: f64,
+    ball_speed: BallSpeed,
     /// Farthest turn of a motor without the ball, of the rig file.
     following_turn: Steps16,
     /// Fault of an earlier run that this run has cleared.
@@ -170,7 +171,10 @@ impl<T: Transport> Run<T> {
             law,
             radius,
             workspace,
-            max_ball_speed: rig.max_ball_speed(),
+            ball_speed: BallSpeed {
+                max: rig.max_ball_speed(),
+                motor_rate: 16.0 * rig.motors.max_rate.get(),
+            },
             following_turn,
             cleared,
         })
@@ -299,7 +303,7 @@ impl<T: Transport> Run<T> {
             rules: self.rules.clone(),
             timeout: parts.timeout,
             is_operated: parts.operator.is_some(),
-            max_ball_speed: self.max_ball_speed,
+            ball_speed: self.ball_speed,
             following_turn: self.following_turn,
         }
     }

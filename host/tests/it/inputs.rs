@@ -246,9 +246,9 @@ fn a_target_that_is_mistyped_is_explained_before_the_port_is_opened() {
             &["0,4", "0.2", "0.3"][..],
             "invalid value '0,4' for '<X>': must be a number, -100 to 100 m; write 0.4",
         ),
-        (&["0.4", "0.2"], "required arguments were not provided: <Z>\n"),
-        (&["0.4"], "required arguments were not provided: <Y> <Z>\n"),
-        (&[], "required arguments were not provided: <X> <Y> <Z>\n"),
+        (&["0.4", "0.2"], "required arguments were not provided:\n  <Z>\n"),
+        (&["0.4"], "required arguments were not provided:\n  <Y>\n  <Z>\n"),
+        (&[], "required arguments were not provided:\n  <X>\n  <Y>\n  <Z>\n"),
         (&["0.4", "0.2", "-1"], "z = -1 m is below the 0.05 m of `workspace.min`"),
         (&["0.9", "0.2", "0.3"], "x = 0.9 m is above the 0.8 m of `workspace.max`"),
     ] {

@@ -30,7 +30,7 @@ use super::ControlLoopError;
 use super::first_and_last::FirstAndLast;
 use super::goal::{Drive, Goal, Legs};
 use super::path::{PathDrive, PathPlan};
-use super::plausibility::Plausibility;
+use super::plausibility::{BallSpeed, Plausibility};
 use super::reached::Arrival;
 use super::repetition::RepeatedPicture;
 use super::targets::TargetDrive;
@@ -59,8 +59,7 @@ pub(super) struct Settings {
     pub(super) timeout: f64,
     /// Whether an operator ends the run.
     pub(super) is_operated: bool,
-    /// Largest speed of the ball, m/s.
-    pub(super) max_ball_speed: f64,
+    pub(super) ball_speed: BallSpeed,
     /// Farthest turn of a motor without the ball.
     pub(super) following_turn: Steps16,
 }
@@ -120,7 +119,7 @@ impl RunCore {
     ) -> Self {
         // A ball on the cables answers a quarter of the turn that stops the board.
         let answered_turn = settings.following_turn.0 / 4;
-        let plausibility = Plausibility::new(settings.max_ball_speed, answered_turn);
+        let plausibility = Plausibility::new(settings.ball_speed, answered_turn);
         Self {
             settings,
             goal: Goal::Idle,

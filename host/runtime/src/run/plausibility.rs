@@ -22,6 +22,15 @@ pub(super) struct Sight {
     pub(super) has_rival: bool,
 }
 
+/// Largest speed of the ball, and the motors' rate with it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BallSpeed {
+    /// The speed, m/s.
+    pub(super) max: f64,
+    /// Highest rate of a motor, Q4 steps/s.
+    pub(super) motor_rate: f64,
+}
+
 /// Plausibility of the positions of a run.
 #[derive(Debug)]
 pub(super) struct Plausibility {
@@ -38,12 +47,12 @@ pub(super) struct Plausibility {
 const RIVALS: u32 = 2;
 
 impl Plausibility {
-    /// Returns the state before the first picture. The ball moves at most at `max_speed`, m/s, and
-    /// answers motors that have turned by `turn`, Q4 steps.
-    pub(super) fn new(max_speed: f64, turn: i32) -> Self {
+    /// Returns the state before the first picture. The ball moves at most at `speed`, and answers
+    /// motors that have turned by `turn`, Q4 steps.
+    pub(super) fn new(speed: BallSpeed, turn: i32) -> Self {
         Self {
             depths: DepthComparison::default(),
-            jumps: JumpDetector { max_speed, turn, ..JumpDetector::default() },
+            jumps: JumpDetector { speed, last: None, still: None, away: None },
             jump: None,
             response: MotorResponse { turn, ..MotorResponse::default() },
             rivals: 0,
@@ -119,14 +128,11 @@ const STAY_PICTURES: u32 = 5;
 
 /// Detector of a ball that jumps farther than the cables can move it, and stays there.
 ///
-/// Pictures that stand still for a while and then go on are no jump: the motors have turned in the
-/// meantime.
-#[derive(Debug, Default)]
+/// Pictures whose times are wrong are no jump, such as those that stand still and then go on: the
+/// motors have turned in the meantime.
+#[derive(Debug)]
 struct JumpDetector {
-    /// Largest speed of the ball, m/s.
-    max_speed: f64,
-    /// Turn of a motor that a ball on the cables answers, Q4 steps.
-    turn: i32,
+    speed: BallSpeed,
     /// Last position that the cables can have moved the ball to.
     last: Option<Seen>,
     /// First of the positions at which the ball stands still.
@@ -178,13 +184,14 @@ struct Away {
 impl JumpDetector {
     /// Takes in a position. Returns the distance of a jump after which the ball has stayed.
     fn update(&mut self, seen: Seen) -> Option<f64> {
-        let reaches = |from: &Seen| from.reaches(&seen, self.max_speed, seen.time - from.time);
+        let max = self.speed.max;
+        let reaches = |from: &Seen| from.reaches(&seen, max, seen.time - from.time);
         let jump = match (&mut self.away, self.last) {
             (Some(away), _) if reaches(&away.last) => {
                 (away.last, away.pictures) = (seen, away.pictures + 1);
                 let has_stayed =
                     away.pictures >= STAY_PICTURES && seen.time - away.first.time >= STAY_S;
-                if !has_stayed && !self.stood_still() {
+                if !has_stayed && !self.motors_have_turned() {
                     return None;
                 }
                 self.away.filter(|_| has_stayed).map(|away| away.distance)
@@ -203,15 +210,13 @@ impl JumpDetector {
         jump
     }
 
-    /// Returns whether the motors have turned while the ball stood still before its jump, so that
-    /// it can be where it is now. The motor positions are those of the picture after the jump: they
-    /// may come later than the first one, and those of later ones answer the jump.
-    fn stood_still(&self) -> bool {
+    /// Returns whether the motors have turned so far since the ball moved last that it can be where
+    /// it is now. The motor positions are those of the picture after the jump: they may come later
+    /// than the first one, and those of later ones answer the jump.
+    fn motors_have_turned(&self) -> bool {
         let (Some(still), Some(away)) = (self.still, self.away) else { return false };
-        let time = away.first.time - still.time;
-        away.pictures == 2
-            && 2 * still.turned(&away.last) >= self.turn
-            && still.reaches(&away.first, self.max_speed, time)
+        let time = f64::from(still.turned(&away.last)) / self.speed.motor_rate;
+        away.pictures == 2 && still.reaches(&away.first, self.speed.max, time)
     }
 
     /// Returns whether the last position is one after a jump.

@@ -82,7 +82,7 @@ impl Bench {
             rules,
             timeout: 120.0,
             is_operated,
-            max_ball_speed: f64::INFINITY,
+            ball_speed: BallSpeed { max: f64::INFINITY, motor_rate: 6400.0 },
             following_turn: Steps16(6400),
         };
         let plan = has_path.then(|| plan.clone());

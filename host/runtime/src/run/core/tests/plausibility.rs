@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::doubt::Doubt;
-use crate::run::plausibility::Plausibility;
+use crate::run::plausibility::{BallSpeed, Plausibility};
 
 /// A quarter of the turn of a motor that stops a board whose ball does not follow, Q4 steps.
 const TURN: i32 = 1600;
@@ -13,7 +13,7 @@ const ROUNDS: usize = 40;
 /// Returns a run to one target whose ball moves at 0.75 m/s at most, and has answered no motor.
 fn run(usage: TargetUse) -> Bench {
     let mut bench = Bench::before(1, false, usage);
-    bench.core.plausibility = Plausibility::new(0.75, TURN);
+    bench.core.plausibility = Plausibility::new(BallSpeed { max: 0.75, motor_rate: 6400.0 }, TURN);
     bench.step(Input::Begin { is_stopped: false });
     bench
 }
