@@ -52,7 +52,7 @@ impl Plausibility {
     pub(super) fn new(speed: BallSpeed, turn: i32) -> Self {
         Self {
             depths: DepthComparison::default(),
-            jumps: JumpDetector { speed, last: None, still: None, away: None },
+            jumps: JumpDetector { speed, turn, last: None, still: None, away: None },
             jump: None,
             response: MotorResponse { turn, ..MotorResponse::default() },
             rivals: 0,
@@ -133,6 +133,8 @@ const STAY_PICTURES: u32 = 5;
 #[derive(Debug)]
 struct JumpDetector {
     speed: BallSpeed,
+    /// Turn of a motor that a ball on the cables answers, Q4 steps.
+    turn: i32,
     /// Last position that the cables can have moved the ball to.
     last: Option<Seen>,
     /// First of the positions at which the ball stands still.
@@ -215,8 +217,13 @@ impl JumpDetector {
     /// than the first one, and those of later ones answer the jump.
     fn motors_have_turned(&self) -> bool {
         let (Some(still), Some(away)) = (self.still, self.away) else { return false };
-        let time = f64::from(still.turned(&away.last)) / self.speed.motor_rate;
-        away.pictures == 2 && still.reaches(&away.first, self.speed.max, time)
+        let turned = still.turned(&away.last);
+        // The time that the turn takes at least, where those of the pictures are wrong.
+        let least = f64::from(turned) / self.speed.motor_rate;
+        let time = least.max(away.first.time - still.time);
+        away.pictures == 2
+            && 2 * turned >= self.turn
+            && still.reaches(&away.first, self.speed.max, time)
     }
 
     /// Returns whether the last position is one after a jump.

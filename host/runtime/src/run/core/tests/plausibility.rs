@@ -148,6 +148,20 @@ fn pictures_that_stood_still_while_the_motors_turned_are_no_jump() {
     }
 }
 
+/// A program that stood still for a while, and its next picture has the time of the one before.
+#[test]
+fn a_picture_with_an_early_time_is_no_jump_where_the_motors_have_turned() {
+    for (turned, is_jump) in [(2 * TURN, false), (TURN / 4, true)] {
+        let mut bench = run(TargetUse::Steering);
+        answer(&mut bench);
+        bench.motors = bench.motors.map(|at| at + turned);
+        for _ in 0..ROUNDS {
+            look(&mut bench, State::Seeking, 0.145);
+        }
+        assert_eq!(!outcome(&bench).1.is_empty(), is_jump, "{turned}");
+    }
+}
+
 #[test]
 fn a_ball_that_hangs_at_its_target_is_already_there() {
     for usage in [TargetUse::Steering, TargetUse::Goal] {
