@@ -52,7 +52,14 @@ impl Plausibility {
     pub(super) fn new(speed: BallSpeed, turn: i32) -> Self {
         Self {
             depths: DepthComparison::default(),
-            jumps: JumpDetector { speed, turn, last: None, still: None, away: None },
+            jumps: JumpDetector {
+                speed,
+                turn,
+                last: None,
+                still: None,
+                motors_before: None,
+                away: None,
+            },
             jump: None,
             response: MotorResponse { turn, ..MotorResponse::default() },
             rivals: 0,
@@ -137,8 +144,11 @@ struct JumpDetector {
     turn: i32,
     /// Last position that the cables can have moved the ball to.
     last: Option<Seen>,
-    /// First of the positions at which the ball stands still.
+    /// First of the positions at which the ball stands still, with the motor positions of the
+    /// picture before it: after a pause their news may be newer than a picture.
     still: Option<Seen>,
+    /// Motor positions of the picture before, Q4 steps.
+    motors_before: Option<[i32; 3]>,
     /// Positions since the ball has jumped.
     away: Option<Away>,
 }
@@ -186,6 +196,7 @@ struct Away {
 impl JumpDetector {
     /// Takes in a position. Returns the distance of a jump after which the ball has stayed.
     fn update(&mut self, seen: Seen) -> Option<f64> {
+        let motors_before = std::mem::replace(&mut self.motors_before, seen.motors);
         let max = self.speed.max;
         let reaches = |from: &Seen| from.reaches(&seen, max, seen.time - from.time);
         let jump = match (&mut self.away, self.last) {
@@ -207,7 +218,7 @@ impl JumpDetector {
         };
         (self.last, self.away) = (Some(seen), None);
         if self.still.is_none_or(|still| still.distance(&seen) > ANSWER_M) {
-            self.still = Some(seen);
+            self.still = Some(Seen { motors: motors_before.or(seen.motors), ..seen });
         }
         jump
     }
@@ -222,7 +233,7 @@ impl JumpDetector {
         let least = f64::from(turned) / self.speed.motor_rate;
         let time = least.max(away.first.time - still.time);
         away.pictures == 2
-            && 2 * turned >= self.turn
+            && turned >= self.turn
             && still.reaches(&away.first, self.speed.max, time)
     }
 
