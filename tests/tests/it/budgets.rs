@@ -29,7 +29,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("host/page", 2500),
     ("host/path", 2500),
     ("host/ros2", 5000),
-    ("host/runtime", 13_350),
+    ("host/runtime", 13_400),
     ("host/sim", 3150),
     ("host/verify", 950),
     ("host/vision", 4450),
