@@ -31,34 +31,6 @@ pub fn without_groups(text: &str) -> Option<String> {
     Some(format!("{minus}{}{point}", groups.concat()))
 }
 
-/// Returns a number with a decimal comma with a decimal point; `None` for any other text.
-///
-/// ```
-/// use plumb_config::digit_groups::with_point;
-///
-/// assert_eq!(with_point("-0,4").as_deref(), Some("-0.4"));
-/// assert_eq!(with_point("0.4"), None);
-/// ```
-pub fn with_point(text: &str) -> Option<String> {
-    let (whole, decimals) = text.split_once(',')?;
-    let is_it = is_digits(whole.trim_start_matches(['-', '+'])) && is_digits(decimals);
-    is_it.then(|| format!("{whole}.{decimals}"))
-}
-
-/// Returns a number whose single comma may stand between thousands, without it: 1100 of `1,100`;
-/// `None` for any other text.
-///
-/// ```
-/// use plumb_config::digit_groups::thousands;
-///
-/// assert_eq!(thousands("-1,100").as_deref(), Some("-1100"));
-/// assert_eq!((thousands("0,100"), thousands("1,10")), (None, None));
-/// ```
-pub fn thousands(text: &str) -> Option<String> {
-    let is_zero = text.trim_start_matches(['-', '+']).starts_with('0');
-    without_groups(text).filter(|_| with_point(text).is_some() && !is_zero)
-}
-
 /// Returns whether a text has digits only, and at least one.
 ///
 /// ```

@@ -24,7 +24,7 @@ use plumb_frame::source::SourceError;
 use thiserror::Error;
 
 use crate::board_fault::BoardFault;
-use crate::doubt;
+use crate::doubt::Doubt;
 use crate::link::LinkError;
 
 pub use correction::{NoMotors, corrected};
@@ -69,7 +69,7 @@ pub enum ExaminationError {
         /// Pictures with a ball whose position is known.
         with_depth: u32,
         /// Doubt for which what looks like the ball was rejected.
-        doubt: Option<doubt::Doubt>,
+        doubt: Option<Doubt>,
     },
     /// The ball went out of sight while a motor turned.
     #[error(
@@ -100,7 +100,7 @@ pub enum ExaminationError {
 }
 
 /// Returns what to do about a ball that is not seen.
-fn unseen_advice(doubt: Option<&doubt::Doubt>) -> String {
+fn unseen_advice(doubt: Option<&Doubt>) -> String {
     match doubt {
         Some(doubt) => doubt.with_advice(),
         None => format!("hang it into the picture, 0.5 to 2 m from the camera; {COMPARE_BALL}"),

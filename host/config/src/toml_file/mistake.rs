@@ -16,7 +16,7 @@ pub struct Mistake {
     pub line: usize,
     /// The key with its tables, `intrinsics.fx`; empty where it is not known.
     pub key: String,
-    /// The value as it is written; empty for a table, and for a missing or unknown key.
+    /// Text of the value. It is empty for a table, a missing key and an unknown key.
     pub value: String,
     /// Kind of the mistake.
     pub kind: Kind,
@@ -58,11 +58,9 @@ impl Mistake {
         let line = line_at(text, span.start);
         let written = excerpt(text.lines().nth(line - 1).unwrap_or_default().trim());
         let key = key_at(table, &span);
-        let is_value = |it: &&Spanned<DeValue<'_>>| !matches!(it.get_ref(), DeValue::Table(_));
-        let has_value = find(table, &key).filter(is_value).is_some();
         Self {
             line,
-            key: if has_value { key.join(".") } else { String::new() },
+            key: value_of(table, &key).map(|_| key.join(".")).unwrap_or_default(),
             value: String::new(),
             kind: Kind::Syntax,
             message: format!("{}: {written}", one_line(error.message())),
@@ -114,9 +112,13 @@ fn classify(error: &Error, mut path: KeyPath) -> (Kind, KeyPath) {
 
 /// Returns the text of a wrong value; nothing for a table.
 fn written(text: &str, table: &DeTable<'_>, kind: Kind, path: &KeyPath) -> String {
-    let is_value = |it: &&Spanned<DeValue<'_>>| !matches!(it.get_ref(), DeValue::Table(_));
-    let value = find(table, path).filter(is_value).filter(|_| kind == Kind::Wrong);
+    let value = value_of(table, path).filter(|_| kind == Kind::Wrong);
     value.and_then(|value| text.get(value.span())).unwrap_or_default().to_owned()
+}
+
+/// Returns the value of a key; `None` for a table.
+fn value_of<'a, 'i>(table: &'a DeTable<'i>, path: &KeyPath) -> Option<&'a Spanned<DeValue<'i>>> {
+    find(table, path).filter(|value| !matches!(value.get_ref(), DeValue::Table(_)))
 }
 
 /// Returns a message in one line.

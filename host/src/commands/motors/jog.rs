@@ -72,7 +72,7 @@ enum Motor {
     C,
 }
 
-/// Distance of a jog, as it is typed.
+/// Distance of a jog, in the unit of the command line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Distance {
     /// Full steps, or millimetres of cable.
