@@ -189,7 +189,7 @@ def main():
         for name, copy in (("figure4", "run-over-time"), ("figure5", "run-in-space")):
             shutil.copy(f"{paper}/{name}.svg", os.path.join(folder, copy + ".svg"))
         eight = os.path.join(work, "eight")
-        demo(eight, "--path", "eight", "--upright")
+        demo(eight, "--follow", "eight", "--upright")
         for name, copy in (("figure5", "eight"), ("deviation", "deviation")):
             shutil.copy(f"{eight}/{name}.svg", os.path.join(folder, copy + ".svg"))
 

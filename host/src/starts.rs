@@ -52,6 +52,7 @@ fn begin(command: Command) -> Result<(), Failure> {
         Command::Demo(args) => demo::begin(&args),
         Command::Run(args) => commands::run::run(args).map(drop),
         Command::Goto(args) => commands::run::goto(args).map(drop),
+        Command::Follow(args) => commands::follow::follow(args).map(drop),
         Command::Hold(args) => hold::main(args).map(drop),
         Command::Jog(args) => motors::jog(args).map(drop),
         Command::Home(args) => motors::home(args).map(drop),

@@ -5,11 +5,12 @@ use std::path::Path;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use plumb_config::bounded_read::read_text;
+use plumb_config::mistake::Mistake;
 use plumb_config::quantity::{
     BallDiameter, Coordinate, DepthUnits, DistortionCoefficient, FocalLength, Hue, PixelCoordinate,
     some_pixels,
 };
-use plumb_config::toml_file::{MAX_BYTES, Mistake, TomlFileError, diagnose, parse_toml, place};
+use plumb_config::toml_file::{MAX_BYTES, TomlFileError, diagnose, parse_toml, place};
 use plumb_frame::camera::{
     CalibratedFor, Camera, Distortion, DistortionCoefficients, DistortionError, Intrinsics,
 };

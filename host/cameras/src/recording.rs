@@ -243,7 +243,7 @@ fn advice(ending: &str) -> &'static str {
         }
         "txt" | "csv" => {
             "is no recording, but a list. Of pictures: give the folder that it is in. Of places: \
-             `plumb run --path FILE` drives through it"
+             `plumb follow FILE`"
         }
         "h264" | "264" | "h265" | "hevc" | "265" => {
             "a stream of video without a container: make a file of it with \

@@ -1,6 +1,6 @@
 //! Files that a person writes or names, and the errors about them.
 //!
-//! - [`toml_file`]: configuration files; every mistake comes with its file, line and key;
+//! - [`mistake`]: a mistake with its line, key and value; [`toml_file`]: configuration files;
 //!   [`toml_text`]: change of values in their text.
 //! - [`quantity`]: numbers with a range and a unit; [`digit_groups`]: numbers with signs between
 //!   their thousands; [`any_case`](mod@any_case): names in any case;
@@ -20,6 +20,7 @@ pub mod bounded_read;
 pub mod digit_groups;
 pub mod error_chain;
 pub mod escape;
+pub mod mistake;
 pub mod quantity;
 pub mod reference;
 pub mod toml_file;

@@ -9,9 +9,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use crate::bounded_read::{ReadError, read_text};
+use crate::mistake::Mistake;
 
 pub use diagnosis::{Diagnosis, diagnose};
-pub use mistake::{Kind, Mistake};
 
 mod diagnosis;
 mod mistake;
@@ -149,6 +149,7 @@ fn search(table: &DeTable<'_>, span: &Range<usize>, path: &mut KeyPath, best: &m
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mistake::Kind;
     use crate::quantity::{CameraTime, Coordinate};
     use serde::Deserialize;
 

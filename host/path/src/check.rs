@@ -92,36 +92,6 @@ pub fn check<E: Error + 'static>(
     Ok(())
 }
 
-/// Returns the factor by which all times of a trajectory with time stamps must grow for it to keep
-/// the limits; 1 where it does. `share` returns how much a motion takes of another limit that is
-/// proportional to the speed, 1 = all of it.
-pub fn slowdown(
-    trajectory: &Trajectory,
-    limits: &MotionLimits,
-    share: impl Fn(&Moment) -> f64,
-) -> f64 {
-    let needed = |time_s: f64| {
-        let moment = trajectory.at(time_s);
-        let speed = moment.velocity.norm() / limits.speed;
-        // The acceleration falls with the square of the factor.
-        let acceleration = (moment.acceleration.norm() / limits.acceleration).sqrt();
-        speed.max(acceleration).max(share(&moment))
-    };
-    times(&trajectory.breaks()).map(needed).fold(1.0, f64::max)
-}
-
-/// Returns the highest speed at which the ball may go along all of a trajectory, m/s: infinite
-/// where nothing limits it. `share` is as for [`slowdown`]: at each place it gives the limit of the
-/// speed in the direction there, and the lowest of them counts.
-pub fn highest_speed(trajectory: &Trajectory, share: impl Fn(&Moment) -> f64) -> f64 {
-    let limit = |time_s: f64| {
-        let moment = trajectory.at(time_s);
-        let share = share(&moment);
-        if share > 0.0 { moment.velocity.norm() / share } else { f64::INFINITY }
-    };
-    times(&trajectory.breaks()).map(limit).fold(f64::INFINITY, f64::min)
-}
-
 /// Returns the times to check, from the first break to the last one.
 fn times(breaks: &[f64]) -> impl Iterator<Item = f64> {
     let most = (MOST_MOMENTS / breaks.len()).clamp(1, MOST_PARTS);

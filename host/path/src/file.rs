@@ -1,382 +1,223 @@
-//! Paths from files: CSV, or G-code ([`CodeMistake`] lists its words).
+//! Places from files: tables of numbers, or [G-code](crate::gcode).
 //!
-//! The first line of a CSV file names the columns, in any order: `x,y,z` for waypoints, or
-//! `t,x,y,z` for places with time stamps; metres in the rig frame, and seconds. A line that is
-//! repeated is a pause.
-
-use std::fmt::Display;
-use std::mem::{Discriminant, discriminant};
+//! The columns of a table decide what it is, in any order. `x,y,z` are a path, also without names;
+//! `t,x,y,z` are places with times; with `dwell` or `tolerance` the ball stops at each place.
+//! Metres in the rig frame, and seconds. A line that is repeated is a pause.
 
 use nalgebra::Point3;
-use thiserror::Error;
+use plumb_config::mistake::{Kind as MistakeKind, Mistake};
+use plumb_config::quantity::{Coordinate, Range};
 
 use crate::gcode;
-use crate::table::{
-    self, Table, and_more, column_count, is_time, more_mistakes, places_of, wrong_names,
-};
-use crate::trajectory::{MAX_COORDINATE_M, Sample};
+use crate::table::{Row, Table, column_name};
+use crate::trajectory::{MotionLimits, PathError, Run, Sample, Trajectory, Waypoints};
 
-pub use crate::gcode::{CodeMistake, CodeProblem, is_gcode};
+/// Names of the columns.
+const COLUMNS: [&str; 6] = ["t", "x", "y", "z", "dwell", "tolerance"];
+
+/// Columns that a file must have, by their places in [`COLUMNS`].
+const NEEDED: std::ops::RangeInclusive<usize> = 1..=3;
+
+/// Columns of a table, for messages.
+const ALLOWED: &str = "columns are x, y, z in metres, t in seconds, dwell in seconds, tolerance in \
+                       metres";
+
+/// Range of a time: the whole path may take a day.
+const TIME: Range = Range::new(-1e10, 1e10, "s");
+
+/// Range of a dwell time: up to a day.
+const DWELL: Range = Range::new(0.0, 86_400.0, "s");
+
+/// Range of the distance at which a place counts as reached.
+const TOLERANCE: Range = Range::above_zero(1.0, "m");
+
+/// What the ball does at the places of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// It goes through them without a stop.
+    Path,
+    /// It is at each at its time.
+    Timed,
+    /// It stops at each.
+    Stops,
+}
 
 /// Contents of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub enum PathFile {
-    /// Waypoints.
-    Waypoints {
-        /// The places, metres.
-        places: Vec<Point3<f64>>,
-        /// Speed from each place to the next, m/s, infinite where the file has none; empty for a
-        /// CSV file.
-        speeds: Vec<f64>,
-        /// Line of each place, from 1.
-        lines: Vec<u64>,
-    },
-    /// Places with time stamps.
-    Samples {
-        /// The places with their times.
-        samples: Vec<Sample>,
-        /// Line of each place, from 1.
-        lines: Vec<u64>,
-    },
+pub struct Places {
+    /// What the ball does.
+    pub kind: Kind,
+    /// The places, at least one.
+    pub places: Vec<Place>,
+    /// Speed from each place to the next, m/s, infinite where the file has none; empty for a table.
+    pub speeds: Vec<f64>,
 }
 
-impl PathFile {
-    /// Returns the places, metres, each with its line, from 1.
-    pub fn places(&self) -> Vec<(u64, Point3<f64>)> {
-        let (places, lines): (Vec<_>, _) = match self {
-            Self::Waypoints { places, lines, .. } => (places.clone(), lines),
-            Self::Samples { samples, lines } => {
-                (samples.iter().map(|sample| sample.position).collect(), lines)
-            }
-        };
-        lines.iter().copied().zip(places).collect()
-    }
-}
-
-/// Mistakes in the text of a file. Their text begins with the number of the line;
-/// [`in_file`](Self::in_file) returns it with the name of the file before it.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum PathFileError {
-    /// The first line does not name the columns.
-    #[error(
-        "{line}: the columns are '{found}', but must be 'x,y,z' (waypoints, metres) or \
-         't,x,y,z' (with times, seconds){wrong}"
-    )]
-    Header {
-        /// Line, from 1.
-        line: u64,
-        /// The line.
-        found: String,
-        /// End of the message: the columns that are wrong; empty where the line has no names.
-        wrong: String,
-    },
-    /// The file has no line below the header.
-    #[error("no places; the first line names the columns, x,y,z or t,x,y,z, each other is a place")]
-    Empty,
-    /// Lines have mistakes.
-    #[error("{}", listed("", .0))]
-    Lines(Vec<LineMistake>),
-    /// Lines of G-code have mistakes.
-    #[error("{}", listed("", .0))]
-    Code(Vec<CodeMistake>),
-    /// G-code has no motion.
-    #[error("no places: this is G-code without G0 or G1 to a place of which X, Y and Z are known")]
-    NoMotion,
-}
-
-impl PathFileError {
-    /// Returns the mistakes as those of the file `name`: `NAME:LINE: ...`.
-    pub fn in_file(&self, name: impl Display) -> String {
-        match self {
-            Self::Header { .. } => format!("{name}:{self}"),
-            Self::Empty | Self::NoMotion => format!("{name}: {self}"),
-            Self::Lines(mistakes) => listed(&format!("{name}:"), mistakes),
-            Self::Code(mistakes) => listed(&format!("{name}:"), mistakes),
+impl Places {
+    /// Returns the trajectory along the places: through all of them at their times, or along lines
+    /// between them that keep `limits`, with corners rounded by at most `tolerance`, metres.
+    ///
+    /// # Errors
+    /// Where there are too few places, or the path takes too long.
+    pub fn trajectory(
+        &self,
+        limits: &MotionLimits,
+        tolerance: f64,
+        run: Run,
+    ) -> Result<Trajectory, PathError> {
+        if self.kind == Kind::Timed {
+            let sample = |it: &Place| Sample { time: it.time_s, position: it.position };
+            let samples: Vec<_> = self.places.iter().map(sample).collect();
+            return Trajectory::through_samples(&samples, run);
         }
+        let places = self.places.iter().map(|place| place.position).collect();
+        let waypoints = Waypoints { places, speeds: self.speeds.clone(), tolerance };
+        Trajectory::through(&waypoints, limits, run)
     }
 }
 
-/// Mistake in a line.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum LineMistake {
-    /// The line has too few or too many columns.
-    #[error(
-        "{line}: {}, but the first line names {expected}{}",
-        column_count(*.count),
-        and_more(*.more, "line")
-    )]
-    Columns {
-        /// Line, from 1.
-        line: u64,
-        /// Number of columns.
-        count: usize,
-        /// Number of columns of the header.
-        expected: usize,
-        /// Number of further lines with as many columns.
-        more: usize,
-    },
-    /// The separators are wrong.
-    #[error("{line}: {why}{}", and_more(*.more, "line"))]
-    Separators {
-        /// Line, from 1.
-        line: u64,
-        /// Reason, and what to do.
-        why: String,
-        /// Number of further lines like this one.
-        more: usize,
-    },
-    /// A field is no finite number.
-    #[error("{line}: column {name}: '{value}': must be a number")]
-    Field {
-        /// Line, from 1.
-        line: u64,
-        /// Name of the column.
-        name: &'static str,
-        /// The field.
-        value: String,
-    },
-    /// A coordinate is far out of range.
-    #[error(
-        "{line}: column {name}: {value} m is out of range, ±{MAX_COORDINATE_M} (metres); are \
-         these millimetres?{}",
-        and_more(*.more, "number")
-    )]
-    Range {
-        /// Line, from 1.
-        line: u64,
-        /// Name of the column.
-        name: &'static str,
-        /// Coordinate, metres.
-        value: f64,
-        /// Number of further coordinates out of range.
-        more: usize,
-    },
-    /// The time is not above that of the line before.
-    #[error("{line}: the time {time} s is not above that of the line before")]
-    TimeNotRising {
-        /// Line, from 1.
-        line: u64,
-        /// Time, seconds.
-        time: f64,
-    },
+/// Place of a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Line, from 1.
+    pub line: usize,
+    /// Place, metres.
+    pub position: Point3<f64>,
+    /// Time, seconds; 0 in a file without times.
+    pub time_s: f64,
+    /// Time for which the ball stays, seconds.
+    pub dwell_s: f64,
+    /// Distance within which the place counts as reached, metres.
+    pub tolerance_m: Option<f64>,
 }
 
-impl LineMistake {
-    /// Returns the number of further mistakes that one mistake of this kind stands for; `None` for
-    /// a kind of which each is listed.
-    fn more(&mut self) -> Option<&mut usize> {
-        match self {
-            Self::Columns { more, .. }
-            | Self::Separators { more, .. }
-            | Self::Range { more, .. } => Some(more),
-            _ => None,
-        }
+impl Place {
+    /// Returns the place at a line, without times.
+    pub(crate) fn new(line: usize, position: Point3<f64>) -> Self {
+        Self { line, position, time_s: 0.0, dwell_s: 0.0, tolerance_m: None }
     }
-
-    /// Returns what mistakes of one kind share: the variant, and a wrong number of columns.
-    fn kind(&self) -> (Discriminant<Self>, usize) {
-        let count = if let Self::Columns { count, .. } = self { *count } else { 0 };
-        (discriminant(self), count)
-    }
-
-    /// Adds the mistake to `mistakes`, or counts it where one of its kind is there for all.
-    fn add_to(mut self, mistakes: &mut Vec<Self>) {
-        let kind = self.kind();
-        let is_for_all = self.more().is_some();
-        let first = mistakes.iter_mut().find(|it| is_for_all && it.kind() == kind);
-        match first.and_then(Self::more) {
-            Some(more) => *more += 1,
-            None => mistakes.push(self),
-        }
-    }
-}
-
-/// Number of mistakes that a message lists.
-const MAX_LISTED: usize = 20;
-
-/// Returns a line for each mistake, behind `prefix`, without those above [`MAX_LISTED`].
-fn listed<M: Display>(prefix: &str, mistakes: &[M]) -> String {
-    let first = mistakes.iter().take(MAX_LISTED);
-    let mut lines: Vec<String> = first.map(|mistake| format!("{prefix}{mistake}")).collect();
-    if let Some(more) = mistakes.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
-        let more = more_mistakes(more);
-        lines.push(if prefix.is_empty() { more } else { format!("{prefix} {more}") });
-    }
-    lines.join("\n")
-}
-
-/// Kind of a file, by its columns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Places,
-    Timed,
-}
-
-impl Kind {
-    /// All kinds.
-    const ALL: [Self; 2] = [Self::Places, Self::Timed];
-
-    fn names(self) -> &'static [&'static str] {
-        match self {
-            Self::Places => &["x", "y", "z"],
-            Self::Timed => &["t", "x", "y", "z"],
-        }
-    }
-}
-
-/// Columns of a file.
-#[derive(Debug)]
-struct Columns {
-    kind: Kind,
-    /// Each column by its place in the names of the kind.
-    places: Vec<usize>,
-}
-
-impl Columns {
-    /// Returns the columns that a line of names has, in any order; `None` where they are others.
-    fn named(names: &[String]) -> Option<Self> {
-        Kind::ALL.into_iter().find_map(|kind| {
-            let known = kind.names();
-            Some(Self { kind, places: places_of(names, known, known.len())? })
-        })
-    }
-
-    /// Returns the columns of a file of places without names.
-    fn unnamed() -> Self {
-        Self { kind: Kind::Places, places: (0..Kind::Places.names().len()).collect() }
-    }
-}
-
-/// Line of a file.
-struct Row {
-    line: u64,
-    /// Time, seconds; 0 in a file of waypoints.
-    time: f64,
-    position: Point3<f64>,
-}
-
-/// Returns the path of a program in G-code.
-fn of_program(program: gcode::Program) -> Result<PathFile, PathFileError> {
-    let gcode::Program { places, speeds, lines } = program;
-    if places.is_empty() {
-        return Err(PathFileError::NoMotion);
-    }
-    Ok(PathFile::Waypoints { places, speeds, lines })
 }
 
 /// Parses the text of a file.
 ///
 /// # Errors
-/// Where the first line names other columns, there are no places, or lines have mistakes; all of
-/// them at once.
-pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
-    if gcode::is_gcode(text) {
-        return of_program(gcode::parse(text).map_err(PathFileError::Code)?);
-    }
-    let mut table = Table::of(text);
-    let columns = columns(&mut table)?;
-    let (mut rows, mut mistakes) = (Vec::new(), Vec::new());
-    for fields in table.rows() {
-        rows.extend(row(fields, &table, &columns, &mut mistakes));
-    }
-    if columns.kind == Kind::Timed {
-        mistakes.extend(rows.windows(2).filter_map(|pair| order_mistake(&pair[0], &pair[1])));
-    }
-    if !mistakes.is_empty() {
-        return Err(PathFileError::Lines(mistakes));
-    }
-    if rows.is_empty() {
-        return Err(PathFileError::Empty);
-    }
-    let lines = rows.iter().map(|row| row.line).collect();
-    Ok(match columns.kind {
-        Kind::Places => {
-            let places = rows.iter().map(|row| row.position).collect();
-            PathFile::Waypoints { places, speeds: Vec::new(), lines }
-        }
-        Kind::Timed => {
-            let sample = |row: &Row| Sample { time: row.time, position: row.position };
-            PathFile::Samples { samples: rows.iter().map(sample).collect(), lines }
-        }
-    })
-}
-
-/// Returns the columns that the first line names. Three columns without names are places.
-fn columns(table: &mut Table) -> Result<Columns, PathFileError> {
-    let names = table.take_names();
-    let Some(first) = names.as_ref().or(table.rows().first()) else {
-        return Err(PathFileError::Empty);
+/// All mistakes: wrong columns, lines with mistakes, no places.
+pub fn parse(text: &str) -> Result<Places, Vec<Mistake>> {
+    let mut mistakes = Vec::new();
+    let found = match gcode::is_gcode(text) {
+        true => gcode::parse(text, &mut mistakes),
+        false => of_table(&Table::of(text, &COLUMNS), &mut mistakes),
     };
-    if names.is_none() && first.fields.len() == Kind::Places.names().len() {
-        return Ok(Columns::unnamed());
+    if mistakes.is_empty() && found.places.is_empty() {
+        mistakes.push(Mistake::of_line(1, format!("the file has no places; {ALLOWED}")));
     }
-    Columns::named(&first.fields).ok_or_else(|| PathFileError::Header {
-        line: first.line,
-        found: first.in_short(),
-        wrong: match (table.spaces_mistake(first), &names) {
-            (Some(spaces), _) => format!(": {spaces}"),
-            (None, Some(names)) => format!(": {}", wrong_columns(&names.fields)),
-            (None, None) => format!(": {}", unnamed(first, table)),
-        },
-    })
+    if mistakes.is_empty() { Ok(found) } else { Err(mistakes) }
 }
 
-/// Returns what to do about a first line with numbers that are not three.
-fn unnamed(first: &table::Row, table: &Table) -> String {
-    let counts = Kind::ALL.map(|kind| kind.names().len());
-    let are_timed = first.fields.len() == Kind::Timed.names().len();
-    let mistake = || counts.into_iter().find_map(|count| table.separator_mistake(first, count));
-    let mistake = if are_timed { None } else { mistake() };
-    mistake.unwrap_or_else(|| "put a first line with these names before the numbers".to_owned())
+/// Returns the places of a table.
+fn of_table(table: &Table, mistakes: &mut Vec<Mistake>) -> Places {
+    let columns = columns(table, mistakes);
+    let has = |name: &str| columns.iter().any(|&column| COLUMNS[column] == name);
+    let kind = match (has("t"), has("dwell") || has("tolerance")) {
+        (true, _) => Kind::Timed,
+        (false, true) => Kind::Stops,
+        (false, false) => Kind::Path,
+    };
+    let mut places: Vec<Place> = Vec::new();
+    if mistakes.is_empty() {
+        for row in &table.rows {
+            let Some(place) = place(row, table, &columns, mistakes) else { continue };
+            if kind == Kind::Timed && places.last().is_some_and(|it| place.time_s <= it.time_s) {
+                let message = "is not above that of the line before";
+                mistakes.push(wrong(row.line, "t", &place.time_s.to_string(), message));
+            }
+            places.push(place);
+        }
+    }
+    Places { kind, places, speeds: Vec::new() }
 }
 
-/// Returns which names of columns are wrong, where they are those of no [`Kind`].
-fn wrong_columns(names: &[String]) -> String {
-    let has_times = names.iter().any(|name| is_time(name));
-    let known = if has_times { Kind::Timed.names() } else { Kind::Places.names() };
-    wrong_names(names, known, known.len())
+/// Returns each column of a table by its place in [`COLUMNS`]. Three columns without names are x,
+/// y, z.
+fn columns(table: &Table, mistakes: &mut Vec<Mistake>) -> Vec<usize> {
+    let Some(names) = &table.names else {
+        match table.rows.first() {
+            Some(first) if first.fields.len() > NEEDED.count() => {
+                let count = first.fields.len();
+                let message = format!("{count} columns need a first line with names; {ALLOWED}");
+                mistakes.push(Mistake::of_line(first.line, message));
+            }
+            _ => {}
+        }
+        return NEEDED.collect();
+    };
+    let mut found = Vec::new();
+    let mut mistake = |key: &str, kind, message: String| {
+        let (key, value) = (key.to_owned(), String::new());
+        mistakes.push(Mistake { line: names.line, key, value, kind, message });
+    };
+    for name in &names.fields {
+        match COLUMNS.iter().position(|column| *column == column_name(name)) {
+            Some(place) if found.contains(&place) => {
+                mistake(name, MistakeKind::Wrong, "the column is there twice".to_owned());
+            }
+            Some(place) => found.push(place),
+            None => mistake(name, MistakeKind::Unknown, format!("no such column; {ALLOWED}")),
+        }
+    }
+    for needed in NEEDED.filter(|needed| !found.contains(needed)) {
+        mistake(COLUMNS[needed], MistakeKind::Missing, String::new());
+    }
+    if found.contains(&0) && found.iter().any(|column| column > NEEDED.end()) {
+        mistake("t", MistakeKind::Wrong, "not in one file with dwell or tolerance".to_owned());
+    }
+    found
 }
 
 /// Returns the place of a line. Adds its mistakes to `mistakes`; `None` if it has one.
-fn row(
-    row: &table::Row,
+fn place(
+    row: &Row,
     table: &Table,
-    columns: &Columns,
-    mistakes: &mut Vec<LineMistake>,
-) -> Option<Row> {
-    let (line, fields) = (row.line, &row.fields);
-    let names = columns.kind.names();
-    if fields.len() != names.len() || row.bracket_mistake().is_some() {
-        let (count, expected) = (fields.len(), names.len());
-        let mistake = match table.separator_mistake(row, expected) {
-            Some(why) => LineMistake::Separators { line, why, more: 0 },
-            None => LineMistake::Columns { line, count, expected, more: 0 },
-        };
-        mistake.add_to(mistakes);
+    columns: &[usize],
+    mistakes: &mut Vec<Mistake>,
+) -> Option<Place> {
+    let (line, count, before) = (row.line, row.fields.len(), mistakes.len());
+    if count > columns.len() {
+        let message = format!("{count} columns, but the table has {}", columns.len());
+        mistakes.push(Mistake::of_line(line, message));
         return None;
     }
-    let mut values = [None; 4];
-    for (&place, field) in columns.places.iter().zip(fields) {
-        let name = names[place];
-        match table.number(field) {
-            Some(value) if name != "t" && value.abs() > MAX_COORDINATE_M => {
-                LineMistake::Range { line, name, value, more: 0 }.add_to(mistakes);
-            }
-            Some(value) => values[place] = Some(value),
-            None => mistakes.push(LineMistake::Field { line, name, value: field.clone() }),
+    let mut values = [None; COLUMNS.len()];
+    for (index, &column) in columns.iter().enumerate() {
+        let field = row.fields.get(index).map_or("", String::as_str);
+        let name = COLUMNS[column];
+        let range = match name {
+            "t" => TIME,
+            "dwell" => DWELL,
+            "tolerance" => TOLERANCE,
+            _ => Coordinate::RANGE,
+        };
+        // Dwell time and tolerance may be left out.
+        if field.is_empty() && matches!(name, "dwell" | "tolerance") {
+            continue;
+        }
+        match table.number(field).map(|number| range.check(number)) {
+            Some(Ok(number)) => values[column] = Some(number),
+            Some(Err(error)) => mistakes.push(wrong(line, name, field, error)),
+            None => mistakes.push(wrong(line, name, field, format!("must be a number, {range}"))),
         }
     }
-    let (time, [x, y, z]) = match (columns.kind, values) {
-        (Kind::Places, [x, y, z, _]) => (0.0, [x?, y?, z?]),
-        (Kind::Timed, [time, x, y, z]) => (time?, [x?, y?, z?]),
-    };
-    Some(Row { line, time, position: Point3::new(x, y, z) })
+    let [time, x, y, z, dwell, tolerance_m] = values;
+    let position = Point3::new(x?, y?, z?);
+    let (time_s, dwell_s) = (time.unwrap_or_default(), dwell.unwrap_or_default());
+    (mistakes.len() == before).then_some(Place { line, position, time_s, dwell_s, tolerance_m })
 }
 
-/// Returns the mistake of a line whose time does not follow that of the one before.
-fn order_mistake(before: &Row, row: &Row) -> Option<LineMistake> {
-    let Row { line, time, .. } = *row;
-    (time <= before.time).then_some(LineMistake::TimeNotRising { line, time })
+/// Returns the mistake of a value.
+fn wrong(line: usize, name: &str, value: &str, message: impl ToString) -> Mistake {
+    let kind = MistakeKind::Wrong;
+    let (key, value) = (name.to_owned(), value.to_owned());
+    Mistake { line, key, value, kind, message: message.to_string() }
 }
 
 #[cfg(test)]

@@ -15,8 +15,9 @@
 //! path would be another one.
 
 use nalgebra::{Point3, Vector3};
-use thiserror::Error;
+use plumb_config::mistake::Mistake;
 
+use crate::file::{Kind, Place, Places};
 use crate::table::lines;
 
 /// Length of an inch, metres.
@@ -28,114 +29,16 @@ const MINUTE_S: f64 = 60.0;
 /// Codes that choose what Plumb does anyway: the plane XY, no compensation of a tool's radius or
 /// length, the first system of coordinates, no cycle, feeds in units a minute.
 const WITHOUT_EFFECT: [&str; 6] = ["G17", "G40", "G49", "G54", "G80", "G94"];
-/// Names of codes that people have in their files.
-const NAMES: [(&str, &str); 18] = [
-    ("G2", "an arc"),
-    ("G3", "an arc"),
-    ("G4", "a dwell"),
-    ("G5", "a spline"),
-    ("G10", "a setting"),
-    ("G18", "another plane"),
-    ("G19", "another plane"),
-    ("G28", "a return to home"),
-    ("G53", "machine coordinates"),
-    ("G92", "a shift of the origin"),
-    ("G93", "feeds in inverse time"),
-    ("M0", "a pause"),
-    ("M3", "a spindle"),
-    ("M4", "a spindle"),
-    ("M5", "a spindle"),
-    ("M104", "a heater"),
-    ("M106", "a fan"),
-    ("M109", "a heater"),
-];
+/// Mistake of a line of which no code says how the ball goes.
+const NO_MOTION: &str = "X, Y or Z without G0 or G1 in this line or above";
 
-/// Places of a path with the speeds between them.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Program {
-    /// Places, metres.
-    pub(crate) places: Vec<Point3<f64>>,
-    /// Speed from each place to the next, m/s; infinite for G0 and where no feed was stated.
-    pub(crate) speeds: Vec<f64>,
-    /// Line of each place, from 1.
-    pub(crate) lines: Vec<u64>,
-}
-
-/// Mistake in a line of G-code.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("{line}: {problem}")]
-pub struct CodeMistake {
-    /// Line, from 1.
-    pub line: u64,
-    /// What is wrong.
-    pub problem: CodeProblem,
-}
-
-/// What is wrong with a line of G-code.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum CodeProblem {
-    /// A code is not read.
-    #[error(
-        "{code}{} is not read; a path has G0 and G1, G20, G21, G90, G91, F, X, Y, Z",
-        name(.code)
-    )]
-    Code {
-        /// The code, such as `G2`.
-        code: String,
-    },
-    /// A comma: the decimal sign, or between two words.
-    #[error("a comma: write the decimal sign as a point, and blanks between words: X12.5 Y3")]
-    Comma,
-    /// A character begins no word.
-    #[error("'{0}' begins no word: a letter and a number with a decimal point, such as X12.5")]
-    Character(char),
-    /// A coordinate or the feed is there twice.
-    #[error("{0} is there more than once")]
-    Repeated(char),
-    /// The number of a program is not at the begin of its line.
-    #[error("O is not at the begin of the line: is it the digit 0?")]
-    LetterO,
-    /// A letter has no number.
-    #[error("{0} has no number")]
-    Number(char),
-    /// A comment has no end.
-    #[error("a comment has no end: `)` is missing")]
-    Comment,
-    /// A comment begins in a comment.
-    #[error("a comment has `(` in it: comments in comments are not read")]
-    Nested,
-    /// A percent sign is not alone in its line, or ends what did not begin with one.
-    #[error("`%` must stand alone in the first line of the file and in the last of the program")]
-    Percent,
-    /// The end is missing.
-    #[error("the file begins with `%`, and its end is missing: `%`, M2 or M30")]
-    Tape,
-    /// A feed is not above 0.
-    #[error("the feed is {0}: it must be above 0")]
-    Feed(f64),
-    /// Coordinates have no code.
-    #[error("X, Y or Z without G0 or G1 in this line or above")]
-    NoMotion,
-    /// A distance begins nowhere.
-    #[error("G91 needs a place to begin at: state X, Y and Z with G90 first")]
-    NoPlace,
-}
-
-/// Returns the name of a code in parentheses; nothing where there is none.
-fn name(code: &str) -> String {
-    let of = |(known, name): &(&str, &str)| (*known == code).then(|| format!(" ({name})"));
-    let is_extruder = code.starts_with('E');
-    NAMES
-        .iter()
-        .find_map(of)
-        .or(is_extruder.then(|| " (an extruder)".to_owned()))
-        .unwrap_or_default()
-}
+/// Mistake of a distance that begins nowhere.
+const NO_PLACE: &str = "G91 needs a place to begin at: state X, Y and Z with G90 first";
 
 /// Checks whether a text is G-code: its first line that is no comment has words only, or begins
 /// with a code. Where the line has a comma, two words must stand before it: "X1,Y1,Z1" may be names
 /// of columns, and "X1;Y1;Z1" too.
-pub fn is_gcode(text: &str) -> bool {
+pub(crate) fn is_gcode(text: &str) -> bool {
     let mut lines = lines(text);
     let first = lines.find(|line| !(line.is_empty() || line.starts_with([';', '(', '%'])));
     first.is_some_and(|line| match line.split_once(',') {
@@ -163,13 +66,10 @@ fn are_known(words: &[Word]) -> bool {
     words.first().is_some_and(|word| "GMNOTFSXYZ".contains(word.letter))
 }
 
-/// Parses G-code. The path begins at the first place of which X, Y and Z are known.
-///
-/// # Errors
-/// All mistakes, in the order of the lines.
-pub(crate) fn parse(text: &str) -> Result<Program, Vec<CodeMistake>> {
+/// Parses G-code. The path begins at the first place of which X, Y and Z are known. Adds all
+/// mistakes to `mistakes`, in the order of the lines.
+pub(crate) fn parse(text: &str, mistakes: &mut Vec<Mistake>) -> Places {
     let mut machine = Machine::default();
-    let mut mistakes = Vec::new();
     let mut all = (1..).zip(lines(text)).filter(|(_, line)| !line.is_empty()).peekable();
     let is_tape = all.next_if(|(_, line)| *line == "%").is_some();
     let mut last = 1;
@@ -179,20 +79,20 @@ pub(crate) fn parse(text: &str) -> Result<Program, Vec<CodeMistake>> {
             machine.has_ended = true;
             break;
         }
-        let read = words(text).and_then(|words| machine.read(&words));
-        // G0 or G1 may stand in a line with a mistake.
-        let is_doubtful = |it: &CodeProblem| *it == CodeProblem::NoMotion && !mistakes.is_empty();
-        let problem = read.err().filter(|problem| !is_doubtful(problem));
-        mistakes.extend(problem.map(|problem| CodeMistake { line, problem }));
-        machine.program.lines.resize(machine.program.places.len(), line);
+        if let Err(problem) = words(text).and_then(|words| machine.read(line, &words)) {
+            mistakes.push(Mistake::of_line(line, problem));
+            // G0 or G1 may stand in this line.
+            machine.motion.get_or_insert(Motion::Rapid);
+        }
         if machine.has_ended {
             break;
         }
     }
     if is_tape && !machine.has_ended {
-        mistakes.push(CodeMistake { line: last, problem: CodeProblem::Tape });
+        let missing = "the file begins with `%`, and its end is missing: `%`, M2 or M30";
+        mistakes.push(Mistake::of_line(last, missing));
     }
-    if mistakes.is_empty() { Ok(machine.program) } else { Err(mistakes) }
+    Places { kind: Kind::Path, places: machine.places, speeds: machine.speeds }
 }
 
 /// Letter with its number, such as `X12.5`.
@@ -210,25 +110,28 @@ impl Word {
 }
 
 /// Returns the words of a line without its comments.
-fn words(line: &str) -> Result<Vec<Word>, CodeProblem> {
+fn words(line: &str) -> Result<Vec<Word>, String> {
     let line = without_comments(line)?;
     let mut rest = line.trim_start();
     let mut words = Vec::new();
     while let Some(letter) = rest.chars().next() {
         if letter == '%' {
-            return Err(CodeProblem::Percent);
-        }
-        if letter == ',' {
-            return Err(CodeProblem::Comma);
+            return Err(
+                "`%` must stand alone in the first line of the file and in the last of the \
+                        program"
+                    .to_owned(),
+            );
         }
         if !letter.is_ascii_alphabetic() {
-            return Err(CodeProblem::Character(letter));
+            return Err(format!(
+                "'{letter}' begins no word: a letter and a number with a decimal point, X12.5"
+            ));
         }
         let letter = letter.to_ascii_uppercase();
         let after = rest[1..].trim_start();
         let is_part = |character: char| character.is_ascii_digit() || "+-.".contains(character);
         let end = after.find(|character| !is_part(character)).unwrap_or(after.len());
-        let number = after[..end].parse().map_err(|_| CodeProblem::Number(letter))?;
+        let number = after[..end].parse().map_err(|_| format!("{letter} has no number"))?;
         words.push(Word { letter, number });
         rest = after[end..].trim_start();
     }
@@ -236,19 +139,21 @@ fn words(line: &str) -> Result<Vec<Word>, CodeProblem> {
 }
 
 /// Returns a line without its comments, `( )` and what follows a `;` outside of them.
-fn without_comments(line: &str) -> Result<String, CodeProblem> {
+fn without_comments(line: &str) -> Result<String, &'static str> {
     let (mut kept, mut is_comment) = (String::new(), false);
     for character in line.chars() {
         match (is_comment, character) {
             (false, ';') => break,
             (false, '(') => is_comment = true,
-            (true, '(') => return Err(CodeProblem::Nested),
+            (true, '(') => {
+                return Err("a comment has `(` in it: comments in comments are not read");
+            }
             (true, ')') => is_comment = false,
             (true, _) => {}
             (false, character) => kept.push(character),
         }
     }
-    if is_comment { Err(CodeProblem::Comment) } else { Ok(kept) }
+    if is_comment { Err("a comment has no end: `)` is missing") } else { Ok(kept) }
 }
 
 /// Kind of a motion.
@@ -260,9 +165,16 @@ enum Motion {
     Feed,
 }
 
+/// Returns the mistake of a code that is not read.
+fn not_read(word: Word) -> String {
+    format!("{} is not read; a path has G0 and G1, G20, G21, G90, G91, F, X, Y, Z", word.code())
+}
+
 /// What the lines above have set.
 struct Machine {
-    program: Program,
+    places: Vec<Place>,
+    /// Speed from each place to the next, m/s; infinite for G0 and where no feed was stated.
+    speeds: Vec<f64>,
     /// Length of a unit, metres.
     unit: f64,
     is_relative: bool,
@@ -277,7 +189,8 @@ struct Machine {
 impl Default for Machine {
     fn default() -> Self {
         Self {
-            program: Program::default(),
+            places: Vec::new(),
+            speeds: Vec::new(),
             unit: MILLIMETRE_M,
             is_relative: false,
             motion: None,
@@ -290,11 +203,11 @@ impl Default for Machine {
 
 impl Machine {
     /// Carries out a line: its settings, then its motion.
-    fn read(&mut self, words: &[Word]) -> Result<(), CodeProblem> {
+    fn read(&mut self, line: usize, words: &[Word]) -> Result<(), String> {
         let mut axes = [None; 3];
         let mut feed = None;
         let state = |value: &mut Option<f64>, word: Word| match value.replace(word.number) {
-            Some(_) => Err(CodeProblem::Repeated(word.letter)),
+            Some(_) => Err(format!("{} is there more than once", word.letter)),
             None => Ok(()),
         };
         for (number, &word) in words.iter().enumerate() {
@@ -304,22 +217,23 @@ impl Machine {
                 'X' => state(&mut axes[0], word)?,
                 'Y' => state(&mut axes[1], word)?,
                 'Z' => state(&mut axes[2], word)?,
-                'O' if number > 0 => return Err(CodeProblem::LetterO),
-                'N' | 'O' => {}
-                _ => return Err(CodeProblem::Code { code: word.code() }),
+                // Elsewhere it may be the digit 0.
+                'N' => {}
+                'O' if number == 0 => {}
+                _ => return Err(not_read(word)),
             }
         }
         if let Some(feed) = feed {
             if feed <= 0.0 {
-                return Err(CodeProblem::Feed(feed));
+                return Err(format!("the feed is {feed}: it must be above 0"));
             }
             self.feed = feed * self.unit / MINUTE_S;
         }
-        if axes == [None; 3] { Ok(()) } else { self.go(axes) }
+        if axes == [None; 3] { Ok(()) } else { Ok(self.go(line, axes)?) }
     }
 
     /// Carries out a code.
-    fn set(&mut self, word: Word) -> Result<(), CodeProblem> {
+    fn set(&mut self, word: Word) -> Result<(), String> {
         match word.code().as_str() {
             "G0" => self.motion = Some(Motion::Rapid),
             "G1" => self.motion = Some(Motion::Feed),
@@ -329,31 +243,31 @@ impl Machine {
             "G91" => self.is_relative = true,
             "M2" | "M30" => self.has_ended = true,
             code if WITHOUT_EFFECT.contains(&code) => {}
-            code => return Err(CodeProblem::Code { code: code.to_owned() }),
+            _ => return Err(not_read(word)),
         }
         Ok(())
     }
 
     /// Goes to a place, in units of the program.
-    fn go(&mut self, axes: [Option<f64>; 3]) -> Result<(), CodeProblem> {
-        let motion = self.motion.ok_or(CodeProblem::NoMotion)?;
+    fn go(&mut self, line: usize, axes: [Option<f64>; 3]) -> Result<(), &'static str> {
+        let motion = self.motion.ok_or(NO_MOTION)?;
         for (place, stated) in self.place.iter_mut().zip(axes) {
             let Some(stated) = stated.map(|units| units * self.unit) else { continue };
-            let from = if self.is_relative { place.ok_or(CodeProblem::NoPlace)? } else { 0.0 };
+            let from = if self.is_relative { place.ok_or(NO_PLACE)? } else { 0.0 };
             *place = Some(from + stated);
         }
         let [Some(x), Some(y), Some(z)] = self.place else { return Ok(()) };
         let place = Point3::from(Vector3::new(x, y, z));
-        match self.program.places.last() {
+        match self.places.last() {
             // A line that does not move is no stop.
-            Some(last) if *last == place => return Ok(()),
-            Some(_) => self.program.speeds.push(match motion {
+            Some(last) if last.position == place => return Ok(()),
+            Some(_) => self.speeds.push(match motion {
                 Motion::Rapid => f64::INFINITY,
                 Motion::Feed => self.feed,
             }),
             None => {}
         }
-        self.program.places.push(place);
+        self.places.push(Place::new(line, place));
         Ok(())
     }
 }
@@ -362,25 +276,32 @@ impl Machine {
 mod tests {
     use super::*;
 
-    fn places(text: &str) -> Vec<[f64; 3]> {
-        let program = parse(text).unwrap();
+    fn program(text: &str) -> Places {
+        let mut mistakes = Vec::new();
+        let program = parse(text, &mut mistakes);
+        assert_eq!(mistakes, []);
         assert_eq!(program.speeds.len(), program.places.len().saturating_sub(1));
-        assert_eq!(program.lines.len(), program.places.len());
-        program.places.iter().map(|place| [place.x, place.y, place.z]).collect()
+        program
+    }
+
+    fn places(text: &str) -> Vec<[f64; 3]> {
+        program(text).places.iter().map(|place| place.position.into()).collect()
     }
 
     fn mistakes(text: &str) -> Vec<String> {
-        parse(text).unwrap_err().iter().map(ToString::to_string).collect()
+        let mut mistakes = Vec::new();
+        parse(text, &mut mistakes);
+        mistakes.iter().map(|mistake| format!("{}: {mistake}", mistake.line)).collect()
     }
 
     #[test]
     fn a_program_of_a_machinist_is_a_path() {
         let text = "%\nO1 (square)\nN10 G21 G90 G17 G94\nN20 G0 Z300. ; up\nN30 X400 Y200\n\
                     N40 G01 X600 F1200\nN50 Y300.5\nN60 g0x400y200 (back)\nN70 M30\nG2 X0\n%\n";
-        let program = parse(text).unwrap();
+        let program = program(text);
         let expected = [[0.4, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 0.3005, 0.3], [0.4, 0.2, 0.3]];
         for (place, expected) in program.places.iter().zip(expected) {
-            assert!((place - Point3::from(expected)).norm() < 1e-12, "{place}");
+            assert!((place.position - Point3::from(expected)).norm() < 1e-12, "{place:?}");
         }
         assert_eq!(program.places.len(), 4);
         // 1200 mm a minute are 20 mm/s.
@@ -402,7 +323,7 @@ mod tests {
         // A carriage return alone ends a line too.
         assert_eq!(places("G20 G1 X1 Y2 Z3 ; a\rX2\r").len(), 2);
         // The feed is in the units that hold where it is stated.
-        let speeds = parse("G20 G1 X1 Y1 Z1 F60\nX2\nG21 X0\nF60 X1\n").unwrap().speeds;
+        let speeds = program("G20 G1 X1 Y1 Z1 F60\nX2\nG21 X0\nF60 X1\n").speeds;
         for (speed, expected) in speeds.iter().zip([0.0254, 0.0254, 0.001]) {
             assert!((speed - expected).abs() < 1e-12, "{speeds:?}");
         }
@@ -451,12 +372,12 @@ mod tests {
         let expected = [
             (2, "without G0 or G1"),
             (3, "feed is 0"),
-            (4, "G2 (an arc)"),
-            (5, "E0.2 (an extruder)"),
+            (4, "G2 is not read"),
+            (5, "E0.2 is not read"),
             (6, "X has no number"),
-            (7, "a comma: write"),
-            (8, "M3 (a spindle)"),
-            (9, "G28 (a return to home)"),
+            (7, "',' begins no word"),
+            (8, "M3 is not read"),
+            (9, "G28 is not read"),
             (10, "no end"),
             (11, "G38.2"),
         ];
@@ -468,10 +389,10 @@ mod tests {
         assert!(mistakes("G91 G1 X1\n")[0].contains("G90 first"));
         assert_eq!(mistakes("G1 X610 X630 Y1 Z1\n"), ["1: X is there more than once"]);
         // The line with the comma has the G1 of the next one.
-        let comma =
-            "1: a comma: write the decimal sign as a point, and blanks between words: X12.5 Y3";
+        let comma = "1: ',' begins no word: a letter and a number with a decimal point, X12.5";
         assert_eq!(mistakes("G1 X600,5 Y1 Z1\nX610 Y1 Z1\n"), [comma]);
-        assert!(mistakes("G1 X6O0 Y1 Z1\n")[0].contains("is it the digit 0?"));
+        // The letter O in place of the digit 0.
+        assert!(mistakes("G1 X6O0 Y1 Z1\n")[0].contains("O0 is not read"));
     }
 
     #[test]

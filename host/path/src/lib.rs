@@ -4,7 +4,7 @@
 //! - [`shape`]: shapes for trying: circle, line, figure of eight, square, spline.
 //! - [`moving`]: a target that moves in the world.
 //! - [`tracker`]: where such a target was and will be, by the places that somebody tells.
-//! - [`file`](mod@file): paths from CSV files, as waypoints or with time stamps, and from G-code.
+//! - [`file`](mod@file): places from tables and from G-code.
 //! - [`check`](mod@check): whether a trajectory keeps its limits and stays where the ball may be.
 //!
 //! A path of waypoints is a chain of straight lines. Where waypoints are dense, some are left out
@@ -47,7 +47,7 @@ mod quintic;
 pub mod shape;
 mod simplify;
 mod spline;
-pub mod table;
+mod table;
 mod time_law;
 mod timed;
 pub mod tracker;

@@ -75,18 +75,28 @@ pub struct Shape {
 #[error("'{0}' is no shape; shapes are circle, line, eight, square and spline")]
 pub struct UnknownShape(pub String);
 
+impl ShapeKind {
+    /// All kinds.
+    const ALL: [Self; 5] = [Self::Circle, Self::Line, Self::Eight, Self::Square, Self::Spline];
+
+    /// Returns the name of the shape.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Circle => "circle",
+            Self::Line => "line",
+            Self::Eight => "eight",
+            Self::Square => "square",
+            Self::Spline => "spline",
+        }
+    }
+}
+
 impl FromStr for ShapeKind {
     type Err = UnknownShape;
 
     fn from_str(word: &str) -> Result<Self, UnknownShape> {
-        match word.to_ascii_lowercase().as_str() {
-            "circle" => Ok(Self::Circle),
-            "line" => Ok(Self::Line),
-            "eight" => Ok(Self::Eight),
-            "square" => Ok(Self::Square),
-            "spline" => Ok(Self::Spline),
-            _ => Err(UnknownShape(word.to_owned())),
-        }
+        let is_named = |kind: &Self| kind.name().eq_ignore_ascii_case(word);
+        Self::ALL.into_iter().find(is_named).ok_or_else(|| UnknownShape(word.to_owned()))
     }
 }
 

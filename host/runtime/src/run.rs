@@ -5,6 +5,7 @@ mod chase;
 mod control_loop;
 mod core;
 mod first_and_last;
+mod follow_file;
 mod goal;
 mod path;
 mod plausibility;
@@ -12,7 +13,6 @@ mod reached;
 mod repetition;
 mod targets;
 mod waypoint;
-mod waypoint_file;
 
 use std::time::Duration;
 
@@ -45,16 +45,15 @@ pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
 pub use crate::targets_summary::TargetsSummary;
 pub use control_loop::{DEFAULT_TIMEOUT, RunParts};
+pub use follow_file::{FollowFile, FollowFileError, misplaced};
 pub use path::{PathPlan, PathPlanError};
 pub use repetition::RepeatedPicture;
 pub use targets::TargetUse;
 pub use waypoint::Waypoint;
-pub(crate) use waypoint_file::GCODE;
-pub use waypoint_file::{WaypointError, WaypointMistake, read_waypoints};
 
 /// Time for which the ball waits at the start of a path, seconds. "Reached" is told while the ball
 /// still comes to rest, up to half of the radius from the target. Without this time a path began
-/// with a deviation of 4.1 mm (`plumb demo --virtual-time --path eight --upright`).
+/// with a deviation of 4.1 mm (`plumb demo --virtual-time --follow eight --upright`).
 const REST_BEFORE_PATH_S: f64 = 0.5;
 
 /// Source of targets that move.

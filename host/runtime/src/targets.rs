@@ -30,8 +30,8 @@ pub use channel::{MAX_WAITING, MotionId, TargetReceiver, TargetSender, target_ch
 pub use intake::{
     Beginning, LineIntake, MAX_AGE_S, Omission, OmissionKind, SenderFault, TargetClock,
 };
-pub use line::{LineMistake, MAX_LINE_BYTES, TargetAddress, TargetAddressError, TargetLine};
-pub use stream::{TargetFile, TargetStream, TargetStreamError};
+pub use line::{LineMistake, MAX_LINE_BYTES, TargetLine};
+pub use stream::{FileTarget, TargetOrigin, TargetStream, TargetStreamError};
 
 /// Place of a target at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -43,7 +43,7 @@ impl fmt::Display for TargetsSummary {
             (unreadable, "unreadable"),
             (out_of_order, "out of order"),
             (late, "too late or with a wrong time"),
-            (skipped, "skipped (too early, or too many at once: a file goes with --targets FILE)"),
+            (skipped, "skipped (too early, or too many at once: a file: plumb follow FILE)"),
             (self.ended, "after the end of their motion"),
         ];
         for (count, name) in counts.into_iter().filter(|(count, _)| *count > 0) {

@@ -27,20 +27,21 @@ use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
 
+use super::follow::{PathOptions, What};
 use super::interrupt::interrupt_flag;
 use super::operators::Operators;
 use super::options::RunOptions;
 use super::outputs::Outputs;
-use super::path_args::PathArgs;
 use super::print::{self, note};
+use super::run::Goal;
 use super::run_camera::record_folder;
 use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers};
 
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
 /// simulated rig
 ///
-/// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m, or with --path along
-/// a path. The last line of standard output is JSON.
+/// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m, or with --follow
+/// along a path. The last line of standard output is JSON.
 #[derive(Parser)]
 #[command(
     after_help = examples![
@@ -48,7 +49,7 @@ use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers};
         "plumb demo --virtual-time --law interval --gamma 100",
         "plumb demo --compare",
         "plumb demo --virtual-time --no-depth",
-        "plumb demo --path eight --upright",
+        "plumb demo --follow eight --upright",
     ]
 )]
 pub(crate) struct Args {
@@ -83,8 +84,11 @@ pub(crate) struct Args {
     /// Physics of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static")]
     physics: Physics,
+    /// Follow this: circle, line, eight, square, spline, or a file with places
+    #[arg(long = "follow", value_name = "WHAT", help_heading = "Path")]
+    what: Option<What>,
     #[command(flatten)]
-    path: PathArgs,
+    path: PathOptions,
     #[command(flatten)]
     options: RunOptions,
 }
@@ -117,7 +121,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
 pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
     let rig = Rig { law: chosen(args)?, ..Rig::paper()? };
     rig.config()?;
-    args.path.plan(&rig, false).map(drop)
+    goal(args, &rig).map(drop)
 }
 
 /// Returns the law of the options.
@@ -132,6 +136,15 @@ fn chosen(args: &Args) -> Result<LawSettings, Failure> {
         )));
     }
     Ok(law)
+}
+
+/// Returns what the ball of the demo follows.
+fn goal(args: &Args, rig: &Rig) -> Result<Goal, Failure> {
+    let Some(what) = &args.what else { return Ok(Goal::Targets) };
+    match args.path.goal(what, rig, false)? {
+        Goal::Moving(_) => Err(bad_input("the demo follows no target that moves")),
+        goal => Ok(goal),
+    }
 }
 
 /// Receiver of a run's line of JSON.
@@ -230,10 +243,12 @@ fn run<T: Transport>(
     let viewers = args.options.viewers.start(rig, camera, overflow)?;
     let mut steering = Operators::start(&args.options, rig, camera, operator())?;
     let (is_operated, operator) = (steering.is_operated(), steering.take_operator());
-    let plan = args.path.plan(rig, false)?;
+    let goal = goal(args, rig)?;
     let mut run = Run::connect(rig, transport)?;
-    if let Some(plan) = plan {
-        run.set_path(plan)?;
+    match goal {
+        Goal::Path(plan) => run.set_path(*plan)?,
+        Goal::Waypoints(waypoints, is_repeated) => run.set_waypoints(&waypoints, is_repeated)?,
+        Goal::Targets | Goal::PresentPlace | Goal::Moving(_) => {}
     }
     let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
     let targets = run.target_count();

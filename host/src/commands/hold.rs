@@ -29,5 +29,5 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let rig = Rig::read(&file)?;
     check_targets(&rig)?;
     args.options.port.note(&file, &rig);
-    drive(&file, rig, &Goal::PresentPlace, &args.options)
+    drive(&file, rig, Goal::PresentPlace, &args.options)
 }

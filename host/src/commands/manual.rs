@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn a_synopsis_has_every_option_with_its_value() {
         let run = synopsis_of("run");
-        assert!(run.starts_with("plumb run [--rig <FILE>] [--path <FILE|SHAPE>] "), "{run}");
+        assert!(run.starts_with("plumb run [--rig <FILE>] "), "{run}");
         assert!(!run.contains("OPTIONS"), "{run}");
         for option in ["[--timeout <TIMEOUT>]", "[--json]", "[--out <FOLDER>]", "[--quiet]"] {
             assert!(run.contains(option), "{run}");

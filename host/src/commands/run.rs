@@ -1,6 +1,6 @@
-//! `plumb run` and `plumb goto`: a board, a camera, targets.
+//! `plumb run`, `plumb goto`, and the run of every command that drives: a board, a camera, targets.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -8,7 +8,6 @@ use std::time::Duration;
 use clap::Parser;
 use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::settings::SourceName;
-use plumb_cameras::stream::StreamAddress;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::{MAX_BYTES, TomlFileError};
 use plumb_runtime::link::Serial;
@@ -16,11 +15,9 @@ use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::operator;
 use plumb_runtime::rig::check::wrong_targets;
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::{
-    PathPlan, Run, RunParts, TargetUse, Waypoint, check_targets, read_waypoints,
-};
+use plumb_runtime::run::{PathPlan, Run, RunParts, TargetUse, Waypoint, check_targets};
 use plumb_runtime::run_log::{FigureSettings, RunLog};
-use plumb_runtime::targets::{TargetAddress, TargetFile, TargetSender, TargetStream};
+use plumb_runtime::targets::{TargetOrigin, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
 
 use super::connection::{explained, without_simulation};
@@ -29,7 +26,6 @@ use super::interrupt::{interrupt_flag, interrupted_before};
 use super::operators::Operators;
 use super::options::RunOptions;
 use super::outputs::Outputs;
-use super::path_args::{PathArgs, time_doubt};
 use super::print::{self, note, tell};
 use super::real_time::RealTime;
 use super::rig_args::PortArgs;
@@ -48,31 +44,11 @@ use super::{Failure, Physics, bad_input, law, numbers};
         "plumb run",
         "plumb run --rig trial/rig.toml --law taut --timeout 60 --json",
         "plumb run --record recordings/one",
-        "plumb run --path eight --speed 0.05 --loop",
-        "tracker.py | plumb run --targets -",
     ]
 )]
 pub(crate) struct RunArgs {
     #[command(flatten)]
     rig: RigArg,
-    #[command(flatten)]
-    path: PathArgs,
-    /// Waypoints in place of the rig file's targets: lines of x, y, z, dwell, tolerance (metres,
-    /// seconds, metres; the last two may be left out)
-    #[arg(long, value_name = "FILE.csv", conflicts_with = "path")]
-    waypoints: Option<PathBuf>,
-    /// Moving targets from another program, as lines of JSON: standard input, a Unix socket or a
-    /// TCP port of this computer on which Plumb listens, or a file that is played by its times
-    #[arg(
-        long,
-        value_name = "-|unix:PATH|tcp:127.0.0.1:PORT|FILE",
-        allow_hyphen_values = true,
-        conflicts_with_all = ["path", "waypoints", "is_repeated"]
-    )]
-    targets: Option<TargetAddress>,
-    /// Drive through the waypoints, or along the path, again and again, until Ctrl-C
-    #[arg(long = "loop")]
-    is_repeated: bool,
     #[command(flatten)]
     options: Common,
 }
@@ -125,28 +101,7 @@ pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         return Err(bad_input(finding));
     }
     args.options.port.note(&file, &rig);
-    let goal = args.goal(&rig)?;
-    drive(&file, rig, &goal, &args.options)
-}
-
-impl RunArgs {
-    /// Returns the goal that the options ask for.
-    fn goal(&self, rig: &Rig) -> Result<Goal, Failure> {
-        if let Some(address) = &self.targets {
-            self.path.check_unused("--targets")?;
-            return Ok(Goal::Moving(address.clone()));
-        }
-        if let Some(file) = &self.waypoints {
-            self.path.check_unused("--waypoints")?;
-            let waypoints = read_waypoints(file, &rig.motion_rules())?;
-            return Ok(Goal::Waypoints(waypoints, self.is_repeated));
-        }
-        match self.path.plan(rig, self.is_repeated)? {
-            Some(plan) => Ok(Goal::Path(Box::new(plan))),
-            None if self.is_repeated => Err(bad_input("--loop needs --path or --waypoints")),
-            None => Ok(Goal::Targets),
-        }
-    }
+    drive(&file, rig, Goal::Targets, &args.options)
 }
 
 pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
@@ -155,7 +110,7 @@ pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
     rig.set_targets(&[[args.x, args.y, args.z]])?;
     check_targets(&rig)?;
     args.options.port.note(&file, &rig);
-    drive(&file, rig, &Goal::Targets, &args.options)
+    drive(&file, rig, Goal::Targets, &args.options)
 }
 
 /// Goal of a run.
@@ -166,8 +121,8 @@ pub(super) enum Goal {
     Waypoints(Vec<Waypoint>, bool),
     /// This path.
     Path(Box<PathPlan>),
-    /// Targets that move, from here.
-    Moving(TargetAddress),
+    /// Targets that move.
+    Moving(TargetOrigin),
     /// The place where the ball is, until the run is interrupted.
     PresentPlace,
 }
@@ -180,7 +135,7 @@ const SLOW_ANSWER: Duration = Duration::from_millis(300);
 pub(super) fn drive(
     file: &Path,
     mut rig: Rig,
-    goal: &Goal,
+    goal: Goal,
     options: &Common,
 ) -> Result<ExitCode, Failure> {
     if let Some(law) = &options.law {
@@ -190,7 +145,7 @@ pub(super) fn drive(
     if !rig.motion_rules().know_the_motors() {
         tell!("{}: has no [size]: a target that no cables can hold is not refused", file.display());
     }
-    tell_targets_at_border(goal, &rig);
+    tell_targets_at_border(&goal, &rig);
     let chosen = source_name(file, &rig, options)?;
     let output_dir = options.run.output_dir("run");
     output_dir.check()?;
@@ -216,7 +171,7 @@ pub(super) fn drive(
     if let Some(fault) = run.cleared_fault() {
         tell!("an earlier run left the board in a fault, cleared: {fault}");
     }
-    match goal {
+    match &goal {
         Goal::Waypoints(waypoints, is_repeated) => run.set_waypoints(waypoints, *is_repeated)?,
         Goal::Path(plan) => run.set_path((**plan).clone())?,
         Goal::Targets | Goal::PresentPlace | Goal::Moving(_) => {}
@@ -305,25 +260,16 @@ impl Goal {
 
     /// Starts to read the targets that move, where these are the goal.
     fn stream(&self, rig: &Rig, sender: TargetSender) -> Result<Option<TargetStream>, Failure> {
-        let Self::Moving(address) = self else { return Ok(None) };
-        let input = TargetAddress::Program(StreamAddress::StandardInput);
-        if *address == input && rig.camera.stream == Some(StreamAddress::StandardInput) {
-            let why = "`camera.stream` of the rig file reads the standard input too";
-            return Err(bad_input(format!("--targets -: {why}; give one of them a socket")));
+        let Self::Moving(origin) = self else { return Ok(None) };
+        if let TargetOrigin::Program(address) = origin {
+            if rig.camera.stream.as_ref() == Some(address) {
+                let why = "`camera.stream` of the rig file is the same; give one of them a socket";
+                return Err(bad_input(format!("targets from {address}: {why}")));
+            }
+            note!("targets: from {address}");
         }
-        let stream = TargetStream::start(address, sender, &rig.motion_rules())?;
-        match stream.file() {
-            Some(file) => note!("targets: {address}, {}", in_words(file)),
-            None if *address == input => note!("targets: from standard input"),
-            None => note!("targets: from {address}"),
-        }
-        Ok(Some(stream))
+        Ok(Some(TargetStream::start(origin.clone(), sender)?))
     }
-}
-
-/// Returns the size of a file of targets, for a person.
-fn in_words(TargetFile { targets, span_s }: TargetFile) -> String {
-    format!("{targets} in {span_s:.1} s{}", time_doubt(targets, span_s))
 }
 
 impl PreparedRun {

@@ -69,7 +69,7 @@ const TEXTS: [&str; 12] = [
     "way",
     "paper",
     "stream",
-    "targets",
+    "what",
     "page",
     "foxglove",
     "mcap",
@@ -145,8 +145,9 @@ impl Folder {
     fn lines(&self, command: &str) -> Vec<Vec<String>> {
         let (rig, blind, new) = (self.path("rig.toml"), self.path("blind.toml"), self.fresh());
         let text = match command {
-            "demo" => "demo --law interval --path spline".to_owned(),
-            "run" => format!("run --rig {rig} --path spline --port {NO_PORT}"),
+            "demo" => "demo --law interval --follow spline".to_owned(),
+            "run" => format!("run --rig {rig} --port {NO_PORT}"),
+            "follow" => format!("follow --rig {rig} spline --port {NO_PORT}"),
             "goto" => format!("goto --rig {rig} 0.4 0.3 0.2 --port {NO_PORT}"),
             "jog" => format!("jog --rig {rig} A 20 --port {NO_PORT}"),
             "hold" => format!("hold --rig {rig} --port {NO_PORT}"),

@@ -154,11 +154,11 @@ impl Files {
         let file = rig.to_str().unwrap();
         let mut lines = vec![
             format!("check {file} --file-only"),
-            format!("run {file} --path circle --loop --port {NO_PORT}"),
+            format!("follow {file} circle --loop --port {NO_PORT}"),
         ];
         match name.split('.').next().unwrap_or_default() {
             "workspace" | "motors" | "path" => {
-                lines.push(format!("run {file} --path square --tolerance 0 --port {NO_PORT}"));
+                lines.push(format!("follow {file} square --tolerance 0 --port {NO_PORT}"));
             }
             "size" | "jog" => lines.push(format!("jog {file} A 20mm --port {NO_PORT}")),
             "simulation" => {
@@ -238,18 +238,18 @@ fn no_number_of_another_file_breaks_a_start() {
         (
             "path.csv",
             "x,y,z\n0.4,0.3,0.2\n0.5,0.3,0.2\n0.5,0.4,0.2\n",
-            format!("run {rig} --path FILE"),
+            format!("follow {rig} FILE"),
         ),
-        ("path.csv", "x,y,z\n0.4,0.3,0.2\n0.5,0.3,0.2\n", format!("run {rig} --loop --path FILE")),
+        ("path.csv", "x,y,z\n0.4,0.3,0.2\n0.5,0.3,0.2\n", format!("follow {rig} --loop FILE")),
         (
             "timed.csv",
             "t,x,y,z\n0,0.4,0.3,0.2\n5,0.5,0.3,0.2\n9,0.5,0.4,0.2\n",
-            format!("run {rig} --path FILE"),
+            format!("follow {rig} FILE"),
         ),
         (
             "way.csv",
             "x,y,z,dwell,tolerance\n0.4,0.3,0.2,1,0.02\n0.5,0.3,0.2\n",
-            format!("run {rig} --waypoints FILE"),
+            format!("follow {rig} FILE"),
         ),
         (
             "family.toml",

@@ -108,7 +108,7 @@ fn what_others_wrote_is_printed_with_escapes() {
         &["demo", "--out", EVIL],
         &["run", "--rig", &format!("{EVIL}/rig.toml")],
         &["run", "--port", EVIL],
-        &["run", "--targets", EVIL],
+        &["follow", EVIL],
         &["goto", "1", "2", EVIL],
         &["check", "--rig", "raw.toml"],
         &["check", "--rig", "key.toml"],
@@ -122,10 +122,10 @@ fn what_others_wrote_is_printed_with_escapes() {
         &["replay", "line"],
         &["replay", "name", "-v"],
         &["replay", "a.mcap", "--camera", "camera.toml"],
-        &["run", "--waypoints", "places.csv"],
-        &["run", "--path", "number.csv"],
-        &["run", "--path", "a.gcode"],
-        &["run", "--targets", "a.jsonl"],
+        &["follow", "places.csv"],
+        &["follow", "number.csv"],
+        &["follow", "a.gcode"],
+        &["follow", "a.jsonl"],
         &["calibrate", "--import", "a.yaml"],
         &["calibrate", "--place", EVIL],
         &["plot", EVIL],
@@ -149,7 +149,7 @@ fn what_senders_wrote_is_printed_with_escapes() {
     let key = format!("{{\"{ESCAPED}\": 1}}\n");
     let port = ["--port", &emulator.port];
     for (arguments, input) in [
-        (&["run", "--targets", "-", "-v", "--out", "1"][..], &key),
+        (&["follow", "-", "-v", "--out", "1"][..], &key),
         (&["run", "--rig", "stream.toml", "--timeout", "1", "-v", "--out", "2"], &key),
     ] {
         let output = run(&[arguments, &port].concat(), "UNUSED", input, folder.path());

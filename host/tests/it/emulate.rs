@@ -122,8 +122,7 @@ fn a_run_along_waypoints_has_a_leg_for_each() {
     let emulator = Emulator::start();
     let run = |text: &str, out: &str| {
         std::fs::write(folder.path().join("way.csv"), text).unwrap();
-        let run =
-            ["run", "--rig", &rig, "--waypoints", "way.csv", "--port", &emulator.port, "--json"];
+        let run = ["follow", "--rig", &rig, "way.csv", "--port", &emulator.port, "--json"];
         plumb(&[&run as &[&str], &["--out", out]].concat(), folder.path())
     };
     let output = run(
@@ -140,10 +139,10 @@ fn a_run_along_waypoints_has_a_leg_for_each() {
     let frames = |leg: usize| legs[leg]["frames"].as_u64().unwrap();
     assert!(frames(1) > 30 && frames(2) < frames(1), "{line}");
 
-    let wrong = run("0.50,0.28,0.40\n0.46,0,30,0.38,1,1\n", "wrong");
+    let wrong = run("x,y,z,dwell\n0.46,0,30,0.38,1,1\n", "wrong");
     assert_eq!(wrong.status.code(), Some(2), "{}", stderr(&wrong));
     assert!(stderr(&wrong).contains("way.csv:2: 6 columns"), "{}", stderr(&wrong));
-    let outside = run("0.50,0.28,0.40\n0.46,0.30,3.0\n", "outside");
+    let outside = run("x,y,z,dwell\n0.50,0.28,0.40\n0.46,0.30,3.0\n", "outside");
     assert_eq!(outside.status.code(), Some(2), "{}", stderr(&outside));
     assert!(!folder.path().join("outside").exists(), "nothing was run");
 }
@@ -153,13 +152,13 @@ fn waypoints_are_repeated_until_an_interrupt() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
     let emulator = Emulator::start();
-    std::fs::write(folder.path().join("way.csv"), "0.52,0.26,0.42\n0.5,0.28,0.4\n").unwrap();
+    std::fs::write(folder.path().join("way.csv"), "x,y,z,dwell\n0.52,0.26,0.42\n0.5,0.28,0.4\n")
+        .unwrap();
     let mut run = start(
         &[
-            "run",
+            "follow",
             "--rig",
             &rig,
-            "--waypoints",
             "way.csv",
             "--loop",
             "--port",

@@ -318,14 +318,16 @@ fn targets_of_a_file_outside_the_workspace_are_named_with_their_lines() {
         text.replace("targets = [[0.400, 0.400, 0.150]]", "targets = [[0.4, 0.4, 0.7]]")
     });
     let fine = rigs().join("paper.toml").to_str().unwrap().to_owned();
-    fs::write(folder.path().join("way.csv"), "0.4,0.2,0.25\n9,0.2,0.3\n0.4,0.2,0.01\n").unwrap();
+    fs::write(folder.path().join("way.csv"), "x,y,z,dwell\n9,0.2,0.3\n0.4,0.2,0.01\n").unwrap();
     fs::write(folder.path().join("path.csv"), "x,y,z\n0.5,0.3,0.3\n0.5,0.9,0.3\n").unwrap();
     for (rig, more, named) in [
         (&rig, &[][..], &["rig.toml:5: error: `targets", "z = 0.7 m is above the 0.6 m of"][..]),
-        (&fine, &["--waypoints", "way.csv"], &["way.csv:2: [9.0, 0.2, 0.3] m", "way.csv:3:"]),
-        (&fine, &["--path", "path.csv"], &["path.csv:3: [0.5000, 0.9000, 0.3000] m"]),
+        (&fine, &["way.csv"], &["way.csv:2: [9.0000, 0.2000, 0.3000] m", "way.csv:3:"]),
+        (&fine, &["path.csv"], &["path.csv:3: [0.5000, 0.9000, 0.3000] m"]),
     ] {
-        let run = [&["run", "--rig", rig, "--port", "/dev/no-such-port"] as &[&str], more].concat();
+        let command = if more.is_empty() { "run" } else { "follow" };
+        let run = [&[command, "--rig", rig, "--port", "/dev/no-such-port"] as &[&str], more];
+        let run = run.concat();
         let output = plumb(&run, folder.path());
         assert_eq!(output.status.code(), Some(2), "{more:?}: {}", stderr(&output));
         for named in named {

@@ -26,11 +26,6 @@ fn a_camera_file_and_a_rig_file_are_told_apart() {
     for (arguments, says) in [
         (&["replay", "recording", "--camera", "rig.toml"][..], "give the camera file"),
         (&["board", "flash", &rig], "rig.toml: this is a rig file, and no UF2 file: give it with"),
-        (&["run", "--rig", &rig, "--path", "rig.toml"], "this is a rig file, and no path"),
-        (
-            &["run", "--rig", &rig, "--waypoints", "rig.toml"],
-            "a rig file, and no list of waypoints",
-        ),
     ] {
         let text = refusal(arguments, folder.path());
         assert!(text.contains("rig.toml: this is a rig file") && text.contains(says), "{text}");
@@ -97,35 +92,27 @@ fn a_missing_rig_file_is_told_with_the_command_that_writes_one() {
 }
 
 #[test]
-fn a_place_that_is_no_number_or_no_text_is_told_alike_for_each_list() {
+fn a_place_that_is_no_number_or_no_text_is_told() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     fs::write(folder.path().join("nan.csv"), "0.4,0.3,0.2\n0.4,nan,0.3\n").unwrap();
     fs::write(folder.path().join("latin.csv"), b"# H\xf6he\n0.4,0.3,0.2\n").unwrap();
-    for option in ["--waypoints", "--path"] {
-        for (file, says) in [
-            ("nan.csv", "'nan': must be a number"),
-            (
-                "latin.csv",
-                "latin.csv:1: is not UTF-8 text; save it as UTF-8, from a spreadsheet as \"CSV \
-                 UTF-8\"",
-            ),
-        ] {
-            let run = ["run", "--rig", &rig, "--port", "/dev/null", option, file];
-            let text = refusal(&run, folder.path());
-            assert!(text.contains(says), "{option} {file}: {text}");
-        }
+    for (file, says) in [
+        ("nan.csv", "nan.csv:2: `y = nan` is wrong: must be a number"),
+        ("latin.csv", "latin.csv:1: is not UTF-8 text; save it as UTF-8, from a spreadsheet as"),
+    ] {
+        let text = refusal(&["follow", "--rig", &rig, "--port", "/dev/null", file], folder.path());
+        assert!(text.contains(says), "{file}: {text}");
     }
 }
 
-/// A name that is too long fails as a folder without permission does.
 #[test]
 fn a_file_that_cannot_be_looked_at_is_not_told_as_missing() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let long = "x".repeat(300);
     for arguments in [
-        &["run", "--rig", &rig, "--port", "/dev/null", "--targets", &long][..],
+        &["follow", "--rig", &rig, "--port", "/dev/null", &long][..],
         &["replay", &long],
         &["report", "--run", &long],
     ] {

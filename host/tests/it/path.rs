@@ -1,4 +1,4 @@
-//! `plumb run --path`: a run along a file over an emulated board, and paths that are refused.
+//! `plumb follow`: a run along a file over an emulated board, and paths that are refused.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -13,8 +13,7 @@ fn a_run_along_a_file_tells_how_well_the_ball_followed() {
     let emulator = Emulator::start();
     let path = "x,y,z\n0.52,0.25,0.42\n0.48,0.25,0.42\n0.48,0.29,0.40\n";
     fs::write(folder.path().join("path.csv"), path).unwrap();
-    let run =
-        ["run", "--rig", &rig, "--path", "path.csv", "--law", "adaptive", "--port", &emulator.port];
+    let run = ["follow", "--rig", &rig, "path.csv", "--law", "adaptive", "--port", &emulator.port];
     let output = plumb(&[&run as &[&str], &["--json", "--out", "run"]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let line = json(&output);
@@ -42,7 +41,6 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
     fs::write(folder.path().join("bad.csv"), "x,y,z\n0.5,0.3,0.3\n0.5,o.3,0.3\n").unwrap();
-    fs::write(folder.path().join("aims.jsonl"), "{\"t\": 0, \"target\": [1, 1, 1]}\n").unwrap();
     let log = "frame,t_s,u_px,v_px,radius_px,score,x_m,y_m,z_m\n0,0.1,1,2,3,1,0.5,0.3,0.3\n";
     fs::write(folder.path().join("run.csv"), log).unwrap();
     fs::write(folder.path().join("one.csv"), "x,y,z\n0.5,0.3,0.3\n").unwrap();
@@ -57,58 +55,46 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     fs::write(folder.path().join("inch.nc"), "G20\nG0 X500 Y300 Z300\nX510\n").unwrap();
     fs::write(folder.path().join("up.nc"), "G0 X500 Y300 Z300\nG1 Z3000 F60\n").unwrap();
     for (path, more, named) in [
-        ("comma.nc", &[][..], "comma.nc:1: a comma: write the decimal sign as a point, and blanks"),
+        (
+            "comma.nc",
+            &[][..],
+            "comma.nc:1: ',' begins no word: a letter and a number with a decimal",
+        ),
         ("way.xlsx", &[], "way.xlsx: is a spreadsheet (.xlsx, .ods) or another ZIP archive"),
-        ("arc.nc", &[], "arc.nc:2: G2 (an arc) is not read"),
-        ("inch.nc", &[], "; is it in millimetres (G21)?"),
+        ("arc.nc", &[], "arc.nc:2: G2 is not read"),
+        ("inch.nc", &[], "inch.nc:2: [12.7000, 7.6200, 7.6200] m: that is outside the"),
         ("up.nc", &[], "up.nc:2: [0.5000, 0.3000, 3.0000] m: that is outside the"),
-        ("aims.jsonl", &[], "aims.jsonl: these are moving targets in JSON, and no path"),
-        ("run.csv", &[], "run.csv: this is the log of a run, and no path: write a file with only"),
-        ("bad.csv", &[], "bad.csv:3: column y: 'o.3': must be a number"),
+        ("run.csv", &[], "run.csv:1: `frame` is wrong: no such column; columns are x, y, z"),
+        ("bad.csv", &[], "bad.csv:3: `y = o.3` is wrong: must be a number"),
         ("one.csv", &[], "one.csv: the path needs 2 places or more, but has 1"),
-        ("fast.csv", &[], "fast.csv: from line 2 to line 3, the path is not possible at"),
-        ("none.csv", &[], "--path: none.csv: there is no such file"),
+        ("fast.csv", &[], "fast.csv: the path is not possible at"),
+        ("none.csv", &[], "'none.csv' is no shape; shapes are circle, line, eight, square and"),
         ("wide.csv", &[], "wide.csv: is text in UTF-16 (\"Unicode text\" of Excel)"),
         ("zigzag", &[], "'zigzag' is no shape"),
         ("circle", &["--size", "0.5"], "that is outside the workspace of the rig file"),
         ("circle", &["--centre", "0.2,0.2,0.3"], "outside the triangle of the motors"),
         ("line", &["--centre", "2,2,2"], "that is outside the workspace of the rig file"),
         ("circle", &["--speed", "0.5"], "above 0.3 m/s, which is `path.max_speed` of"),
-        ("circle", &["--tolerance", "0.01"], "--tolerance has no effect on the shape circle:"),
-        ("square", &["--path-seed", "2"], "--path-seed has no effect on the shape square:"),
-        ("up.nc", &["--size", "0.1"], "--size has no effect on a file:"),
+        ("circle", &["--tolerance", "0.01"], "--tolerance has no effect on circle"),
+        ("square", &["--path-seed", "2"], "--path-seed has no effect on square"),
+        ("up.nc", &["--size", "0.1"], "--size has no effect on places of a file"),
         ("fast.csv", &["--loop"], "but has 2: add places of the way back to the first one, with"),
         ("four.csv", &["--loop"], "away from it: add the first one again at the end, with its"),
-        ("fast.csv", &["--speed", "0.1"], "--speed has no effect on a file with times:"),
+        ("fast.csv", &["--speed", "0.1"], "--speed has no effect on a file with times"),
         ("circle", &["--speed", "0"], "--speed"),
         ("square", &["--tolerance", "-1"], "--tolerance"),
     ] {
         // No board is at this port: the path is refused before it is opened.
-        let run = ["run", "--rig", &rig, "--port", "/dev/null", "--out", "run", "--path", path];
+        let run = ["follow", "--rig", &rig, "--port", "/dev/null", "--out", "run", path];
         let output = plumb(&[&run as &[&str], more].concat(), folder.path());
         assert_eq!(output.status.code(), Some(2), "{path}: {}", stderr(&output));
         assert!(stderr(&output).contains(named), "{path} {more:?}: {}", stderr(&output));
         assert!(!folder.path().join("run").exists(), "{path}: nothing was run");
     }
-    // The factor that the message names is enough, where the times are not rounded.
     let run = |path: &str| {
-        let run = ["run", "--rig", &rig, "--port", "/dev/no-such-port", "--path", path];
+        let run = ["follow", "--rig", &rig, "--port", "/dev/no-such-port", path];
         stderr(&plumb(&run, folder.path()))
     };
-    // Places of a tracker that has lost the ball in between: few moments are looked at between two.
-    let tracked = |k: u32| (f64::from(k) / 30.0, 0.3 + 0.01 * f64::from(k * k % 7));
-    for samples in [vec![(0.0, 0.3), (0.3, 0.4)], (0..40).map(tracked).collect()] {
-        let file = |factor: f64| {
-            let line = |(t, z): &(f64, f64)| format!("{},0.5,0.3,{z}\n", t * factor);
-            let lines: String = samples.iter().map(line).collect();
-            fs::write(folder.path().join("slow.csv"), format!("t,x,y,z\n{lines}")).unwrap();
-            run("slow.csv")
-        };
-        let text = file(1.0);
-        let factor = text.split("all times must be ").nth(1).unwrap().split(' ').next().unwrap();
-        let text = file(factor.parse().unwrap());
-        assert!(text.contains("there is no such serial port"), "{factor} times: {text}");
-    }
     // Nobody has given the usual --speed, and a file with times does not need it.
     let text = fs::read_to_string(folder.path().join(&rig)).unwrap();
     fs::write(folder.path().join(&rig), format!("{text}\n[path]\nmax_speed = 0.03\n")).unwrap();
@@ -118,21 +104,19 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     assert!(run("minute.csv").contains("there is no such serial port"), "{}", run("minute.csv"));
     assert!(run("minute.csv").contains(" m, 60.0 s (is its `t` in milliseconds? It must be in"));
     // Places that are no path have no speed, shape and time.
-    let places = ["--waypoints", "way.csv"];
-    for (goal, options) in [
-        (places, &["--speed", "0.1"][..]),
-        (places, &["--centre", "0.5,0.2,0.3"]),
-        (places, &["--upright"]),
-        (["--targets", "-"], &["--no-wait"]),
-        (["--targets", "-"], &["--path-seed", "2"]),
+    fs::write(folder.path().join("stops.csv"), "x,y,z,dwell\n0.5,0.3,0.3,1\n").unwrap();
+    for (what, options) in [
+        ("stops.csv", &["--speed", "0.02"][..]),
+        ("stops.csv", &["--centre", "0.5,0.2,0.3"]),
+        ("stops.csv", &["--upright"]),
+        ("-", &["--no-wait"]),
+        ("-", &["--path-seed", "2"]),
+        ("-", &["--loop"]),
     ] {
-        let run = [&["run", "--rig", &rig, "--port", "/dev/null"], &goal[..], options].concat();
+        let run = [&["follow", "--rig", &rig, "--port", "/dev/null", what], options].concat();
         let output = plumb(&run, folder.path());
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-        let says = format!("{} has no effect on the places of {}", options[0], goal[0]);
+        let says = format!("{} has no effect on", options[0]);
         assert!(stderr(&output).contains(&says), "{}", stderr(&output));
     }
-    let output = plumb(&["run", "--rig", &rig, "--loop"], folder.path());
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    assert!(stderr(&output).contains("--loop needs --path or --waypoints"), "{}", stderr(&output));
 }

@@ -90,8 +90,7 @@ fn a_fault_and_a_refused_command_stand_in_every_output() {
     fs::write(folder.path().join("path.csv"), path).unwrap();
     let emulator = Emulator::start();
     let outputs = ["--page=127.0.0.1:0", "--mcap", "run.mcap", "--out", "run", "--json"];
-    let run =
-        ["run", "--rig", &rig, "--path", "path.csv", "--speed", "0.02", "--port", &emulator.port];
+    let run = ["follow", "--rig", &rig, "path.csv", "--speed", "0.02", "--port", &emulator.port];
     let mut run = program(&[&run as &[&str], &outputs].concat(), folder.path())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -1,4 +1,4 @@
-//! `plumb run --targets`: moving targets from other programs over an emulated board.
+//! `plumb follow`: moving targets from other programs over an emulated board.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -20,13 +20,14 @@ use crate::common::{self, Emulator, folder, json, patient, plumb, rig_file, stde
 /// Boards have deadlines: one run at a time.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// Starts `plumb run` with these options besides those of every run.
+/// Starts `plumb follow` with these options besides those of every run.
 fn start(folder: &Path, emulator: &Emulator, targets: &str) -> Child {
     let rig = rig_file(folder, patient);
-    let run = ["run", "--rig", &rig, "--law", "adaptive", "--port", &emulator.port, "--out", "run"];
+    let run =
+        ["follow", "--rig", &rig, "--law", "adaptive", "--port", &emulator.port, "--out", "run"];
     Command::new(env!("CARGO_BIN_EXE_plumb"))
         .args(run)
-        .args(["--json", "--targets", targets])
+        .args(["--json", targets])
         .current_dir(folder)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -114,7 +115,7 @@ fn times_in_milliseconds_end_the_run_with_the_reason() {
     assert!(told.contains("`t` is not in seconds") && !told.contains("since the frame"), "{told}");
 }
 
-/// As in `echo '{"target": ...}' | plumb run RIG --targets -`.
+/// As in `echo '{"target": ...}' | plumb follow -`.
 #[test]
 fn a_line_that_comes_before_the_run_begins_is_driven_to() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -146,19 +147,13 @@ fn a_file_is_played_and_a_wrong_one_is_refused_before_anything_moves() {
     let (line, _) = good(&output);
     assert_eq!(line["legs"][0]["target"].to_string(), "[0.441,0.25,0.42]");
     let rig = rig_file(folder.path(), patient);
-    fs::write(folder.path().join("way.csv"), "0.4,0.3,0.2\n").unwrap();
-    fs::write(folder.path().join("way.nc"), "G0 X400 Y300 Z200\n").unwrap();
     for (targets, named) in [
-        ("way.csv", "way.csv: this is a list of places: give it with --waypoints, or with --path"),
-        ("way.nc", "way.nc: this is G-code, a path: give it with --path"),
-        (&rig, "rig.toml: this is a rig file, and no list of moving targets"),
-        ("none.csv", "a list of places is given with --waypoints"),
+        (rig.as_str(), "rig.toml:"),
         ("bad.jsonl", "bad.jsonl:61: no target: missing field `target`"),
-        ("none.jsonl", "there is no file \"none.jsonl\""),
+        ("none.jsonl", "'none.jsonl' is no shape; shapes are"),
         ("tcp:0.0.0.0:5601", "can be reached from other computers"),
     ] {
-        let run =
-            ["run", "--rig", &rig, "--port", "/dev/null", "--out", "none", "--targets", targets];
+        let run = ["follow", "--rig", &rig, "--port", "/dev/null", "--out", "none", targets];
         let output = plumb(&run, folder.path());
         assert_eq!(output.status.code(), Some(2), "{targets}: {}", stderr(&output));
         assert!(stderr(&output).contains(named), "{targets}: {}", stderr(&output));

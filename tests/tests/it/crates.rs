@@ -52,7 +52,7 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-frame", uses: &[], tests_use: &[] },
     // The tests read recorded pictures.
     Rule { name: "plumb-vision", uses: &["plumb-frame"], tests_use: &["plumb-cameras"] },
-    Rule { name: "plumb-path", uses: &[], tests_use: &[] },
+    Rule { name: "plumb-path", uses: &["plumb-config"], tests_use: &[] },
     Rule { name: "plumb-pictures", uses: &["plumb-frame"], tests_use: &[] },
     Rule {
         name: "plumb-openni",

@@ -10,8 +10,8 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
-use super::mistake::{Kind, Mistake};
 use super::{KeyPath, find};
+use crate::mistake::{Kind, Mistake};
 
 /// Most repairs of a file.
 const MAX_REPAIRS: usize = 100;

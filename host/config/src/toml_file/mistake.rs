@@ -1,55 +1,16 @@
-//! Mistake in a file: its line, key and value, and what is wrong with it.
-
-use std::fmt;
+//! Mistakes in a TOML file, from the errors of the crate `toml`.
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
 use super::{KeyPath, find, key_at, line_at};
 use crate::bounded_read::excerpt;
-
-/// Mistake in a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mistake {
-    /// Number of the line, from 1. Of a missing key it is the first line of its table, of a missing
-    /// table the last line of the file.
-    pub line: usize,
-    /// The key with its tables, `intrinsics.fx`; empty where it is not known.
-    pub key: String,
-    /// Text of the value. It is empty for a table, a missing key and an unknown key.
-    pub value: String,
-    /// Kind of the mistake.
-    pub kind: Kind,
-    /// Description of the crate `toml`, or of the type of the value.
-    pub message: String,
-}
-
-/// Kind of a mistake.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// The text is no TOML: the rest of the file is not read.
-    Syntax,
-    /// The file has no such key.
-    Unknown,
-    /// A key that the file must have is not there.
-    Missing,
-    /// The value is of another type, or out of its range.
-    Wrong,
-}
+use crate::mistake::{Kind, Mistake};
 
 impl Mistake {
     /// Returns the key with its tables, outermost first.
     pub(super) fn path(&self) -> KeyPath {
         self.key.split('.').map(str::to_owned).collect()
-    }
-
-    /// Returns what is wrong with the key, or with the line where the key is not known.
-    pub fn problem(&self) -> String {
-        match self.kind {
-            Kind::Missing => "is missing".to_owned(),
-            _ if self.key.is_empty() => self.message.clone(),
-            _ => format!("is wrong: {}", self.message),
-        }
     }
 
     /// Returns the mistake of an error of syntax; `table` is what could be read.
@@ -81,18 +42,6 @@ impl Mistake {
             kind,
             message: one_line(error.message()),
         }
-    }
-}
-
-impl fmt::Display for Mistake {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { key, value, .. } = self;
-        match (key.as_str(), value.as_str()) {
-            ("", _) => {}
-            (_, "") => write!(f, "`{key}` ")?,
-            _ => write!(f, "`{key} = {value}` ")?,
-        }
-        f.write_str(&self.problem())
     }
 }
 

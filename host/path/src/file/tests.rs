@@ -1,127 +1,130 @@
-//! Tests of files of paths: columns, times, pauses and what is said of mistakes.
+//! Tests of files of places: columns, times, pauses, and the lines and columns of mistakes.
 
 use super::*;
 
-#[test]
-fn waypoints_and_samples_are_read() {
-    let places = "# a path\nx, y, z\n0.4,0.3,0.2\n\n0.5, -0.1, 0.3\n";
-    let expected = vec![Point3::new(0.4, 0.3, 0.2), Point3::new(0.5, -0.1, 0.3)];
-    let (speeds, lines) = (Vec::new(), vec![3, 5]);
-    assert_eq!(parse(places), Ok(PathFile::Waypoints { places: expected.clone(), speeds, lines }));
-    assert_eq!(parse(places).unwrap().places(), [(3, expected[0]), (5, expected[1])]);
-    let timed = "t,x,y,z\n0,0.4,0.3,0.2\n1.5,0.5,-0.1,0.3\n";
-    let sample = |time, [x, y, z]: [f64; 3]| Sample { time, position: Point3::new(x, y, z) };
-    let expected = vec![sample(0.0, [0.4, 0.3, 0.2]), sample(1.5, [0.5, -0.1, 0.3])];
-    assert_eq!(parse(timed), Ok(PathFile::Samples { samples: expected, lines: vec![2, 3] }));
+fn positions(text: &str) -> Vec<[f64; 3]> {
+    parse(text).unwrap().places.iter().map(|place| place.position.into()).collect()
 }
 
 #[test]
-fn columns_come_in_any_order() {
-    let places = vec![Point3::new(0.4, 0.3, 0.2)];
-    let (speeds, lines) = (Vec::new(), vec![2]);
-    let expected = PathFile::Waypoints { places: places.clone(), speeds, lines };
-    assert_eq!(parse("z;y;x\n0,2;0,3;0,4\n"), Ok(expected));
-    let samples = vec![Sample { time: 1.5, position: places[0] }];
-    let expected = PathFile::Samples { samples, lines: vec![2] };
-    assert_eq!(parse("z [m],y,t,x\n0.2,0.3,1.5,0.4\n"), Ok(expected));
+fn the_columns_decide_what_the_ball_does() {
+    let text = "# a path\nx, y, z\n0.4,0.3,0.2\n\n0.5, -0.1, 0.3\n";
+    let at = |line, x, y, z| Place::new(line, Point3::new(x, y, z));
+    let places = vec![at(3, 0.4, 0.3, 0.2), at(5, 0.5, -0.1, 0.3)];
+    assert_eq!(parse(text), Ok(Places { kind: Kind::Path, places, speeds: Vec::new() }));
+    let timed = parse("t,x,y,z\n0,0.4,0.3,0.2\n1.5,0.5,-0.1,0.3\n").unwrap();
+    assert_eq!(timed.kind, Kind::Timed);
+    assert_eq!(timed.places[1], Place { time_s: 1.5, ..at(3, 0.5, -0.1, 0.3) });
+    let text = "x, y, z, dwell, tolerance\n0.4,0.3,0.2\n0.5, -0.1, 0.3, 2\n0.4,0.3,0.2,,0.02\n";
+    let stops = parse(text).unwrap();
+    assert_eq!(stops.kind, Kind::Stops);
+    let expected = [
+        at(2, 0.4, 0.3, 0.2),
+        Place { dwell_s: 2.0, ..at(3, 0.5, -0.1, 0.3) },
+        Place { tolerance_m: Some(0.02), ..at(4, 0.4, 0.3, 0.2) },
+    ];
+    assert_eq!(stops.places, expected);
+    assert_eq!(parse("# x,y,z,dwell\n1,1,1,0\n").unwrap().kind, Kind::Stops);
+    assert_eq!(parse("G1 X1 Y2 Z3\n").unwrap().kind, Kind::Path);
 }
 
 #[test]
-fn spreadsheets_of_other_languages_and_pauses_are_read() {
-    let at = [[0.42, 0.24, 0.3], [0.54, 0.24, 0.3], [0.54, 0.24, 0.3]].map(Point3::from);
-    let (places, speeds, lines) = (at.to_vec(), Vec::new(), vec![2, 3, 4]);
-    let expected = Ok(PathFile::Waypoints { places, speeds, lines });
-    let lines = "0.42,0.24,0.3\n0.54,0.24,0.3\n0.54,0.24,0.3\n";
-    assert_eq!(parse(&format!("\u{feff}X,Y,Z\n{lines}")), expected);
-    let commas = format!("x,y,z\n{lines}").replace(',', ";").replace('.', ",");
-    assert_eq!(parse(&commas), expected);
-    assert_eq!(parse(lines).unwrap().places(), [(1, at[0]), (2, at[1]), (3, at[2])]);
-}
-
-#[test]
-fn a_mistake_is_named_with_its_line() {
-    for (text, named) in [
-        ("", "no places"),
-        ("x,y,z\n", "no places"),
-        ("0.4,o.3,0.2\n", "1: column y: 'o.3': must be a number"),
-        ("0.4,0.3\n", "1: the columns are '0.4,0.3', but must be 'x,y,z'"),
-        ("0,4,0,3,0,2\n", "1: the columns are '0,4,0,3,0,2', but must be 'x,y,z'"),
-        ("0,4,0,3,0,2\n", "seconds): commas are the decimal sign and separate the columns"),
-        ("0,0,4,0,3,0,2\n", "seconds): commas are the decimal sign and separate the columns"),
-        ("0,1,1,1\n", "seconds): put a first line with these names before the numbers"),
-        ("# t x y z\n0 0.4 0.3 0.2\n", "numpy: savetxt(…, delimiter=\",\", header=\"t,x,y,z\")"),
-        ("x,y,z\r0.4,o.3,0.2\r", "2: column y: 'o.3': must be a number"),
-        ("0.4,0.3,\n", "1: column z: '': must be a number"),
-        ("X1;Y1;Z1\n", "seconds): 'X1' is unknown: write x, 'Y1' is unknown: write y"),
-        ("0.4 0.3 0.2\n", "seconds): spaces do not separate columns: write 0.4,0.3,0.2"),
-        ("0,4 0,3 0,2\n", "seconds): spaces do not separate columns: write 0,4;0,3;0,2"),
-        ("X Y z_m\n1 1 1\n", "seconds): spaces do not separate columns: write X,Y,z_m"),
-        ("my path\n1,1,1\n", "seconds): 'my path' is unknown, x is missing"),
-        ("x,y,z,\n1,1,1,a\n", "2: 4 columns, but the first line names 3"),
-        ("x,y,z\n1,1,1,,1\n", "2: 5 columns, but the first line names 3"),
-        ("Nr;x;y;z\n1;1;1;1\n", "seconds): 'Nr' is unknown: remove the column"),
-        ("X-Position;y;z\n0,7;1;1\n", "seconds): 'X-Position' is unknown: write x"),
-        ("X-Koordinate;y;z\n0,7;1;1\n", "seconds): 'X-Koordinate' is unknown: write x"),
-        ("x,y,z\n1;1;1\n", "2: the line separates its columns by semicolons, but the first"),
-        ("x,y,z\n0,4;1;1\n", "line by commas: separate all by semicolons"),
-        ("x;y;z\n0.4,1,1\n", "line by semicolons: separate all by commas"),
-        ("x,y,z\n0.4 1 1\n", "2: spaces do not separate columns: write 0.4,1,1"),
-        (",x,y,z\n0,1,1,1\n", "1: the columns are ',x,y,z', but must be 'x,y,z'"),
-        (",x,y,z\n0,1,1,1\n", "seconds): column 1 has no name (pandas writes its index"),
-        ("# t,x,y,z\n0,1,1,1\n0,1,1,1\n", "3: the time 0 s is not above"),
-        ("# x_mm,y,z\n1,1,1\n", "1: the columns are 'x_mm,y,z', but must be 'x,y,z'"),
-        ("a,b,c,d,e,f,g\n", "1: the columns are 'a,b,c,d, and 3 more', but must be 'x,y,z'"),
-        ("time,x,y,z\n0,1,1,1\n", "seconds): 'time' is unknown: write t"),
-        ("t_ms,x,y,z\n0,1,1,1\n", "): 't_ms' must be in seconds: convert it, and write t"),
-        ("timestamp,x,y,z\n0,1,1,1\n", "seconds): 'timestamp' is unknown: write t"),
-        ("[0.6, 0.25, 0.3]\n", "1: brackets do not belong to a table: write 0.6, 0.25, 0.3"),
-        ("[[1,1,1],\n[1,1,1]]\n", "1: brackets do not belong to a table: write 1,1,1 (1 more"),
-        ("x,y,z\n[0.6 1 1]\n", "2: brackets do not belong to a table: write 0.6,1,1"),
-        ("x_mm,y,z\n1,1,1\n", "seconds): 'x_mm' must be in metres: convert it, and write x"),
-        ("x,y,z\n# a\n0.4,0.3\n", "3: 2 columns, but the first line names 3"),
-        ("x,y,z\n0.4,0.3\n1,1\n", "2: 2 columns, but the first line names 3 (1 more line too)"),
-        ("x,y,z\n0.4,o.3,0.2\n", "2: column y: 'o.3': must be a number"),
-        ("x,y,z\n0.4,0.3,inf\n", "2: column z: 'inf': must be a number"),
-        ("x,y,z\n0.4,300,0.2\n", "2: column y: 300 m is out of range, ±100"),
-        ("x,y,z\n420,240,300\n", "are these millimetres?"),
-        ("z,y,x\n0.4,o.3,0.2\n", "2: column y: 'o.3': must be a number"),
-        ("x,y,w\n0.4,0.3,0.2\n", "seconds): 'w' is unknown, z is missing"),
-        ("t,x,y\n0,0.4,0.3\n", "seconds): z is missing"),
-        ("x,y,z,y\n1,1,1,1\n", "seconds): y is there 2 times"),
-        ("0,0.4,0.3,0.2\n", "1: the columns are '0,0.4,0.3,0.2', but must be 'x,y,z'"),
-        ("t,x,y,z\n1,1,1,1\n1,2,1,1\n", "3: the time 1 s is not above"),
+fn columns_come_in_any_order_and_numbers_with_a_decimal_comma() {
+    for text in [
+        "z;y;x\n0,2;-0,1;0,4\n",
+        "z [m],y,t,x\n0.2,-0.1,1.5,0.4\n",
+        "\u{feff}Dwell [s];Z [m];Y;X (m)\n2;0,2;-0,1;0,4\n",
+        "0,4;-0,1;0,2\n",
+        "x in m;y/m;z [Meter];;\n0,4;-0,1;0,2;;\n",
+        "x,y,z,dwell\n0.4,-0.1,0.2,,,\n",
+        "# x,y,z\n0.4,-0.1,0.2,,\n",
+        "0.4,-0.1,0.2,,\n",
+        "x,y,z\r0.4,-0.1,0.2\r",
+        "time,x,y,z\n0,0.4,-0.1,0.2\n",
+        "# t x y z\n0 0.4 -0.1 0.2\n",
+        "[0.4, -0.1, 0.2]\n",
+        "[[0.4,-0.1,0.2],\n",
+        "0.4 -0.1 0.2\n",
     ] {
-        let error = parse(text).unwrap_err().to_string();
-        assert!(error.contains(named), "{error}");
+        assert_eq!(positions(text), [[0.4, -0.1, 0.2]], "{text}");
     }
+    let pause = "0.42,0.24,0.3\n0.54,0.24,0.3\n0.54,0.24,0.3\n";
+    assert_eq!(positions(pause), [[0.42, 0.24, 0.3], [0.54, 0.24, 0.3], [0.54, 0.24, 0.3]]);
 }
 
+/// Each text with the line and the key of its first mistake; the key is empty where the mistake is
+/// that of the whole line.
 #[test]
-fn a_mistake_of_the_whole_file_is_named_once() {
-    let lines = |line: &str| parse(&format!("x,y,z\n{}", line.repeat(3))).unwrap_err().to_string();
-    let commas = "2: commas are the decimal sign and separate the columns too: write points \
-                  (0.4,0.5,0.2), or separate the columns by semicolons (0,4;0,5;0,2)";
-    assert_eq!(lines("0,4,0,5,0,2\n"), format!("{commas} (2 more lines too)"));
-    assert_eq!(
-        lines("420,240,30\n"),
-        "2: column x: 420 m is out of range, ±100 (metres); are these millimetres? \
-         (5 more numbers too)"
-    );
-    let timed = "t,x,y,z\n0,0,4,0,5,0,2\n";
-    assert_eq!(parse(timed).unwrap_err().to_string(), commas);
+fn a_mistake_is_named_with_its_line_and_column() {
+    for (text, line, key) in [
+        ("", 1, ""),
+        ("x,y,z\n", 1, ""),
+        ("0.4,o.3,0.2\n", 1, "y"),
+        ("0.4,0.3\n", 1, "z"),
+        ("0.2\n", 1, "y"),
+        ("0,4,0,3,0,2\n", 1, ""),
+        ("0,1,1,1\n", 1, ""),
+        ("0.2,0.3,0.24,0.3\n", 1, ""),
+        ("x,y,z\r0.4,o.3,0.2\r", 2, "y"),
+        ("0.4,0.3,\n", 1, "z"),
+        ("x,y,z\r1,1\r", 2, "z"),
+        ("X1;Y1;Z1\n", 1, "X1"),
+        ("0,4 0,3 0,2\n", 1, ""),
+        ("my path\n1,1,1\n", 1, "my"),
+        ("x,y,z,\n1,1,1,a\n", 2, ""),
+        ("x,y,z\n1,1,1,,1\n", 2, ""),
+        ("0.4,0.3,0.2\n0.4,0,3,0.2,1,1\n", 2, ""),
+        ("Nr;x;y;z\n1;1;1;1\n", 1, "Nr"),
+        ("x;y;z;comment\n", 1, "comment"),
+        ("X-Position;y;z\n0,7;1;1\n", 1, "X-Position"),
+        ("X in mm;y;z\n", 1, "X in mm"),
+        ("x,y,z\n1;1;1\n", 2, "x"),
+        ("x,y,z\n0,4;1;1\n", 2, "y"),
+        ("x;y;z\n0.4,1,1\n", 2, "x"),
+        ("x,y,z\n0.4 1 1\n", 2, "x"),
+        (",x,y,z\n0,1,1,1\n", 1, ""),
+        ("# x_mm,y,z\n1,1,1\n", 1, "x_mm"),
+        ("x_mm,y,z\n1,1,1\n", 1, "x_mm"),
+        ("a,b,c,d,e,f,g\n", 1, "a"),
+        ("t_ms,x,y,z\n0,1,1,1\n", 1, "t_ms"),
+        ("x,y,z\n# a\n0.4,0.3\n", 3, "z"),
+        ("dwell,z,y,x\n1,0.4,0.3\n", 2, "x"),
+        ("x,y,z\n0.4,0.3,inf\n", 2, "z"),
+        ("nan,1,1\n", 1, "x"),
+        ("x,y,z\n0.4,300,0.2\n", 2, "y"),
+        ("420,240,300\n", 1, "x"),
+        ("z,y,x\n0.4,o.3,0.2\n", 2, "y"),
+        ("x,y,w\n0.4,0.3,0.2\n", 1, "w"),
+        ("t,x,y\n0,0.4,0.3\n", 1, "z"),
+        ("x,y,dwell\n0.4,0.3,0.2\n", 1, "z"),
+        ("x,y,z,y\n1,1,1,1\n", 1, "y"),
+        ("t,x,y,z,dwell\n0,1,1,1,1\n", 1, "t"),
+        ("0,0.4,0.3,0.2\n", 1, ""),
+        ("t,x,y,z\n1,1,1,1\n1,2,1,1\n", 3, "t"),
+        ("# t,x,y,z\n0,1,1,1\n0,1,1,1\n", 3, "t"),
+        ("t,x,y,z\n,1,1,1\n", 2, "t"),
+        ("x,y,z,dwell\n1,1,1,-1\n", 2, "dwell"),
+        ("x,y,z,tolerance\n1,1,1,0\n", 2, "tolerance"),
+        ("frame,t_s,u_px,v_px\n0,0,,\n", 1, "frame"),
+        ("[board]\nport = \"x\"\n", 1, "board"),
+        ("G0 X500 Y300 Z300\nG2 X510 I5 J0\n", 2, ""),
+    ] {
+        let mistakes = parse(text).unwrap_err();
+        assert_eq!(
+            (mistakes[0].line, mistakes[0].key.as_str()),
+            (line, key),
+            "{text}: {mistakes:?}"
+        );
+    }
+    let mistake = |text| parse(text).unwrap_err()[0].to_string();
+    assert_eq!(mistake("1,o,1\n"), "`y = o` is wrong: must be a number, -100 to 100 m");
+    assert!(mistake("420,1,1\n").contains("must be -100 to 100 m; is it in millimetres"));
+    assert!(mistake("w,x,y,z\n").starts_with("`w` is wrong: no such column; columns are x, y, z"));
 }
 
 #[test]
 fn all_mistakes_are_named_at_once() {
-    let error = parse("x,y,z\n0.4,o.3,nan\n0.4,0.3,0.2\n0.4\n").unwrap_err().to_string();
-    assert_eq!(error.lines().count(), 3, "{error}");
-    let many = format!("x,y,z\n{}", "0.4,o.3,0.2\n".repeat(1000));
-    let error = parse(&many).unwrap_err().to_string();
-    assert_eq!(error.lines().count(), MAX_LISTED + 1, "{error}");
-    assert!(error.ends_with("980 more mistakes"), "{error}");
-    let error = |lines: usize| parse(&format!("x,y,z\n{}", "0.4,o.3,0.2\n".repeat(lines)));
-    let last =
-        |lines| error(lines).unwrap_err().in_file("way.csv").lines().last().map(str::to_owned);
-    assert_eq!(last(60).unwrap(), "way.csv: 40 more mistakes");
-    assert_eq!(last(21).unwrap(), "way.csv: 1 more mistake");
+    let mistakes = parse("x,y,z\n0.4,o.3,nan\n0.4,0.3,0.2\n0.4\n").unwrap_err();
+    let lines: Vec<usize> = mistakes.iter().map(|mistake| mistake.line).collect();
+    assert_eq!(lines, [2, 2, 4, 4]);
 }

@@ -60,12 +60,6 @@ impl MotionRules {
         Ok(())
     }
 
-    /// Returns how fast the motors turn for a motion of the ball, as a share of their limit: that
-    /// of the fastest; 0 where nothing tells where they are.
-    pub fn rate_share(&self, place: Point3<f64>, velocity: Vector3<f64>) -> f64 {
-        self.rates(place, velocity).fold(0.0, f64::max) / self.max_rate
-    }
-
     /// Returns the rates of the motors for a motion of the ball, full steps/s; none where nothing
     /// tells where they are.
     fn rates(&self, place: Point3<f64>, velocity: Vector3<f64>) -> impl Iterator<Item = f64> {

@@ -2,19 +2,15 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind};
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use nalgebra::Vector3;
-use plumb_cameras::camera_file::is_rig_file;
-use plumb_cameras::stream::{Arrival, Connection, Endpoint, Interruption, StreamError};
-use plumb_config::bounded_read::{LineError, ReadError, read_line, read_text};
-use plumb_config::error_chain::ErrorChain;
-use plumb_path::file::is_gcode;
-use plumb_path::table::Table;
+use plumb_cameras::stream::{
+    Arrival, Connection, Endpoint, Interruption, StreamAddress, StreamError,
+};
+use plumb_config::bounded_read::{LineError, read_line};
 use thiserror::Error;
 use tracing::{debug, info};
 
@@ -23,12 +19,7 @@ use super::channel::{MotionId, TargetSender};
 use super::intake::{
     Beginning, LineIntake, MAX_SKIPPED_BYTES, Omission, OmissionKind, SenderFault,
 };
-use super::line::{MAX_LINE_BYTES, TargetAddress, TargetLine};
-use crate::rig::MotionRules;
-use crate::run::GCODE;
-
-/// Largest file, bytes: an hour at 200 Hz.
-const MAX_FILE_BYTES: u64 = 1 << 27;
+use super::line::{MAX_LINE_BYTES, TargetLine};
 
 /// Longest time for which the thread does not notice that it is to end.
 const REACTION: Duration = Duration::from_millis(50);
@@ -40,52 +31,36 @@ pub enum TargetStreamError {
     /// The address of a program cannot be used.
     #[error(transparent)]
     Program(#[from] StreamError),
-    /// The file cannot be read.
-    #[error(transparent)]
-    File(#[from] ReadError),
-    /// The file is one of another kind.
-    #[error("{}: {is}", .path.display())]
-    OtherKind {
-        /// The file.
-        path: PathBuf,
-        /// What it is, and where it belongs.
-        is: &'static str,
-    },
-    /// A line of the file is wrong.
-    #[error("{}:{line}: {problem}", .path.display())]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// What is wrong.
-        problem: String,
-    },
-    /// The file has no target.
-    #[error("{}: has no target", .0.display())]
-    Empty(PathBuf),
     /// No thread can be started.
     #[error("the targets cannot be read")]
     Thread(#[source] io::Error),
+}
+
+/// Where the targets that move come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TargetOrigin {
+    /// A program that sends them.
+    Program(StreamAddress),
+    /// Targets of a file, which are played by their times.
+    File(Vec<FileTarget>),
+}
+
+/// Target of a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FileTarget {
+    /// Time after the first one, seconds.
+    pub time_s: f64,
+    /// Its line.
+    pub line: TargetLine,
 }
 
 /// Thread that sends the targets of a program or a file to a run. Dropping it ends the thread,
 /// which takes a tenth of a second at most.
 #[derive(Debug)]
 pub struct TargetStream {
-    file: Option<TargetFile>,
     is_closed: Arc<AtomicBool>,
     /// `None` once it is joined.
     thread: Option<JoinHandle<()>>,
-}
-
-/// File of targets.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TargetFile {
-    /// Number of its targets, at least 1.
-    pub targets: usize,
-    /// Time from the first one to the last one, seconds.
-    pub span_s: f64,
 }
 
 /// What the thread needs.
@@ -102,42 +77,25 @@ struct Reader {
 struct End(Option<String>);
 
 impl TargetStream {
-    /// Listens at `address`, or reads the file, and sends its targets to `sender`. A file is
-    /// checked as a whole before, its places by `rules`, and begins when the run takes the first
-    /// targets.
+    /// Listens for a program, or plays a file, and sends the targets to `sender`. A file begins
+    /// when the run takes the first targets.
     ///
     /// # Errors
-    /// Where the address cannot be used; where the file cannot be read, a line is wrong or has no
-    /// `t`, `t` does not grow, or a place is not allowed.
-    pub fn start(
-        address: &TargetAddress,
-        sender: TargetSender,
-        rules: &MotionRules,
-    ) -> Result<Self, TargetStreamError> {
+    /// Where the address cannot be used, or no thread can be started.
+    pub fn start(source: TargetOrigin, sender: TargetSender) -> Result<Self, TargetStreamError> {
         let is_closed = Arc::new(AtomicBool::new(false));
         let (motion, zero) = (sender.begin(), Instant::now());
         let reader = Reader { sender, motion, is_closed: Arc::clone(&is_closed), zero };
         let thread = thread::Builder::new().name("targets".to_owned());
-        let mut file = None;
-        let thread = match address {
-            TargetAddress::Program(address) => {
-                let endpoint = Endpoint::listen(address)?;
+        let thread = match source {
+            TargetOrigin::Program(address) => {
+                let endpoint = Endpoint::listen(&address)?;
                 thread.spawn(move || reader.receive(&endpoint))
             }
-            TargetAddress::File(path) => {
-                let lines = read_file(path, rules)?;
-                let span_s = lines.last().map_or(0.0, |(time, _)| *time);
-                file = Some(TargetFile { targets: lines.len(), span_s });
-                thread.spawn(move || reader.play(&lines))
-            }
+            TargetOrigin::File(targets) => thread.spawn(move || reader.play(&targets)),
         };
         let thread = Some(thread.map_err(TargetStreamError::Thread)?);
-        Ok(Self { file, is_closed, thread })
-    }
-
-    /// Returns the file that is played; `None` where a program sends.
-    pub fn file(&self) -> Option<TargetFile> {
-        self.file
+        Ok(Self { is_closed, thread })
     }
 }
 
@@ -150,68 +108,19 @@ impl Drop for TargetStream {
     }
 }
 
-/// Reads a file of targets: the lines with their times, seconds from the first one.
-fn read_file(
-    path: &Path,
-    rules: &MotionRules,
-) -> Result<Vec<(f64, TargetLine)>, TargetStreamError> {
-    let text = read_text(path, MAX_FILE_BYTES)?;
-    let mut lines: Vec<(f64, TargetLine)> = Vec::new();
-    let mut first = None;
-    for (number, line) in (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()) {
-        let at = |problem: &dyn std::fmt::Display| TargetStreamError::Line {
-            path: path.to_owned(),
-            line: number,
-            problem: problem.to_string(),
-        };
-        let line = TargetLine::parse(line).map_err(|mistake| match other_kind(&text) {
-            Some(is) if lines.is_empty() => {
-                TargetStreamError::OtherKind { path: path.to_owned(), is }
-            }
-            _ => at(&ErrorChain(&mistake)),
-        })?;
-        let t = line.t.ok_or_else(|| at(&"`t` is missing: a file is read by its times"))?;
-        let time = t - *first.get_or_insert(t);
-        if lines.last().is_some_and(|(before, _)| time <= *before) {
-            return Err(at(&"`t` must grow from line to line"));
-        }
-        rules.check(line.position(), Vector3::zeros()).map_err(|error| {
-            let [x, y, z] = line.position().into();
-            at(&format_args!("[{x:.4}, {y:.4}, {z:.4}] m: {error}"))
-        })?;
-        lines.push((time, line));
-    }
-    if lines.is_empty() {
-        return Err(TargetStreamError::Empty(path.to_owned()));
-    }
-    Ok(lines)
-}
-
-/// Returns what a file is that has no targets in JSON; `None` for any other file.
-fn other_kind(text: &str) -> Option<&'static str> {
-    let is_table = || !text.trim_start().starts_with(['{', '[']) && Table::of(text).columns() >= 3;
-    if is_gcode(text) {
-        Some(GCODE)
-    } else if is_rig_file(text) {
-        Some("this is a rig file, and no list of moving targets")
-    } else {
-        is_table().then_some("this is a list of places: give it with --waypoints, or with --path")
-    }
-}
-
 impl Reader {
     fn is_closed(&self) -> bool {
         self.is_closed.load(Ordering::Relaxed)
     }
 
     /// Sends the targets of a file, each at its time.
-    fn play(self, lines: &[(f64, TargetLine)]) {
+    fn play(self, targets: &[FileTarget]) {
         while !self.sender.is_taken() && !self.is_closed() {
             thread::sleep(Duration::from_millis(5));
         }
         let begin = Instant::now();
-        for (time, line) in lines {
-            let due = begin + Duration::try_from_secs_f64(*time).unwrap_or(Duration::MAX / 4);
+        for FileTarget { time_s, line } in targets {
+            let due = begin + Duration::try_from_secs_f64(*time_s).unwrap_or(Duration::MAX / 4);
             while let Some(left) = due.checked_duration_since(Instant::now()) {
                 if self.is_closed() {
                     return;

@@ -33,7 +33,7 @@ use plumb_runtime::link::LinkError;
 use plumb_runtime::replay::{DebugError, ReplayError};
 use plumb_runtime::rig::OutOfRange;
 use plumb_runtime::rig::new_rig::{NewRigError, SizeError};
-use plumb_runtime::run::{RunError, WaypointError};
+use plumb_runtime::run::{FollowFileError, RunError};
 use plumb_runtime::run_log::RunLogError;
 use plumb_runtime::targets::TargetStreamError;
 use plumb_sim::cosim::CosimError;
@@ -82,7 +82,7 @@ exit_code_of! { BAD_INPUT:
     DebugError, DetectError, FrameError, NewRigError, NoIntrinsics, NoPose, NumberError, OpenError,
     OpenRecordingError, OutOfRange, PathError, PngError, ProcessingError, ReadError, RigError,
     SetGlobalDefaultError, SettingsError, SimulationError, SizeError, SourceError,
-    StartCaptureError, SyntheticError, TumError, WaypointError, CosimError,
+    StartCaptureError, SyntheticError, TumError, FollowFileError, CosimError,
 }
 #[cfg(feature = "verify")]
 exit_code_of! { BAD_INPUT: RigFamilyError }

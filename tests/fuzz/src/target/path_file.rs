@@ -1,8 +1,8 @@
 //! Files of paths, and the trajectories along them.
 
 use plumb_path::check::check;
-use plumb_path::file::{PathFile, parse};
-use plumb_path::trajectory::{Moment, MotionLimits, PathError, Run, Trajectory, Waypoints};
+use plumb_path::file::{Kind, Places, parse};
+use plumb_path::trajectory::{Moment, MotionLimits, PathError, Run, Trajectory};
 
 use super::Target;
 
@@ -48,35 +48,25 @@ const MOMENTS: u32 = 200;
 pub fn run(input: &[u8]) {
     let Ok(file) = parse(&String::from_utf8_lossy(input)) else { return };
     for run in [Run::Once, Run::Loop] {
-        let _refused = trajectory(&file, run).map(|found| check_trajectory(&found, &file));
-    }
-}
-
-fn trajectory(file: &PathFile, run: Run) -> Result<Trajectory, PathError> {
-    match file {
-        PathFile::Waypoints { places, speeds, .. } => {
-            let (places, speeds) = (places.clone(), speeds.clone());
-            let waypoints = Waypoints { places, speeds, tolerance: TOLERANCE };
-            Trajectory::through(&waypoints, &LIMITS, run)
-        }
-        PathFile::Samples { samples, .. } => Trajectory::through_samples(samples, run),
+        let _refused =
+            file.trajectory(&LIMITS, TOLERANCE, run).map(|found| check_trajectory(&found, &file));
     }
 }
 
 /// Checks that a trajectory has an end, and that one along waypoints keeps its limits.
-fn check_trajectory(trajectory: &Trajectory, file: &PathFile) {
+fn check_trajectory(trajectory: &Trajectory, file: &Places) {
     let span = trajectory.span();
     assert!((0.0..=LONGEST_SPAN_S).contains(&span), "{span} s");
     if span > LONGEST_S {
         return;
     }
     let checked = check(trajectory, &LIMITS, |_| Ok::<(), PathError>(()));
-    let PathFile::Waypoints { .. } = file else {
+    if file.kind == Kind::Timed {
         // With times of its own a path may be too fast, which the check tells.
         let accepted = checked.is_ok();
         assert!(!accepted || moments(span).all(|time| is_finite(&trajectory.at(time))));
         return;
-    };
+    }
     assert!(checked.is_ok(), "{checked:?}");
     for time in moments(span) {
         check_derivatives(trajectory, time);
@@ -119,7 +109,7 @@ mod tests {
         ] {
             let file = parse(text).unwrap();
             for run in runs {
-                assert!(trajectory(&file, *run).is_ok(), "{text}");
+                assert!(file.trajectory(&LIMITS, TOLERANCE, *run).is_ok(), "{text}");
             }
         }
     }

@@ -1,12 +1,12 @@
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
 use super::super::{Arrivals, LeftOut, TargetReceiver, TargetSource, target_channel};
 use super::*;
-use crate::rig::Rig;
 
 /// Longest wait for another thread: a test that reaches it fails.
 const LONG: Duration = Duration::from_secs(60);
@@ -14,18 +14,13 @@ const LONG: Duration = Duration::from_secs(60);
 /// Line of a target.
 const GOOD: &str = "{\"target\": [0.4, 0.3, 0.2]}\n";
 
-/// Returns the rules of the paper's rig.
-fn rules() -> MotionRules {
-    Rig::paper().unwrap().motion_rules()
-}
-
 /// Returns a stream at a Unix socket, which is in the folder, and what it sends.
 fn unix_stream() -> (TempDir, PathBuf, TargetStream, TargetReceiver) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("targets.sock");
     let (sender, receiver) = target_channel();
     let address = format!("unix:{}", path.display()).parse().unwrap();
-    let stream = TargetStream::start(&address, sender, &rules()).unwrap();
+    let stream = TargetStream::start(TargetOrigin::Program(address), sender).unwrap();
     (folder, path, stream, receiver)
 }
 
@@ -74,7 +69,7 @@ fn bad_lines_are_told_with_their_number_and_the_good_ones_are_taken() {
     let path = folder.path().join("targets.sock");
     let address = format!("unix:{}", path.display()).parse().unwrap();
     let (sender, mut receiver) = target_channel();
-    let stream = TargetStream::start(&address, sender, &rules()).unwrap();
+    let stream = TargetStream::start(TargetOrigin::Program(address), sender).unwrap();
     let mut program = UnixStream::connect(&path).unwrap();
     let long = "x".repeat(100_000);
     let text = format!(
@@ -105,41 +100,13 @@ fn bad_lines_are_told_with_their_number_and_the_good_ones_are_taken() {
 
 #[test]
 fn a_file_is_played_by_its_times_to_its_end() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("targets.jsonl");
-    let line = |t: f64, z: f64| format!("{{\"t\": {t}, \"target\": [0.4, 0.3, {z}]}}\n");
-    std::fs::write(&path, line(50.0, 0.2) + "\n" + &line(50.02, 0.3)).unwrap();
+    let line = TargetLine::parse("{\"target\": [0.4, 0.3, 0.2]}").unwrap();
+    let targets = [0.0, 0.02].map(|time_s| FileTarget { time_s, line });
     let (sender, mut receiver) = target_channel();
-    let _stream = TargetStream::start(&TargetAddress::File(path), sender, &rules()).unwrap();
+    let _stream = TargetStream::start(TargetOrigin::File(targets.to_vec()), sender).unwrap();
     let all = take_until(&mut receiver, |_| false);
     assert_eq!((all.targets.len(), all.end), (2, Some(SourceEnd::Complete)));
     assert_eq!(all.problems, [""; 0]);
-}
-
-#[test]
-fn a_wrong_file_is_refused_before_it_begins() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("targets.jsonl");
-    let message = |text: &str| {
-        std::fs::write(&path, text).unwrap();
-        let address = TargetAddress::File(path.clone());
-        let error = TargetStream::start(&address, target_channel().0, &rules()).unwrap_err();
-        ErrorChain(&error).to_string()
-    };
-    let good = "{\"t\": 1, \"target\": [0.4, 0.3, 0.2]}\n";
-    for (text, named) in [
-        (String::new(), "targets.jsonl: has no target"),
-        (format!("{good}{{\"target\": [0.4, 0.3, 0.2]}}\n"), ":2: `t` is missing"),
-        (format!("{good}\n{good}"), "targets.jsonl:3: `t` must grow"),
-        (format!("{good}{{\"t\": 2, \"target\": 1}}\n"), ":2: no target: "),
-        (
-            format!("{good}{{\"t\": 2, \"target\": [0.9, 0.3, 0.2]}}\n"),
-            ":2: [0.9000, 0.3000, 0.2000] m: that is outside the workspace",
-        ),
-    ] {
-        let message = message(&text);
-        assert!(message.contains(named), "{message}");
-    }
 }
 
 /// Beginnings of senders that are strangers, each with good lines behind it.
@@ -202,7 +169,7 @@ fn a_stranger_at_a_tcp_port_is_ended_by_name() {
     let port = free_port();
     let (sender, mut receiver) = target_channel();
     let address = format!("tcp:{port}").parse().unwrap();
-    let _stream = TargetStream::start(&address, sender, &rules()).unwrap();
+    let _stream = TargetStream::start(TargetOrigin::Program(address), sender).unwrap();
     let program = TcpStream::connect(port).unwrap();
     program.set_read_timeout(Some(LONG)).unwrap();
     let bytes = format!("POST /secret HTTP/1.1\r\nHost: {port}\r\n\r\n{GOOD}{GOOD}");
