@@ -114,7 +114,7 @@ impl Physics {
 
 /// Returns the words of the command line as the parser takes them.
 pub(crate) fn command_line() -> Vec<OsString> {
-    address::joined(std::env::args_os().map(home_folder::expanded))
+    std::env::args_os().map(home_folder::expanded).collect()
 }
 
 /// Returns the law of this name with its default parameters.

@@ -54,9 +54,10 @@ test("a stranger's page moves no ball, and reads no page", async () => {
   const folder = new Folder();
   folder.copyRig({});
   const port = await freePort();
-  const viewers = hasViewers() ? ["--foxglove=127.0.0.1:0"] : [];
-  const options = ["--json", "--targets", `tcp:127.0.0.1:${port}`, ...viewers];
-  const { board, program, address } = await startRun(folder, options);
+  const viewers = hasViewers() ? ["--foxglove", "--foxglove-address=127.0.0.1:0"] : [];
+  const options = ["--json", `tcp:127.0.0.1:${port}`, ...viewers];
+  const rig = ["--rig", "rig.toml"];
+  const { board, program, address } = await startRun(folder, options, rig, "follow");
   try {
     const own = await browser.open(address, DESKTOP);
     await own.until(`${text("state")} === "ready" && /\\d/.test(${text("ball")})`);

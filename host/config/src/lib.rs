@@ -2,8 +2,7 @@
 //!
 //! - [`mistake`]: a mistake with its line, key and value; [`toml_file`]: configuration files;
 //!   [`toml_text`]: change of values in their text.
-//! - [`quantity`]: numbers with a range and a unit; [`digit_groups`]: numbers with signs between
-//!   their thousands; [`any_case`](mod@any_case): names in any case;
+//! - [`quantity`]: numbers with a range and a unit; [`any_case`](mod@any_case): names in any case;
 //!   [`reference`](mod@reference): the keys of a file, from its reference page in the book.
 //! - [`bounded_read`]: reading of regular files up to a limit; [`whole_writes`]: files whose
 //!   records are whole, also where the disk is full.
@@ -17,7 +16,6 @@
 pub mod any_case;
 pub mod book;
 pub mod bounded_read;
-pub mod digit_groups;
 pub mod error_chain;
 pub mod escape;
 pub mod mistake;

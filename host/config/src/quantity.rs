@@ -30,7 +30,7 @@ impl Range {
     }
 
     /// Returns the usual other units of such a number.
-    pub fn other_units(&self) -> impl Iterator<Item = OtherUnit> + use<> {
+    fn other_units(&self) -> impl Iterator<Item = OtherUnit> + use<> {
         let unit = self.unit;
         OTHER_UNITS.into_iter().filter(move |other| other.unit == unit)
     }
@@ -105,46 +105,28 @@ pub struct NumberError {
 
 /// Unit that people use in place of one of Plumb.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OtherUnit {
+struct OtherUnit {
     /// Symbol of Plumb's unit.
     unit: &'static str,
-    /// Symbol, such as "cm".
-    pub symbol: &'static str,
     /// Name in the plural, such as "centimetres".
-    pub name: &'static str,
+    name: &'static str,
     /// Such units in one of Plumb.
-    pub count: f64,
-}
-
-impl OtherUnit {
-    /// Returns whether `word` is the symbol or the name of this unit, in the singular or the
-    /// plural. A speed may lack its "/s".
-    pub fn is_meant_by(&self, word: &str) -> bool {
-        let is_symbol = self.symbol == word || self.symbol.strip_suffix("/s") == Some(word);
-        is_symbol || is_name(self.name, word)
-    }
-}
-
-/// Returns whether `word` is the name of a unit, in the plural as `plural` or in the singular. The
-/// American spelling "meter" counts too.
-fn is_name(plural: &str, word: &str) -> bool {
-    let word = word.to_lowercase().replace("meter", "metre");
-    plural == word || plural.strip_suffix('s') == Some(&word)
+    count: f64,
 }
 
 /// Usual other units.
 const OTHER_UNITS: [OtherUnit; 11] = [
-    OtherUnit { unit: "m", symbol: "mm", name: "millimetres", count: 1000.0 },
-    OtherUnit { unit: "m", symbol: "cm", name: "centimetres", count: 100.0 },
-    OtherUnit { unit: "m/s", symbol: "mm/s", name: "millimetres a second", count: 1000.0 },
-    OtherUnit { unit: "m/s", symbol: "cm/s", name: "centimetres a second", count: 100.0 },
-    OtherUnit { unit: "mm", symbol: "cm", name: "centimetres", count: 0.1 },
-    OtherUnit { unit: "mm", symbol: "m", name: "metres", count: 0.001 },
-    OtherUnit { unit: "s", symbol: "ms", name: "milliseconds", count: 1000.0 },
-    OtherUnit { unit: "s", symbol: "min", name: "minutes", count: 1.0 / 60.0 },
-    OtherUnit { unit: "s", symbol: "h", name: "hours", count: 1.0 / 3600.0 },
-    OtherUnit { unit: "degrees", symbol: "rad", name: "radians", count: PI / 180.0 },
-    OtherUnit { unit: "A", symbol: "mA", name: "milliamperes", count: 1000.0 },
+    OtherUnit { unit: "m", name: "millimetres", count: 1000.0 },
+    OtherUnit { unit: "m", name: "centimetres", count: 100.0 },
+    OtherUnit { unit: "m/s", name: "millimetres a second", count: 1000.0 },
+    OtherUnit { unit: "m/s", name: "centimetres a second", count: 100.0 },
+    OtherUnit { unit: "mm", name: "centimetres", count: 0.1 },
+    OtherUnit { unit: "mm", name: "metres", count: 0.001 },
+    OtherUnit { unit: "s", name: "milliseconds", count: 1000.0 },
+    OtherUnit { unit: "s", name: "minutes", count: 1.0 / 60.0 },
+    OtherUnit { unit: "s", name: "hours", count: 1.0 / 3600.0 },
+    OtherUnit { unit: "degrees", name: "radians", count: PI / 180.0 },
+    OtherUnit { unit: "A", name: "milliamperes", count: 1000.0 },
 ];
 
 /// Returns a number as a person writes it: a whole one without a decimal point.

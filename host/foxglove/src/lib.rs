@@ -128,7 +128,7 @@ pub enum FoxgloveError {
 fn advice(error: &foxglove::FoxgloveError) -> &'static str {
     match error {
         foxglove::FoxgloveError::Bind(error) => other_address(error),
-        _ => "write another port behind the option, as in =8090, or =0 for a free one",
+        _ => "choose another port, or 0 for a free one",
     }
 }
 

@@ -10,7 +10,7 @@ pub fn other_address(error: &io::Error) -> &'static str {
             "it is none of this computer: choose 127.0.0.1, 0.0.0.0 (all of its own), or one that \
              `ip address` shows"
         }
-        _ => "write another port behind the option, as in =8090, or =0 for a free one",
+        _ => "choose another port, or 0 for a free one",
     }
 }
 

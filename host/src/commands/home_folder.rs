@@ -51,7 +51,7 @@ mod tests {
             ("~", Some("/home/a")),
             ("--out=~/runs/x", Some("--out=/home/a/runs/x")),
             ("--rig=~root/x~", Some("--rig=/root/x~")),
-            ("--targets=unix:~/t.sock", Some("--targets=unix:/home/a/t.sock")),
+            ("--x=unix:~/t.sock", Some("--x=unix:/home/a/t.sock")),
             ("unix:~/t.sock", Some("unix:/home/a/t.sock")),
             ("~nobody/r", None),
             ("./~/r", None),

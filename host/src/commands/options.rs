@@ -50,7 +50,7 @@ pub(super) struct RunOptions {
 impl RunOptions {
     /// Checks that a hold has no timeout where nobody can set a target.
     pub(super) fn check_hold(&self) -> Result<(), Failure> {
-        let is_steered = self.page.page.is_some() || self.ros2.ros2.is_some();
+        let is_steered = self.page.page || self.ros2.ros2;
         if is_steered || self.timeout == DEFAULT_TIMEOUT {
             return Ok(());
         }

@@ -15,17 +15,25 @@ use super::print::tell;
 #[derive(Args)]
 pub(super) struct PageOptions {
     /// Show the run in a browser, with controls; the run goes on until it is ended there or by
-    /// Ctrl-C. An address that other computers reach gets a token [default without ADDRESS:
-    /// 127.0.0.1:7586]
+    /// Ctrl-C
+    #[arg(long)]
+    pub(super) page: bool,
+    #[command(flatten)]
+    address: PageAddress,
+}
+
+/// Address of a page.
+#[derive(Args)]
+pub(super) struct PageAddress {
+    /// Address, port or both of the page. One that other computers reach gets a token
     #[arg(
         long,
         value_name = "ADDRESS",
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_value = DEFAULT_ADDRESS,
-        value_parser = address
+        requires = "page",
+        default_value = DEFAULT_ADDRESS,
+        value_parser = |text: &str| with_port(text, DEFAULT_ADDRESS)
     )]
-    pub(super) page: Option<SocketAddr>,
+    pub(super) page_address: SocketAddr,
 }
 
 impl PageOptions {
@@ -37,16 +45,14 @@ impl PageOptions {
         camera: &Camera,
         operator: &OperatorSender,
     ) -> Result<Option<Page>, Failure> {
-        let Some(address) = self.page else { return Ok(None) };
+        if !self.page {
+            return Ok(None);
+        }
+        let address = self.address.page_address;
         let (rig, limits) = (RigView::of(rig).seen_by(camera), Limits::DEFAULT);
         let operator = Some(operator.clone());
         let page = Page::start(PageSettings { address, rig, operator, limits })?;
         tell!("page: {} (the run goes on until you end it there, or Ctrl-C)", page.address());
         Ok(Some(page))
     }
-}
-
-/// Reads an address; without a port it gets the page's own.
-pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
-    with_port(text, DEFAULT_ADDRESS)
 }

@@ -15,17 +15,12 @@ pub(super) use output::{Ros2, open_camera, open_recording};
 #[derive(Args)]
 pub(super) struct Ros2Options {
     /// Join ROS 2: publish the ball, tf and diagnostics, take targets and a stop; the run goes on
-    /// until Ctrl-C. Every computer in the domain that reaches this one can move the rig [default
-    /// without NAMESPACE: /plumb]
-    #[arg(
-        long,
-        value_name = "NAMESPACE",
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_value = "/plumb",
-        value_parser = output::namespace
-    )]
-    pub(super) ros2: Option<output::Namespace>,
+    /// until Ctrl-C. Every computer in the domain that reaches this one can move the rig
+    #[arg(long)]
+    pub(super) ros2: bool,
+    /// Namespace of the node, its topics and services
+    #[arg(long, value_name = "NAMESPACE", requires = "ros2", default_value = "/plumb")]
+    pub(super) ros2_namespace: String,
     /// Domain of ROS 2, 0 to 232 [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_name = "DOMAIN", requires = "ros2", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::whole::<u16>(0.0, 232.0, ""))]

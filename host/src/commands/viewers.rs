@@ -8,26 +8,40 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::Args;
+use plumb_cameras::recording::has_mcap_ending;
+
+use super::address::with_port;
 
 pub(super) use output::{Viewers, close};
 
 #[derive(Args)]
 pub(super) struct ViewerOptions {
     /// Write the run to this MCAP file, which must not exist, for Foxglove, Lichtblick or Rerun
-    #[arg(long, value_name = "FILE", value_parser = output::file)]
+    #[arg(long, value_name = "FILE", value_parser = file)]
     pub(super) mcap: Option<PathBuf>,
-    /// Show the run live in Foxglove or Lichtblick. Whoever reaches the address sees the run, also
-    /// a web page in a browser on this computer [default without ADDRESS: 127.0.0.1:8765]
+    /// Show the run live in Foxglove or Lichtblick
+    #[arg(long)]
+    pub(super) foxglove: bool,
+    /// Address, port or both for them. Whoever reaches it sees the run, also a web page in a
+    /// browser on this computer
     #[arg(
         long,
         value_name = "ADDRESS",
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_value = DEFAULT_ADDRESS,
-        value_parser = output::address
+        requires = "foxglove",
+        default_value = DEFAULT_ADDRESS,
+        value_parser = |text: &str| with_port(text, DEFAULT_ADDRESS)
     )]
-    pub(super) foxglove: Option<SocketAddr>,
+    pub(super) foxglove_address: SocketAddr,
 }
 
 /// Address of the live server if none is given: the one that the viewers offer.
 const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
+
+/// Reads the path of the MCAP file. Its name must be that of one: who reads it knows it by that.
+fn file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match has_mcap_ending(&path) {
+        true => Ok(path),
+        false => Err("must end in .mcap: the file is an MCAP".to_owned()),
+    }
+}

@@ -63,17 +63,16 @@ fn is_text(arg: &Arg) -> bool {
 }
 
 /// Arguments of other types that are no numbers.
-const TEXTS: [&str; 12] = [
+const TEXTS: [&str; 11] = [
     "law",
     "suite",
     "way",
     "paper",
     "stream",
     "what",
-    "page",
-    "foxglove",
+    "page_address",
+    "foxglove_address",
     "mcap",
-    "ros2",
     "ros2_interface",
     "shell",
 ];

@@ -267,7 +267,7 @@ fn without_depth_motors_give_a_picture_and_no_pose() {
     fs::write(&camera, text.replace("depth_scale = 5000.0", "depth_scale = \"none\"")).unwrap();
     let motors = ["calibrate", "--rig", &rig, "--motors", "--height", "0.665"];
     let pixels = ["--pixel", "1,2", "--pixel", "3,4", "--pixel", "5,6"];
-    for more in [&pixels[..], &["--page=127.0.0.1:0"]] {
+    for more in [&pixels[..], &["--page", "--page-address=127.0.0.1:0"]] {
         let output = plumb(&[&motors[..], more].concat(), folder.path());
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{text}");
@@ -285,7 +285,9 @@ fn a_page_needs_a_measure_and_takes_no_pixels() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let refusal = |options: &[&str]| {
-        let arguments = [&["calibrate", "--rig", &rig, "--page=127.0.0.1:0"], options].concat();
+        let arguments =
+            [&["calibrate", "--rig", &rig, "--page", "--page-address=127.0.0.1:0"], options]
+                .concat();
         let output = plumb(&arguments, folder.path());
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         stderr(&output)

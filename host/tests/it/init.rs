@@ -341,7 +341,7 @@ fn options_that_contradict_each_other_are_refused_with_a_reason() {
         (&["--port", "kinect"], "--port kinect: must be a path, such as /dev/ttyACM0"),
         (&["--driver", "tmc2209", "--microsteps", "4"], "choose one of 8, 16"),
         (&["--sides", "1,0.2,0.2"], "no triangle"),
-        (&["--sides", "0.6", "0.6", "0.6"], "without spaces, each 0.2"),
+        (&["--sides", "0.6", "0.6", "0.6"], "needs 3 numbers, each 0.2"),
         (&["--height", "0.1"], "must be 0.4 to 3.5 m"),
         (&["--camera", "recording"], "needs --recording"),
         (&["--recording", "absent"], "absent: "),

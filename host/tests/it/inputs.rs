@@ -242,10 +242,7 @@ fn a_target_that_is_mistyped_is_explained_before_the_port_is_opened() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     for (words, named) in [
-        (
-            &["0,4", "0.2", "0.3"][..],
-            "invalid value '0,4' for '<X>': must be a number, -100 to 100 m; write 0.4",
-        ),
+        (&["0,4", "0.2", "0.3"][..], "'0,4' for '<X>': must be a number, -100 to 100 m"),
         (&["0.4", "0.2"], "required arguments were not provided:\n  <Z>\n"),
         (&["0.4"], "required arguments were not provided:\n  <Y>\n  <Z>\n"),
         (&[], "required arguments were not provided:\n  <X>\n  <Y>\n  <Z>\n"),

@@ -23,23 +23,21 @@ fn a_wrong_command_line_is_told_with_what_is_allowed() {
         (&["emulate", "--driver", "hot"], "unexpected argument '--driver' found"),
         (&["hold", "--timeout", "9"], "`timeout -s INT 9 plumb hold` ends it"),
         (&["demo", "--speed", "0.1"], "arguments were not provided:\n  --follow <WHAT>"),
-        (&["init", "--sides", "0.6,", "0.8,", "0.9"], "without spaces"),
-        (&["demo", "--follow", "eight", "--speed", "50mm"], "; write 0.05, in m/s"),
-        (&["run", "--baud", "115200baud"], "; write 115200 alone, in bit/s"),
+        (&["init", "--sides", "0.6,", "0.8,", "0.9"], "must be a number, 0.2 to 3.5 m"),
+        (&["demo", "--follow", "eight", "--speed", "50mm"], "must be a number, above 0, to 2 m/s"),
+        (&["run", "--baud", "115200baud"], "must be a whole number, 300 to 20000000 bit/s"),
         (&["run", "--port", ""], "--port <PORT>': name a port, such as /dev/ttyACM0"),
         (&["board", "status", "--port="], "--port <PORT>': name a port, such as /dev/ttyACM0"),
-        (&["run", "--timeout", "2min"], "; write 120, in s"),
-        (&["init", "--microsteps", "1/16"], "1 to 16 microsteps; write 16"),
-        (&["emulate", "--lost", "5"], "5 must be 0 to 1; write 0.05 for 5 %"),
-        (&["demo", "--seed", "1e3"], "must be a whole number, 0 to 1e15; write 1000"),
+        (&["run", "--timeout", "2min"], "must be a number, above 0, to 1e9 s"),
+        (&["init", "--microsteps", "1/16"], "must be a whole number, 1 to 16 microsteps"),
+        (&["emulate", "--lost", "5"], "5 must be 0 to 1"),
+        (&["demo", "--seed", "1e3"], "must be a whole number, 0 to 1e15"),
     ] {
         let text = refusal(arguments, folder.path());
         assert!(text.contains(says), "{text}");
     }
-    for page in [&["demo", "--page", "99999"][..], &["demo", "--page=99999"]] {
-        let port = refusal(page, folder.path());
-        assert!(port.contains("give an IP address, a port or both"), "{port}");
-    }
+    let port = refusal(&["demo", "--page", "--page-address", "99999"], folder.path());
+    assert!(port.contains("give an IP address, a port or both"), "{port}");
 }
 
 /// Rig file and port are at hand: a line that is accepted would move the motors.

@@ -17,7 +17,7 @@ use crate::common::{folder, plumb, program, stderr};
 fn bad_options_are_refused_before_anything_moves() {
     let folder = folder();
     for (arguments, reason) in [
-        (vec!["--ros2=2nd"], "`2nd` is no namespace"),
+        (vec!["--ros2", "--ros2-namespace=2nd"], "`2nd` is no namespace"),
         (vec!["--ros2", "--ros2-domain=233"], "must be 0 to 232"),
         (vec!["--ros2", "--ros2-interface=192.0.2.1"], "192.0.2.1"),
         (vec!["--ros2-domain=3"], "--ros2"),

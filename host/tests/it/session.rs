@@ -89,7 +89,8 @@ fn a_fault_and_a_refused_command_stand_in_every_output() {
     let path = "x,y,z\n0.52,0.25,0.42\n0.48,0.25,0.42\n";
     fs::write(folder.path().join("path.csv"), path).unwrap();
     let emulator = Emulator::start();
-    let outputs = ["--page=127.0.0.1:0", "--mcap", "run.mcap", "--out", "run", "--json"];
+    let outputs =
+        ["--page", "--page-address=127.0.0.1:0", "--mcap", "run.mcap", "--out", "run", "--json"];
     let run = ["follow", "--rig", &rig, "path.csv", "--speed", "0.02", "--port", &emulator.port];
     let mut run = program(&[&run as &[&str], &outputs].concat(), folder.path())
         .stdout(Stdio::piped())

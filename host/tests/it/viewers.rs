@@ -103,14 +103,17 @@ fn a_file_that_exists_and_an_address_in_use_are_bad_input() {
     let folder = folder();
     fs::write(folder.path().join("run.mcap"), "precious").unwrap();
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = format!("--foxglove={}", taken.local_addr().unwrap());
+    let address = format!("--foxglove-address={}", taken.local_addr().unwrap());
     for (arguments, cause) in [
         (vec!["--virtual-time", "--mcap", "run.mcap"], "exists already"),
-        (vec![address.as_str()], "write another port behind the option"),
+        (vec!["--foxglove", address.as_str()], "choose another port, or 0"),
         (vec!["--virtual-time", "--mcap", "run.bag"], "must end in .mcap: the file is an MCAP"),
         (vec!["--virtual-time", "--mcap", "none/run.mcap"], "cannot create none/run.mcap"),
-        (vec!["--foxglove=192.0.2.7"], "it is none of this computer: choose 127.0.0.1"),
-        (vec!["--foxglove=here"], "127.0.0.1:8765"),
+        (
+            vec!["--foxglove", "--foxglove-address=192.0.2.7"],
+            "it is none of this computer: choose 127.0.0.1",
+        ),
+        (vec!["--foxglove", "--foxglove-address=here"], "127.0.0.1:8765"),
     ] {
         let output = plumb(&[&["demo", "--out", "run"], &arguments[..]].concat(), folder.path());
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));

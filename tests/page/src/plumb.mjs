@@ -111,7 +111,7 @@ export class Demo {
 
   #folder = new Folder();
   #program = new Program(
-    ["demo", "--page=127.0.0.1:0", "--out", "run"],
+    ["demo", "--page", "--page-address=127.0.0.1:0", "--out", "run"],
     this.#folder.path,
     PAGE,
   );
@@ -139,19 +139,24 @@ export class Demo {
 
 /** Starts `plumb calibrate` with its page, in a folder with a rig. Returns program and address. */
 export async function startCalibration(folder, options = []) {
-  const args = ["calibrate", "--motors", "--page=127.0.0.1:0", ...options];
+  const args = ["calibrate", "--motors", "--page", "--page-address=127.0.0.1:0", ...options];
   const program = new Program(args, folder.path, PAGE);
   return { program, address: await program.ready() };
 }
 
 /**
  * Starts an emulated board and a run with a page, in a folder with a rig; a rig without motors in
- * space needs another one for the board.
+ * space needs another one for the board. `command` may be "follow".
  */
-export async function startRun(folder, options = [], boardRig = ["--rig", "rig.toml"]) {
+export async function startRun(
+  folder,
+  options = [],
+  boardRig = ["--rig", "rig.toml"],
+  command = "run",
+) {
   const board = new Program(["emulate", ...boardRig, "--json"], folder.path, /^(\S+)\s/);
   const port = await board.ready();
-  const args = ["run", "--port", port, "--page=127.0.0.1:0", "--out", "run"];
+  const args = [command, "--port", port, "--page", "--page-address=127.0.0.1:0", "--out", "run"];
   const program = new Program([...args, ...options], folder.path, PAGE);
   return { board, program, address: await program.ready() };
 }

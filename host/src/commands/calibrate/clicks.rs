@@ -33,7 +33,10 @@ impl Clicks {
         options: &MotorOptions,
         file: &CameraFile<'_>,
     ) -> Result<Option<Self>, Failure> {
-        let Some(address) = options.page else { return Ok(None) };
+        if !options.page {
+            return Ok(None);
+        }
+        let address = options.address.page_address;
         let measures = options.measures()?;
         let page = CalibrationPage::start(CalibrationPageSettings {
             address,

@@ -1,16 +1,13 @@
 //! Options of the three ways.
 
-use std::net::SocketAddr;
-
 use clap::Args;
 use nalgebra::{Point2, Point3};
 use plumb_calibrate::board::{CharucoSheet, Placement};
 use plumb_calibrate::motors::MotorMeasures;
 use plumb_calibrate::places::{MAX_PLACES, MIN_PLACES, PLACE_SD_M};
-use plumb_page::DEFAULT_ADDRESS;
 
 use crate::commands::number_list::{list, point};
-use crate::commands::page::address;
+use crate::commands::page::PageAddress;
 use crate::commands::{Failure, bad_input, numbers};
 
 // The ways that exclude an option. With `requires` clap accepts the option: it waives a requirement
@@ -73,18 +70,11 @@ pub(super) struct MotorOptions {
     #[arg(long = "pixel", value_name = "U,V", value_parser = pixel)]
     #[arg(conflicts_with_all = NOT_MOTORS)]
     pixels: Vec<Point2<f64>>,
-    /// Choose the pixels in the live picture in a browser, look at the pose and accept it there. An
-    /// address that other computers reach gets a token [default without ADDRESS: 127.0.0.1:7586]
-    #[arg(
-        long,
-        value_name = "ADDRESS",
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_value = DEFAULT_ADDRESS,
-        value_parser = address
-    )]
-    #[arg(conflicts_with_all = NOT_MOTORS, conflicts_with_all = ["pixels", "yes"])]
-    pub(super) page: Option<SocketAddr>,
+    /// Choose the pixels in the live picture in a browser, look at the pose and accept it there
+    #[arg(long, conflicts_with_all = NOT_MOTORS, conflicts_with_all = ["pixels", "yes"])]
+    pub(super) page: bool,
+    #[command(flatten)]
+    pub(super) address: PageAddress,
     /// Height of the motors above the origin, -100 to 100 m. The origin is then below motor C in x
     /// and below motor B in y
     #[arg(long, value_name = "M", value_parser = numbers::within(numbers::COORDINATE))]
@@ -112,7 +102,7 @@ impl MotorOptions {
 
     /// Returns whether there are neither pixels nor a page: a picture is kept, and no pose found.
     pub(super) fn is_for_picture(&self) -> Result<bool, Failure> {
-        Ok(self.pixels()?.is_none() && self.page.is_none())
+        Ok(self.pixels()?.is_none() && !self.page)
     }
 
     /// Checks that the places of the motors are measured, where their pixels are given, and that

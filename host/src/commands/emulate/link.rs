@@ -5,8 +5,6 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
-use plumb_config::digit_groups::is_digits;
-
 use crate::commands::print::tell;
 
 /// Symbolic link to a pseudo-terminal. Dropping it removes the link.
@@ -74,7 +72,7 @@ fn is_in_use(link: &Path) -> bool {
 /// Returns whether `path` is that of a pseudo-terminal, `/dev/pts/NUMBER`.
 fn is_pseudo_terminal(path: &Path) -> bool {
     let number = path.to_str().and_then(|path| path.strip_prefix("/dev/pts/"));
-    number.is_some_and(is_digits)
+    number.is_some_and(|number| number.parse::<u32>().is_ok())
 }
 
 #[cfg(test)]

@@ -19,15 +19,6 @@ use super::Ros2Options;
 const ABSENT: &str = "this program was built without ROS 2; build it with \
                       cargo build --release -p plumb --features ros2";
 
-/// Namespace that is never read.
-#[derive(Clone)]
-pub(in super::super) struct Namespace;
-
-/// Refuses the option `--ros2`.
-pub(super) fn namespace(_: &str) -> Result<Namespace, String> {
-    Err(ABSENT.to_owned())
-}
-
 /// Opens the camera that `settings` choose.
 ///
 /// # Errors
@@ -69,9 +60,9 @@ fn without_mcap(path: &Path) -> Failure {
 pub(in super::super) struct Ros2;
 
 impl Ros2Options {
-    /// Starts nothing: the option was refused.
+    /// Refuses the option.
     pub(in super::super) fn start(&self, _: &Camera, _: &OperatorSender) -> Result<Ros2, Failure> {
-        Ok(Ros2)
+        if self.ros2 { Err(bad_input(ABSENT)) } else { Ok(Ros2) }
     }
 }
 

@@ -8,7 +8,7 @@ use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_frame::clock::LiveClock;
 use plumb_frame::driver::OpenedSource;
-use plumb_ros2::{McapRecording, Network, Ros2Driver, Ros2Output, Ros2Settings};
+use plumb_ros2::{McapRecording, Namespace, Network, Ros2Driver, Ros2Output, Ros2Settings};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
@@ -16,13 +16,6 @@ use plumb_vision::camera::Camera;
 use super::super::Failure;
 use super::super::print::{note, tell};
 use super::Ros2Options;
-
-pub(in super::super) use plumb_ros2::Namespace;
-
-/// Reads a namespace.
-pub(super) fn namespace(text: &str) -> Result<Namespace, String> {
-    text.parse::<Namespace>().map_err(|error| error.to_string())
-}
 
 /// Opens the camera that `settings` choose, also one in ROS 2.
 pub(in super::super) fn open_camera(
@@ -69,7 +62,10 @@ impl Ros2Options {
         camera: &Camera,
         operator: &OperatorSender,
     ) -> Result<Ros2, Failure> {
-        let Some(namespace) = &self.ros2 else { return Ok(Ros2(None)) };
+        if !self.ros2 {
+            return Ok(Ros2(None));
+        }
+        let namespace: Namespace = self.ros2_namespace.parse()?;
         let network = Network::choose(self.ros2_domain, self.ros2_interface)?;
         let settings = Ros2Settings { namespace: namespace.clone(), network, camera: camera.pose };
         let output = Ros2Output::start(&settings, operator.clone())?;

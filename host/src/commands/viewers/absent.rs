@@ -1,42 +1,32 @@
 //! A program without the outputs for viewers.
 
-use std::net::SocketAddr;
-use std::path::PathBuf;
-
 use plumb_cameras::record::Overflow;
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
 
-use super::super::Failure;
+use super::super::{Failure, bad_input};
 use super::ViewerOptions;
 
 /// Reason to refuse the options.
 const ABSENT: &str = "this program was built without the outputs for viewers; build it with \
                       cargo build --release -p plumb --features foxglove";
 
-/// Refuses the option `--mcap`.
-pub(super) fn file(_: &str) -> Result<PathBuf, String> {
-    Err(ABSENT.to_owned())
-}
-
-/// Refuses the option `--foxglove`.
-pub(super) fn address(_: &str) -> Result<SocketAddr, String> {
-    Err(ABSENT.to_owned())
-}
-
 /// Observer without effect.
 pub(in super::super) struct Viewers;
 
 impl ViewerOptions {
-    /// Starts nothing: the options were refused.
+    /// Refuses the options.
     pub(in super::super) fn start(
         &self,
         _: &Rig,
         _: &Camera,
         _: Overflow,
     ) -> Result<Viewers, Failure> {
-        Ok(Viewers)
+        match self.mcap.is_some() || self.foxglove {
+            true => Err(bad_input(ABSENT)),
+            false => Ok(Viewers),
+        }
     }
 }
 

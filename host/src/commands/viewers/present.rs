@@ -1,10 +1,8 @@
 //! The outputs for viewers: an MCAP file, a live server, or both, behind a queue.
 
 use std::net::SocketAddr;
-use std::path::PathBuf;
 
 use plumb_cameras::record::Overflow;
-use plumb_cameras::recording::has_mcap_ending;
 use plumb_config::error_chain::ErrorChain;
 use plumb_foxglove::{FoxgloveOutput, FoxgloveSettings};
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
@@ -13,27 +11,12 @@ use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
 
-use super::super::address::with_port;
 use super::super::print::{note, tell};
 use super::super::{Failure, failed};
-use super::{DEFAULT_ADDRESS, ViewerOptions};
+use super::ViewerOptions;
 
 /// Frames that may wait for the disk: a second at 30 Hz, some 45 MB.
 const CAPACITY: usize = 30;
-
-/// Reads the path of the MCAP file. Its name must be that of one: who reads it knows it by that.
-pub(super) fn file(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match has_mcap_ending(&path) {
-        true => Ok(path),
-        false => Err("must end in .mcap: the file is an MCAP".to_owned()),
-    }
-}
-
-/// Reads an address with a port, or one without, which gets the viewers' usual port.
-pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
-    with_port(text, DEFAULT_ADDRESS)
-}
 
 /// Observer for viewers; `None` where no option asks for one.
 pub(in super::super) type Viewers = Option<BoundedObserver<FoxgloveOutput>>;
@@ -50,15 +33,16 @@ impl ViewerOptions {
         camera: &Camera,
         overflow: Overflow,
     ) -> Result<Viewers, Failure> {
-        let settings = FoxgloveSettings { mcap: self.mcap.clone(), server: self.foxglove };
+        let address = self.foxglove.then_some(self.foxglove_address);
+        let settings = FoxgloveSettings { mcap: self.mcap.clone(), server: address };
         if settings == FoxgloveSettings::default() {
             return Ok(None);
         }
         let output = FoxgloveOutput::start(&settings, rig, camera)?;
-        if let (Some(address), Some(port)) = (self.foxglove, output.port()) {
+        if let (Some(address), Some(port)) = (address, output.port()) {
             let open = address_to_open(SocketAddr::new(address.ip(), port));
             let others = match address.ip().is_loopback() {
-                true => " (this computer only; --foxglove=0.0.0.0 for others too)",
+                true => " (this computer only; --foxglove-address 0.0.0.0 for others too)",
                 false => "",
             };
             note!("live server for viewers: ws://{open}{others}");

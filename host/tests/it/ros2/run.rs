@@ -44,7 +44,8 @@ impl Run {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
         command
             .args(["run", "--out", "run", "--json"])
-            .arg(format!("--ros2={namespace}"))
+            .arg("--ros2")
+            .arg(format!("--ros2-namespace={namespace}"))
             .arg(format!("--ros2-domain={}", domain.number()))
             .arg("--ros2-interface=127.0.0.1")
             .current_dir(folder)
