@@ -68,3 +68,30 @@ fn is_skipped(folder: &Path) -> bool {
 pub fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
+
+/// Returns the lines of code of a Rust file with their numbers, from 1: neither blank, nor
+/// comments, nor modules of tests.
+pub fn code_lines(text: &str) -> Vec<(usize, &str)> {
+    let mut found = Vec::new();
+    let mut lines = (1..).zip(text.lines()).peekable();
+    while let Some((number, line)) = lines.next() {
+        let indent = line.len() - line.trim_start().len();
+        let begins_tests = |(_, next): &(usize, &str)| {
+            next.trim_start().starts_with("mod ") && next.ends_with('{')
+        };
+        if line.trim() == "#[cfg(test)]" && lines.peek().is_some_and(begins_tests) {
+            let end = format!("{:indent$}}}", "");
+            lines.by_ref().take_while(|(_, line)| *line != end).for_each(drop);
+        } else if !line.trim().is_empty() && !line.trim_start().starts_with("//") {
+            found.push((number, line));
+        }
+    }
+    found
+}
+
+/// Returns whether a Rust file, by its path in the repository, has tests only: it is in no folder
+/// `src`, or in a module of tests.
+pub fn is_test(path: &Path) -> bool {
+    let is_module = path.iter().any(|name| name == "tests" || name == "tests.rs");
+    is_module || !path.iter().any(|name| name == "src")
+}

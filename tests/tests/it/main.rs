@@ -34,6 +34,7 @@ mod monocular;
 mod operator;
 mod path;
 mod path_refused;
+mod prose;
 mod reference;
 mod release;
 mod repeatable;

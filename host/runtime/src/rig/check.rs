@@ -209,15 +209,14 @@ fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Find
     findings
 }
 
-/// Returns the error of a whole file. The message may begin with its name.
-fn of_file(path: &Path, message: String) -> Finding {
-    let prefix = format!("{}: ", path.display());
+/// Returns the error of a whole file.
+fn of_file(path: &Path, problem: String) -> Finding {
     Finding {
         severity: Severity::Error,
         file: path.to_owned(),
         line: None,
         values: Vec::new(),
-        problem: message.strip_prefix(&prefix).unwrap_or(&message).to_owned(),
+        problem,
         allowed: String::new(),
     }
 }

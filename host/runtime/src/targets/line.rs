@@ -110,15 +110,12 @@ impl TargetLine {
 
 /// Returns the message of an error in a line of JSON. The line has its own number.
 fn without_line(error: &serde_json::Error) -> String {
-    let text = error.to_string();
-    // At the end of a text that is cut off, the place is in the next line.
-    match text.split_once(" at line ") {
-        Some((what, place)) => match place.strip_prefix("1 column ") {
-            Some(column) => format!("{what} at column {column}"),
-            None => format!("{what}: the line is cut off"),
-        },
-        None => text,
+    if error.is_eof() {
+        return "the line is cut off".to_owned();
     }
+    let (text, column) = (error.to_string(), error.column());
+    let place = format!(" at line {} column {column}", error.line());
+    format!("{} at column {column}", text.strip_suffix(&place).unwrap_or(&text))
 }
 
 fn check(key: &'static str, unit: &'static str, values: [f64; 3]) -> Result<(), LineMistake> {
