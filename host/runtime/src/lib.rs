@@ -4,12 +4,11 @@
 //! - [`link`]: the link to the board.
 //! - [`run`]: a run: the control loop through a list of targets.
 //! - [`observer`]: the outputs of a run. [`bounded_observer`] gives an output a thread of its
-//!   own; the [`run_log`] and the [recording](observer::FrameRecorder) of frames are such outputs.
+//!   own; the run's folder and the [recording](observer::FrameRecorder) of frames are such outputs.
 //! - [`commission`]: what is wrong with the wiring or the camera's pose, from small jogs.
 //! - [`selftest`]: the pulses, the flash and the clock of a board's chip, without a rig.
 //! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.
 //! - [`targets`]: targets that move, from other programs and threads to a run.
-//! - [`replay`]: the detector on a recording.
 //!
 //! [`plumb_cameras`] delivers the frames. A detector, for example one of the crate `plumb-vision`,
 //! finds the ball in them ([`plumb_frame`] has its interface):
@@ -51,14 +50,10 @@ pub mod link;
 pub mod listening;
 pub mod observer;
 pub mod operator;
-pub mod plot_axis;
-pub mod plot_colours;
 pub mod reference;
-pub mod replay;
 pub mod rig;
-mod rounding;
+pub mod rounding;
 pub mod run;
-pub mod run_log;
 pub mod selftest;
 mod stop_reason;
 mod summary;

@@ -192,10 +192,10 @@ mod tests {
 
     use plumb_cameras::png::PngError;
     use plumb_cameras::record::RecordError;
+    use plumb_log::RunLogError;
     use plumb_protocol::message::{ConfigField, Refusal};
     use plumb_runtime::link::{Damage, LinkError};
     use plumb_runtime::run::RunError;
-    use plumb_runtime::run_log::RunLogError;
     use plumb_sim::emulator::serve::ServeError;
 
     use super::*;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use plumb_log::OutputDir;
 use plumb_runtime::run::DEFAULT_TIMEOUT;
-use plumb_runtime::run_log::OutputDir;
 
 use super::page::PageOptions;
 use super::ros2::Ros2Options;

@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use plumb_cameras::record::{Overflow, Recorder};
 use plumb_config::error_chain::ErrorChain;
+use plumb_log::{RunLog, RunPictures};
 use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::board_report::{NO_WARNINGS, driver_warnings, warning_advice};
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
@@ -19,7 +20,6 @@ use plumb_runtime::observer::{
 };
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand};
 use plumb_runtime::run::{RunError, Summary};
-use plumb_runtime::run_log::{RunLog, RunPictures};
 
 use super::interrupt::DefaultSignals;
 use super::print::is_quiet;

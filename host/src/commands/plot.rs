@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb_runtime::run_log::{LoggedRun, compare};
+use plumb_log::{LoggedRun, compare};
 
 use super::old_file::check_svg;
 use super::print::note;

@@ -14,7 +14,7 @@ use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::bounded_read::ReadError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::driver::OpenedSource;
-use plumb_runtime::replay::{DebugFolder, Problem, ReplayOutcome, replay};
+use plumb_log::replay::{DebugFolder, Problem, ReplayOutcome, replay};
 
 use super::print::{self, note, tell};
 use super::progress::{ProgressLine, is_shown};

@@ -10,13 +10,13 @@ use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::{MAX_BYTES, TomlFileError};
+use plumb_log::{FigureSettings, RunLog};
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::operator;
 use plumb_runtime::rig::check::wrong_targets;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::{PathPlan, Run, RunParts, TargetUse, Waypoint, check_targets};
-use plumb_runtime::run_log::{FigureSettings, RunLog};
 use plumb_runtime::targets::{TargetOrigin, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
 

@@ -6,9 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::camera_file;
 use plumb_emulator::plant::Geometry;
+use plumb_log::{FigureSettings, OutputDir, RunLog};
 use plumb_runtime::rig::{LawName, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};
-use plumb_runtime::run_log::{FigureSettings, OutputDir, RunLog};
 use plumb_sim::simulated::VirtualBoard;
 use plumb_tests::links::link;
 use plumb_vision::detect::DetectorKind;

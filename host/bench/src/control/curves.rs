@@ -4,8 +4,8 @@ use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
 
 use super::report::Report;
-use plumb_runtime::plot_axis::{Axis, dwarfs};
-use plumb_runtime::plot_colours::COLOURS;
+use plumb_log::plot_axis::{Axis, dwarfs};
+use plumb_log::plot_colours::COLOURS;
 
 /// Start of the time axis, multiples of the oracle's time.
 const MIN_RATIO: f64 = 0.8;

@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use plumb_log::{ComparisonLog, LawCurve, OutputDir};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
-use plumb_runtime::run_log::{ComparisonLog, LawCurve, OutputDir};
 
 use super::super::print::{self, tell};
 use super::super::{FAILED, Failure, failed};

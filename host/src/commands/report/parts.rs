@@ -9,10 +9,10 @@ use plumb_cameras::discovery::discover;
 use plumb_config::bounded_read::{ReadError, read, read_text};
 use plumb_config::escape::escaped;
 use plumb_config::toml_file::TomlFileError;
+use plumb_log::{FIRST_PICTURE, LAST_PICTURE};
 use plumb_protocol::RELEASE;
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
-use plumb_runtime::run_log::{FIRST_PICTURE, LAST_PICTURE};
 use serde_json::Value;
 
 use crate::commands::board::status_line;

@@ -13,8 +13,8 @@ use plumb_calibrate::lens::LensView;
 use plumb_cameras::png;
 use plumb_cameras::tum::MAX_BYTES;
 use plumb_config::bounded_read;
+use plumb_log::OutputDir;
 use plumb_pictures::decode;
-use plumb_runtime::run_log::OutputDir;
 use plumb_vision::image::{ColourImage, ImageSize};
 
 use super::super::view::{Stage, View};

@@ -4,9 +4,9 @@ use nalgebra::Point3;
 use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::{DriverReading, State};
 
-use crate::board_report::{driver_warnings, near_slack};
-use crate::observer::FrameRecord;
-use crate::rounding::round;
+use plumb_runtime::board_report::{driver_warnings, near_slack};
+use plumb_runtime::observer::FrameRecord;
+use plumb_runtime::rounding::round;
 
 /// Everything that is known of one frame. A field that is `None` is left empty in the file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -127,11 +127,6 @@ fn near_slack_text(tensions: Option<[f64; 3]>) -> String {
     let marks = near_slack(tensions).into_iter().zip("ABC".chars());
     let letters: String = marks.filter_map(|(near, cable)| near.then_some(cable)).collect();
     if letters.is_empty() { "none".to_owned() } else { letters }
-}
-
-/// Returns whether a text is the log of a run, by the names of its first columns.
-pub fn is_run_log(text: &str) -> bool {
-    text.starts_with(&LogRow::HEADER[..3].join(","))
 }
 
 impl LogRow {

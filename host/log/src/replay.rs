@@ -25,7 +25,7 @@ use plumb_frame::observation::BallObservation;
 use plumb_frame::source::{CameraSource, SourceError};
 use thiserror::Error;
 
-use crate::doubt::{DepthComparison, Doubt};
+use plumb_runtime::doubt::{DepthComparison, Doubt};
 
 /// Header of the CSV: the names of the columns.
 pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", "score"];

@@ -4,12 +4,18 @@
 //! besides the rows, so that [`LoggedRun`] can draw them again. [`RunPictures`] adds the first and
 //! the last picture.
 
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
 mod comparison;
 mod figures;
 mod log;
 mod logged_run;
 mod output_dir;
 mod pictures;
+pub mod plot_axis;
+pub mod plot_colours;
+pub mod replay;
 mod row;
 
 use std::path::PathBuf;
@@ -23,7 +29,7 @@ pub use log::{FigureSettings, RunLog};
 pub use logged_run::{LoggedRun, compare};
 pub use output_dir::OutputDir;
 pub use pictures::{FIRST_PICTURE, LAST_PICTURE, RunPictures};
-pub use row::{LogDetection, LogPath, LogRow, is_run_log};
+pub use row::{LogDetection, LogPath, LogRow};
 
 /// Failure to create or write the run log.
 #[derive(Debug, Error)]

@@ -10,9 +10,9 @@ use serde::Serialize;
 use super::figures::{self, Sample, Samples};
 use super::output_dir::{create_new, write_new};
 use super::{LogRow, OutputDir, RunLogError};
-use crate::observer::{EventRecord, FrameRecord, Observer, RunEvent};
-use crate::rig::{MotorPoints, Rig};
-use crate::summary::Summary;
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
+use plumb_runtime::rig::{MotorPoints, Rig};
+use plumb_runtime::run::Summary;
 
 /// Content of the figures besides the rows.
 #[derive(Debug, Clone, PartialEq)]

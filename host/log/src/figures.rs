@@ -20,8 +20,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::output_dir::write_new;
 use super::{FigureSettings, LogRow, RunLogError};
-use crate::rig::MotorPoints;
-use crate::rig::quantity::Distance;
+use plumb_runtime::rig::MotorPoints;
+use plumb_runtime::rig::quantity::Distance;
 
 pub(super) use comparison::errors_over_time;
 pub(super) use panels::{HasError, Samples, from_path, over_time};

@@ -168,7 +168,7 @@ fn draw_panel(
 const MOST: usize = 30_000;
 
 /// Sample of a run.
-pub(in crate::run_log) trait HasError: Copy {
+pub(crate) trait HasError: Copy {
     /// Returns |e|, metres, where it is known.
     fn error_m(&self) -> Option<f64>;
 }
@@ -176,7 +176,7 @@ pub(in crate::run_log) trait HasError: Copy {
 /// Samples of a run. A long run keeps the one with the largest error of each group of neighbours,
 /// so that a run of days takes no more memory than one of a quarter of an hour.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::run_log) struct Samples<S> {
+pub(crate) struct Samples<S> {
     kept: Vec<S>,
     /// Number of rows for each sample.
     group: u64,
@@ -186,12 +186,12 @@ pub(in crate::run_log) struct Samples<S> {
 
 impl<S: HasError> Samples<S> {
     /// Creates an empty list.
-    pub(in crate::run_log) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { kept: Vec::new(), group: 1, pending: (0, None) }
     }
 
     /// Adds the sample of the next row.
-    pub(in crate::run_log) fn push(&mut self, sample: S) {
+    pub(crate) fn push(&mut self, sample: S) {
         let (rows, kept) = self.pending;
         let kept = kept.map_or(sample, |kept| farther(kept, sample));
         if rows + 1 < self.group {
@@ -206,7 +206,7 @@ impl<S: HasError> Samples<S> {
     }
 
     /// Returns the samples, in the order of their rows.
-    pub(in crate::run_log) fn to_vec(&self) -> Vec<S> {
+    pub(crate) fn to_vec(&self) -> Vec<S> {
         self.kept.iter().copied().chain(self.pending.1).collect()
     }
 
@@ -257,7 +257,7 @@ pub(crate) fn from_path(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run_log::figures::Sample;
+    use crate::figures::Sample;
 
     /// Returns samples at 30 a second, along a path if `cross_m` is given.
     fn run(cross_m: Option<f64>) -> Vec<Sample> {

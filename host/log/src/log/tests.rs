@@ -7,7 +7,7 @@ use serde_json::json;
 use nalgebra::Point3;
 
 use super::*;
-use crate::run_log::{LogDetection, LogPath, LoggedRun};
+use crate::{LogDetection, LogPath, LoggedRun};
 
 /// Creates a log in the folder `path`.
 fn create(path: impl Into<PathBuf>, settings: FigureSettings) -> Result<RunLog, RunLogError> {

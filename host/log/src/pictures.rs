@@ -9,7 +9,7 @@ use plumb_pictures::jpeg;
 
 use super::RunLogError;
 use super::output_dir::write_new;
-use crate::observer::{FrameRecord, Observer};
+use plumb_runtime::observer::{FrameRecord, Observer};
 
 /// File name of a run's first picture.
 pub const FIRST_PICTURE: &str = "first.jpg";
@@ -69,14 +69,25 @@ mod tests {
     use plumb_pictures::decode;
 
     use super::*;
-    use crate::observer;
 
     /// Returns the record of a frame of one grey level.
     fn record(level: u8) -> FrameRecord {
         let intrinsics = camera_file::paper().unwrap().intrinsics;
         let (colour, depth) = (Image::filled(16, 16, [level; 3]), Image::filled(16, 16, 0));
         let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();
-        FrameRecord { frame: Some(Arc::new(frame)), ..observer::tests::record() }
+        FrameRecord {
+            number: 0,
+            time: 0.0,
+            frame: Some(Arc::new(frame)),
+            observation: None,
+            target: None,
+            board: None,
+            fault_cause: None,
+            state: None,
+            filtered_error: None,
+            ground_truth: None,
+            path: None,
+        }
     }
 
     #[test]

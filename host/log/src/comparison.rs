@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::figures::{HasError, Samples, errors_over_time};
 use super::output_dir::write_new;
 use super::{OutputDir, RunLogError};
-use crate::observer::{FrameRecord, Observer};
+use plumb_runtime::observer::{FrameRecord, Observer};
 
 /// Observer that collects the error of a run over time, for one curve of the figure. Of a long run
 /// it keeps the largest errors.

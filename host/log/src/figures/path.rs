@@ -13,7 +13,7 @@ use super::{
     TARGET, draw_heading, shown_at_half_size, stretches, stroke,
 };
 use crate::plot_axis::Axis;
-use crate::rig::MotorPoints;
+use plumb_runtime::rig::MotorPoints;
 
 const SIZE: (u32, u32) = (2000, 1760);
 const LABEL: i32 = 40;
