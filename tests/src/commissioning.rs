@@ -10,8 +10,8 @@ pub use eye::NoisyDetector;
 use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::camera_file;
-use plumb_runtime::commission::{Examination, ExaminationError, ExaminationParts, Report};
 use plumb_runtime::link::Link;
+use plumb_setup::commission::{Examination, ExaminationError, ExaminationParts, Report};
 use plumb_sim::simulated::{Timing, VirtualBoard};
 
 use crate::links::{FixedDetector, TrackingCamera};

@@ -16,12 +16,12 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle};
 use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::Coordinate;
+use plumb_runtime::rig::MotorPoints;
+use plumb_runtime::rig::quantity::Distance;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::output_dir::write_new;
 use super::{FigureSettings, LogRow, RunLogError};
-use plumb_runtime::rig::MotorPoints;
-use plumb_runtime::rig::quantity::Distance;
 
 pub(super) use comparison::errors_over_time;
 pub(super) use panels::{HasError, Samples, from_path, over_time};

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use plumb_config::escape::escaped;
 use plumb_config::whole_writes::{WholeWrites, check_named};
 use plumb_frame::source::BoxedError;
+use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
+use plumb_runtime::rig::{MotorPoints, Rig};
+use plumb_runtime::run::Summary;
 use serde::Serialize;
 
 use super::figures::{self, Sample, Samples};
 use super::output_dir::{create_new, write_new};
 use super::{LogRow, OutputDir, RunLogError};
-use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
-use plumb_runtime::rig::{MotorPoints, Rig};
-use plumb_runtime::run::Summary;
 
 /// Content of the figures besides the rows.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use plumb_frame::frame::RgbdFrame;
 use plumb_pictures::jpeg;
+use plumb_runtime::observer::{FrameRecord, Observer};
 
 use super::RunLogError;
 use super::output_dir::write_new;
-use plumb_runtime::observer::{FrameRecord, Observer};
 
 /// File name of a run's first picture.
 pub const FIRST_PICTURE: &str = "first.jpg";

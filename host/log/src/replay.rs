@@ -23,9 +23,8 @@ use plumb_frame::detect::{BallDetector, DetectError, StageImage};
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::observation::BallObservation;
 use plumb_frame::source::{CameraSource, SourceError};
-use thiserror::Error;
-
 use plumb_runtime::doubt::{DepthComparison, Doubt};
+use thiserror::Error;
 
 /// Header of the CSV: the names of the columns.
 pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", "score"];

@@ -3,7 +3,6 @@
 use nalgebra::Point3;
 use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::{DriverReading, State};
-
 use plumb_runtime::board_report::{driver_warnings, near_slack};
 use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::rounding::round;

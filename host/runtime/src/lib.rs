@@ -5,8 +5,6 @@
 //! - [`run`]: a run: the control loop through a list of targets.
 //! - [`observer`]: the outputs of a run. [`bounded_observer`] gives an output a thread of its
 //!   own; the run's folder and the [recording](observer::FrameRecorder) of frames are such outputs.
-//! - [`commission`]: what is wrong with the wiring or the camera's pose, from small jogs.
-//! - [`selftest`]: the pulses, the flash and the clock of a board's chip, without a rig.
 //! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.
 //! - [`targets`]: targets that move, from other programs and threads to a run.
 //!
@@ -40,7 +38,6 @@
 pub mod board_fault;
 pub mod board_report;
 pub mod bounded_observer;
-pub mod commission;
 mod deviation;
 pub mod doubt;
 mod event;
@@ -54,7 +51,6 @@ pub mod reference;
 pub mod rig;
 pub mod rounding;
 pub mod run;
-pub mod selftest;
 mod stop_reason;
 mod summary;
 pub mod targets;

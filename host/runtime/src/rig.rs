@@ -9,7 +9,6 @@ mod motion;
 mod motion_error;
 mod motion_limits;
 mod motors;
-pub mod new_rig;
 pub mod quantity;
 mod simulation;
 #[cfg(test)]
@@ -53,6 +52,13 @@ pub const REFERENCE: &str = include_str!("../../../docs/use/rig-file.md");
 
 /// Full steps of a turn of a common stepper motor (1.8 degrees a step).
 pub const FULL_STEPS_PER_REVOLUTION: f64 = 200.0;
+
+/// Lengths of cable that a turn of a motor can wind, metres.
+pub const CABLE_PER_TURN_RANGE_M: [f64; 2] = [0.02, 0.5];
+
+/// Microsteps that the straps of a TMC2209 can set, of those that the board drives (data sheet,
+/// 2.1: pins MS1 and MS2).
+pub const TMC2209_STRAPS: [u8; 2] = [8, 16];
 
 const PAPER: &str = include_str!("../../rigs/paper.toml");
 

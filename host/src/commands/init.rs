@@ -17,7 +17,7 @@ use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Stiffness;
-use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewFiles};
+use plumb_setup::new_rig::{DriverKind, NewCamera, NewFiles};
 use serde::Serialize;
 use thiserror::Error;
 

@@ -5,10 +5,9 @@
 use clap::builder::TypedValueParser;
 use plumb_config::quantity::{Coordinate, Range};
 use plumb_path::shape::{LEAST_SIZE_M, MAX_SIZE_M};
-use plumb_runtime::rig::new_rig::{
-    BALL_RANGE_M, CABLE_PER_TURN_RANGE_M, HEIGHT_RANGE_M, SIDE_RANGE_M,
-};
+use plumb_runtime::rig::CABLE_PER_TURN_RANGE_M;
 use plumb_runtime::rig::quantity::{Gain, MotorRate, ReferenceSpeed};
+use plumb_setup::new_rig::{BALL_RANGE_M, HEIGHT_RANGE_M, SIDE_RANGE_M};
 
 /// Time of an option. 30 years are a time that every clock can represent.
 pub(super) const TIME: Range = Range::above_zero(1e9, "s");

@@ -5,8 +5,8 @@ use plumb_emulator::plant::{
     Elastic, ElasticParameters, Geometry, Plant, Population, QuasiStatic, RigError, Task,
     Variations, lowest_point,
 };
-use plumb_runtime::commission::{Explanation, Fault, Frame, Output, Wiring};
 use plumb_runtime::rig::{Rig, Size};
+use plumb_setup::commission::{Explanation, Fault, Frame, Output, Wiring};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{from_value, json};

@@ -6,7 +6,7 @@ use plumb_protocol::message::Refusal;
 use plumb_protocol::wiring::{Coils, Drivers, StepDir};
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::BoardName;
-use plumb_runtime::selftest::{self, Outcome};
+use plumb_setup::selftest::{self, Outcome};
 use plumb_tests::chip::{Chip, Setup, fast_config, firmware_image};
 
 #[test]

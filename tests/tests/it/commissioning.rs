@@ -1,7 +1,7 @@
 //! `plumb check` on seeded rigs: it names the fault of every wrong one and accuses no right one.
 //! Rigid and elastic rigs, with and without a size by tape measure, with a camera's noise.
 
-use plumb_runtime::commission::{Explanation, Fault, Output, Report};
+use plumb_setup::commission::{Explanation, Fault, Output, Report};
 use plumb_tests::commissioning::{Case, examine};
 
 /// Seed of the rigs: with this one the ball is missing in most of a few pictures once.

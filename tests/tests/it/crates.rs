@@ -101,6 +101,11 @@ const CRATES: &[Rule] = &[
         tests_use: &["plumb-vision"],
     },
     Rule {
+        name: "plumb-setup",
+        uses: &["plumb-cameras", "plumb-config", "plumb-frame", "plumb-protocol", "plumb-runtime"],
+        tests_use: &[],
+    },
+    Rule {
         name: "plumb-foxglove",
         uses: &[
             "plumb-cameras",
@@ -186,6 +191,7 @@ const CRATES: &[Rule] = &[
             "plumb-protocol",
             "plumb-ros2",
             "plumb-runtime",
+            "plumb-setup",
             "plumb-sim",
             "plumb-verify",
             "plumb-vision",
@@ -256,6 +262,7 @@ const CRATES: &[Rule] = &[
             "plumb-path",
             "plumb-protocol",
             "plumb-runtime",
+            "plumb-setup",
             "plumb-sim",
             "plumb-vision",
         ],

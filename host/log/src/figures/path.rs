@@ -5,6 +5,7 @@ use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plumb_runtime::rig::MotorPoints;
 
 use super::labels::{Labels, NumberedTarget, numbered_targets};
 use super::projection::{Bounds, Projection};
@@ -13,7 +14,6 @@ use super::{
     TARGET, draw_heading, shown_at_half_size, stretches, stroke,
 };
 use crate::plot_axis::Axis;
-use plumb_runtime::rig::MotorPoints;
 
 const SIZE: (u32, u32) = (2000, 1760);
 const LABEL: i32 = 40;

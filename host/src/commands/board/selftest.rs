@@ -7,7 +7,7 @@ use clap::Parser;
 use plumb_protocol::RELEASE;
 use plumb_runtime::link::Link;
 use plumb_runtime::rig::BoardName;
-use plumb_runtime::selftest::{self, Check, Outcome};
+use plumb_setup::selftest::{self, Check, Outcome};
 use serde_json::json;
 
 use super::{chip_counts, firmware_line};

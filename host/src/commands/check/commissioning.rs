@@ -7,13 +7,13 @@ use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::board_report::BoardReport;
-use plumb_runtime::commission::{
-    Examination, ExaminationParts, Explanation, Fault, Report, corrected,
-};
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::wakeups::{RealClock, WakeupCheck};
+use plumb_setup::commission::{
+    Examination, ExaminationParts, Explanation, Fault, Report, corrected,
+};
 use plumb_vision::camera::Camera;
 use serde::Serialize;
 

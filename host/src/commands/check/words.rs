@@ -1,6 +1,6 @@
 //! The result of a check in words.
 
-use plumb_runtime::commission::{Fault, Output, Report};
+use plumb_setup::commission::{Fault, Output, Report};
 
 use super::super::print::{note, tell};
 

@@ -30,12 +30,12 @@ use plumb_protocol::message::Refusal;
 #[cfg(feature = "ros2")]
 use plumb_ros2::{McapError, Ros2Error};
 use plumb_runtime::board_fault::after_fault;
-use plumb_runtime::commission::ExaminationError;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::OutOfRange;
-use plumb_runtime::rig::new_rig::{NewRigError, SizeError};
 use plumb_runtime::run::{FollowFileError, RunError};
 use plumb_runtime::targets::TargetStreamError;
+use plumb_setup::commission::ExaminationError;
+use plumb_setup::new_rig::{NewRigError, SizeError};
 use plumb_sim::cosim::CosimError;
 use plumb_sim::emulator::plant::RigError;
 use plumb_sim::emulator::serve::ServeError;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use plumb_cameras::settings::{SourceName, not_built};
 use plumb_config::book::page;
-use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig};
+use plumb_setup::new_rig::{DriverKind, NewCamera, NewRig};
 
 use crate::commands::rig_path::{quoted, rig_option};
 

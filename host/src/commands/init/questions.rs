@@ -10,8 +10,8 @@ use plumb_cameras::stream::AddressError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::quantity::Range;
 use plumb_runtime::link::windows_port;
-use plumb_runtime::rig::new_rig::{BALL_RANGE_M, DriverKind, NewCamera, NewRig, Triangle};
 use plumb_runtime::rig::{BoardName, Stiffness};
+use plumb_setup::new_rig::{BALL_RANGE_M, DriverKind, NewCamera, NewRig, Triangle};
 use plumb_vision::camera::Camera;
 
 use super::dialogue::{Dialogue, DialogueError};

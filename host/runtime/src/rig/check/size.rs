@@ -3,9 +3,8 @@
 use nalgebra::{Point2, Point3};
 
 use super::{Document, Finding, Severity};
-use crate::rig::new_rig::CABLE_PER_TURN_RANGE_M;
 use crate::rig::quantity::{Corner, TravelLimit};
-use crate::rig::{FULL_STEPS_PER_REVOLUTION, Rig, Simulation};
+use crate::rig::{CABLE_PER_TURN_RANGE_M, FULL_STEPS_PER_REVOLUTION, Rig, Simulation};
 use crate::rounding::round;
 
 /// Travel beyond which the limits protect little, in multiples of what the workspace takes.

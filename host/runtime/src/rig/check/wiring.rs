@@ -6,8 +6,7 @@ use plumb_protocol::units::Nanoseconds;
 use plumb_protocol::wiring::{Drivers, Line, PinError, Wiring, WiringError};
 
 use super::{Document, Finding, Severity};
-use crate::rig::new_rig::DriverKind;
-use crate::rig::{Driver, OutOfRange, Rig};
+use crate::rig::{Driver, OutOfRange, Rig, TMC2209_STRAPS};
 
 /// Returns the finding about the wiring of `rig`, which the board refuses for `error`.
 pub(super) fn finding(
@@ -83,7 +82,7 @@ pub(super) fn silent_drivers(document: &Document<'_>, wiring: &Wiring) -> Option
 /// board takes them, and each distance and rate is then wrong by a factor.
 pub(super) fn strapped(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
     let is_strapped = matches!(rig.motors.driver, Driver::Tmc2209);
-    if !is_strapped || DriverKind::Tmc2209.microsteps().contains(&rig.motors.microsteps) {
+    if !is_strapped || TMC2209_STRAPS.contains(&rig.motors.microsteps) {
         return None;
     }
     let problem = "is no setting of a TMC2209 without its UART: its straps give 8 or 16 (or 32 and \

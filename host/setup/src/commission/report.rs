@@ -5,14 +5,14 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::ops::RangeInclusive;
 
 use nalgebra::Point3;
+use plumb_runtime::doubt::Doubt;
+use plumb_runtime::rig::{Box3, Rig, Size};
 
 use super::explanation::{
     ACCEPTED, Column, Explanation, Frame, Sectors, Wiring, misfit, remaining_yaw,
 };
 use super::fault::{Fault, Output};
 use super::response::{Motion, Response};
-use crate::doubt::Doubt;
-use crate::rig::{Box3, Rig, Size};
 
 /// Misfit that one mistake more in an explanation must remove, variances.
 const MISFIT_OF_MISTAKE: f64 = 8.0;

@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
+use plumb_runtime::rig::Rig;
 
 use super::*;
-use crate::rig::Rig;
 
 /// Displacements of the paper's ball at P0 for a step that pays out, metres: columns A, B, C.
 fn paper() -> Matrix3<f64> {

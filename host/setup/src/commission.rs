@@ -21,11 +21,10 @@ mod tests;
 use plumb_cameras::camera_file::COMPARE_BALL;
 use plumb_frame::detect::DetectError;
 use plumb_frame::source::SourceError;
+use plumb_runtime::board_fault::BoardFault;
+use plumb_runtime::doubt::Doubt;
+use plumb_runtime::link::LinkError;
 use thiserror::Error;
-
-use crate::board_fault::BoardFault;
-use crate::doubt::Doubt;
-use crate::link::LinkError;
 
 pub use correction::{NoMotors, corrected};
 pub use examination::{Examination, ExaminationParts};

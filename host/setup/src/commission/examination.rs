@@ -11,15 +11,15 @@ use plumb_frame::observation::BallObservation;
 use plumb_frame::source::CameraSource;
 use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
+use plumb_runtime::doubt::DepthComparison;
+use plumb_runtime::link::{Link, LinkError, Transport};
+use plumb_runtime::observer::{FrameRecord, Observer};
+use plumb_runtime::rig::Rig;
 
 use super::ExaminationError;
 use super::fault::Output;
 use super::report::Report;
 use super::response::{Probe, Response};
-use crate::doubt::DepthComparison;
-use crate::link::{Link, LinkError, Transport};
-use crate::observer::{FrameRecord, Observer};
-use crate::rig::Rig;
 
 /// Displacement of the ball that is enough, metres: some ten times the noise of a single picture.
 const ENOUGH_M: f64 = 0.015;

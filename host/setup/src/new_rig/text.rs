@@ -5,10 +5,10 @@ use plumb_cameras::camera_file::{self, DISTORTION_KEYS, NO_DEPTH};
 use plumb_config::book::with_pages;
 use plumb_config::reference::{Key, keys};
 use plumb_frame::camera::{CalibratedFor, Camera, Intrinsics};
+use plumb_runtime::rig::REFERENCE;
 
 use super::triangle::WorkspaceBox;
 use super::{Limits, NewCamera, NewRig, Straps};
-use crate::rig::REFERENCE;
 
 /// Tables that [`rig_file`] writes key by key. It writes the other tables with their defaults.
 const OWN_TABLES: [&str; 10] = [
@@ -188,7 +188,7 @@ fn camera(file: &mut Writer, rig: &NewRig) {
 fn simulation(file: &mut Writer, limits: &Limits) {
     file.table("simulation", "The simulated rig, in place of a real one.");
     file.key("simulation.motors", &points(limits.motors));
-    let circumference = limits.cable_per_step * crate::rig::FULL_STEPS_PER_REVOLUTION;
+    let circumference = limits.cable_per_step * plumb_runtime::rig::FULL_STEPS_PER_REVOLUTION;
     let radius = format!("{:.6}", circumference / std::f64::consts::TAU);
     file.key("simulation.pulley_radii", &format!("[{radius}, {radius}, {radius}]"));
     file.key("simulation.start", &point(limits.workspace.at([0.8, 0.3, 0.8])));

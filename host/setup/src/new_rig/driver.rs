@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use plumb_runtime::rig::TMC2209_STRAPS;
 use thiserror::Error;
 
 /// Kind of the motor drivers.
@@ -58,7 +59,7 @@ impl DriverKind {
     /// Returns the microsteps that the driver and the board support.
     pub fn microsteps(self) -> &'static [u8] {
         match self {
-            Self::Tmc2209 => &[8, 16],
+            Self::Tmc2209 => &TMC2209_STRAPS,
             Self::Dm542 => &[2, 4, 8, 16],
             _ => &[1, 2, 4, 8, 16],
         }

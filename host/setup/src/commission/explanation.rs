@@ -4,9 +4,9 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
+use plumb_runtime::rig::Size;
 
 use super::fault::{Fault, Output};
-use crate::rig::Size;
 
 /// Step between the turns of the frame that are tried, degrees.
 const YAW_STEP_DEG: u16 = 15;

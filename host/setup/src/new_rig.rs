@@ -11,16 +11,14 @@ use std::path::PathBuf;
 use nalgebra::Point3;
 use plumb_cameras::stream::StreamAddress;
 use plumb_frame::camera::Camera;
+use plumb_runtime::rig::{BoardName, CABLE_PER_TURN_RANGE_M, Stiffness};
 use thiserror::Error;
 
 use self::triangle::{WorkspaceBox, check_length};
-use super::{BoardName, Stiffness};
 
 pub use self::driver::{DriverKind, MicrostepsError, Straps};
 pub use self::triangle::{HEIGHT_RANGE_M, SIDE_RANGE_M, SizeError, Triangle};
 
-/// Lengths of cable that a turn of a motor can wind, metres.
-pub const CABLE_PER_TURN_RANGE_M: [f64; 2] = [0.02, 0.5];
 /// Diameters of the ball, metres.
 pub const BALL_RANGE_M: [f64; 2] = [0.02, 0.3];
 

@@ -3,11 +3,11 @@ use std::path::Path;
 
 use plumb_cameras::camera_file;
 use plumb_config::reference::keys;
+use plumb_runtime::rig::check::{Finding, check};
+use plumb_runtime::rig::quantity::Corner;
+use plumb_runtime::rig::{LawName, REFERENCE, Rig};
 
 use super::*;
-use crate::rig::check::{Finding, check};
-use crate::rig::quantity::Corner;
-use crate::rig::{LawName, REFERENCE, Rig};
 
 /// Writes the files of `rig` and returns what the check finds, and the rig that is read.
 fn written(rig: &NewRig) -> (Vec<Finding>, Rig) {

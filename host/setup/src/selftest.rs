@@ -11,10 +11,9 @@ use plumb_protocol::diagnostics::{ChipMeasurement, Diagnostics, PulseCount};
 use plumb_protocol::message::Jog;
 use plumb_protocol::units::{Acceleration, Rate, Steps16};
 use plumb_protocol::wiring::{Drivers, StepDir, Wiring};
+use plumb_runtime::link::{Link, LinkError, Transport};
+use plumb_runtime::rig::BoardName;
 use serde::Serialize;
-
-use crate::link::{Link, LinkError, Transport};
-use crate::rig::BoardName;
 
 /// Rates of the jogs, pulses/s; the highest is that of the build.
 pub const PULSE_RATES: [i32; 3] = [1_000, 100_000, 1_250_000];

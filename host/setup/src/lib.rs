@@ -1,0 +1,12 @@
+//! The first evening of a rig.
+//!
+//! - [`new_rig`]: the rig file and the camera file of a new rig.
+//! - [`commission`]: what is wrong with the wiring or the camera's pose, from small jogs.
+//! - [`selftest`]: the pulses, the flash and the clock of a board's chip, without a rig.
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod commission;
+pub mod new_rig;
+pub mod selftest;
