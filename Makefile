@@ -1,7 +1,7 @@
 # Entry points. The work is in scripts/; ARGS="..." is passed on.
 
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
-BENCH := cargo run --release --locked -p plumb --bin plumb --features bench --
+LAB := cargo run --release --locked -p plumb-lab --
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour coverage
@@ -38,8 +38,8 @@ chip: setup ## run the firmware in an emulated chip, on a pseudo-terminal
 	@cargo run --release --locked -p plumb-tests --bin chip-terminal -- target/firmware/plumb.elf
 
 bench: setup ## reproduce the control and vision measurements
-	@$(BENCH) bench control --suite paper $(ARGS)
-	@$(BENCH) bench vision $(ARGS)
+	@$(LAB) control --suite paper $(ARGS)
+	@$(LAB) vision $(ARGS)
 
 links: setup ## run every law over slow, lossy and broken links (ARGS="--seeds 100")
 	@cargo run --release --locked -p plumb-tests --bin links -- $(ARGS)

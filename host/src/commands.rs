@@ -6,9 +6,6 @@ macro_rules! examples {
 }
 
 mod address;
-#[cfg_attr(feature = "bench", path = "commands/bench/present.rs")]
-#[cfg_attr(not(feature = "bench"), path = "commands/bench/absent.rs")]
-pub(crate) mod bench;
 pub(crate) mod board;
 pub(crate) mod calibrate;
 pub(crate) mod cameras;
@@ -45,9 +42,6 @@ mod ros2;
 pub(crate) mod run;
 mod run_camera;
 pub(crate) mod verbose;
-#[cfg_attr(feature = "verify", path = "commands/verify/present.rs")]
-#[cfg_attr(not(feature = "verify"), path = "commands/verify/absent.rs")]
-pub(crate) mod verify;
 mod viewers;
 
 use std::ffi::OsString;

@@ -5,7 +5,7 @@
 
 mod commands;
 // The starts of all commands are tried.
-#[cfg(all(test, feature = "bench", feature = "verify"))]
+#[cfg(all(test, feature = "full"))]
 mod starts;
 
 use std::process::ExitCode;
@@ -15,8 +15,8 @@ use plumb_config::book::first_page;
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
-/// Exit codes: 0 done; 1 the command failed or did not reach its aim (a target, a proof, a board
-/// that is silent, a full disk); 2 the input is wrong (an option, a file, a port that cannot be
+/// Exit codes: 0 done; 1 the command failed or did not reach its aim (a target, a board that is
+/// silent, a full disk); 2 the input is wrong (an option, a file, a port that cannot be
 /// opened, a configuration that the board refuses); 101 the program has a defect; 129, 130, 143 a
 /// signal, such as Ctrl-C, ended it at once: the second one, or the first one before the program
 /// had opened the board's port. Messages for people go to standard error.
@@ -55,13 +55,9 @@ enum Command {
     Calibrate(commands::calibrate::Args),
     Report(commands::report::Args),
     Emulate(commands::emulate::Args),
-    Verify(commands::verify::Args),
     Cosim(commands::cosim::Args),
     Completions(commands::manual::CompletionsArgs),
     Man(commands::manual::ManArgs),
-    /// Comparisons that anyone can reproduce from a seed
-    #[command(subcommand)]
-    Bench(commands::bench::Command),
 }
 
 fn main() -> ExitCode {
@@ -96,11 +92,9 @@ fn main() -> ExitCode {
         Command::Calibrate(args) => commands::calibrate::main(args),
         Command::Report(args) => commands::report::main(&args),
         Command::Emulate(args) => commands::emulate::main(args),
-        Command::Verify(args) => commands::verify::main(args),
         Command::Cosim(args) => commands::cosim::main(args),
         Command::Completions(args) => commands::manual::completions(&args, Cli::command()),
         Command::Man(args) => commands::manual::man(&args, Cli::command()),
-        Command::Bench(command) => commands::bench::main(command),
     };
     // The messages of the log come before the failure.
     drop(log);

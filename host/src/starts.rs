@@ -3,7 +3,7 @@
 //!
 //! A start is what a command does before its work: it parses, reads its files, plans and builds.
 //! [`begin`] runs the code of the command itself, up to the place where a board or a camera is
-//! needed: the port does not exist. A benchmark does its first rig.
+//! needed: the port does not exist.
 
 mod command_line;
 mod files;
@@ -47,7 +47,7 @@ fn begin_line(line: &[String]) -> Result<String, String> {
 
 /// Begins a command.
 fn begin(command: Command) -> Result<(), Failure> {
-    use commands::{bench, board, calibrate, check, cosim, demo, emulate, hold, init, motors};
+    use commands::{board, calibrate, check, cosim, demo, emulate, hold, init, motors};
     match command {
         Command::Demo(args) => demo::begin(&args),
         Command::Run(args) => commands::run::run(args).map(drop),
@@ -65,9 +65,7 @@ fn begin(command: Command) -> Result<(), Failure> {
         Command::Calibrate(args) => calibrate::begin(args),
         Command::Report(args) => commands::report::main(&args).map(drop),
         Command::Emulate(args) => emulate::begin(&args),
-        Command::Verify(args) => commands::verify::begin(&args),
         Command::Cosim(args) => cosim::begin(&args),
-        Command::Bench(command) => bench::begin(command),
         // They have no numbers.
         Command::Replay(_) | Command::Cameras(_) | Command::Completions(_) | Command::Man(_) => {
             Ok(())

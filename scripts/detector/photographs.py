@@ -3,7 +3,7 @@
 SET is `training`, `judging` or `test`. README.md has four groups of commands that train networks:
 photographs of the set `training` are backgrounds in the groups 3 and 4, those of `judging` in the
 group 4. No network is trained with those of the set `test`: they are a background for
-`plumb bench vision --suite rooms`. OUT is a new folder.
+`plumb-lab vision --suite rooms`. OUT is a new folder.
 
 The photographs are those of the Debian packages opencv-doc (4.6.0) and python3-skimage (0.19.3);
 for `training`, plasma-workspace-wallpapers (5.27.5) as well; for `judging`, palapeli-data

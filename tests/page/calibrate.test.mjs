@@ -11,7 +11,7 @@ import { HEIGHT, copyAskewRig, clickMotor, MOTORS, poseError } from "./src/askew
 const DESKTOP = { width: 1280, height: 800 };
 const PHONE = { width: 390, height: 844, isPhone: true };
 
-/** 95 % of the errors of this way in `plumb bench calibration`. */
+/** 95 % of the errors of this way in `plumb-lab calibration`. */
 const BENCH = { position: 0.018, direction: 1.0 };
 
 const text = (id) => `document.getElementById("${id}").textContent`;

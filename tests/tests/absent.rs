@@ -24,24 +24,6 @@ fn refusal(arguments: &[&str], folder: &Path) -> String {
 }
 
 #[test]
-fn benchmarks() {
-    let folder = tempfile::tempdir().unwrap();
-    let text = refusal(&["bench", "control", "--suite", "paper"], folder.path());
-    assert!(text.contains("--features bench"), "{text}");
-}
-
-#[test]
-fn proofs() {
-    let folder = tempfile::tempdir().unwrap();
-    for arguments in
-        [&["verify"][..], &["verify", "--rig", "rig.toml", "--wide"], &["verify", "--help"]]
-    {
-        let text = refusal(arguments, folder.path());
-        assert!(text.contains("--features verify"), "{text}");
-    }
-}
-
-#[test]
 fn outputs_for_viewers() {
     let folder = tempfile::tempdir().unwrap();
     for option in ["--mcap=run.mcap", "--foxglove"] {

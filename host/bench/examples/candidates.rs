@@ -4,9 +4,9 @@
 //! Usage:
 //! `cargo run --release -p plumb-bench --example candidates SUITE SEED FRAMES EMPTY FOLDER...`
 //!
-//! SUITE is one of `plumb bench vision`. FRAMES and EMPTY are the numbers of frames of each kind
+//! SUITE is one of `plumb-lab vision`. FRAMES and EMPTY are the numbers of frames of each kind
 //! with a ball and without one; FOLDER is a TUM RGB-D folder. The frames are those of
-//! `plumb bench vision` with the same numbers, but for the recorded ones that are held out. Each
+//! `plumb-lab vision` with the same numbers, but for the recorded ones that are held out. Each
 //! frame is a line `ball NAME` or `empty NAME`. A line follows for each of its candidates: `colour`
 //! for one without depth, `depth` for one with depth, then pairs of a name and a number. `on_ball`
 //! is 1 if the candidate's centre is within half a radius of the ball's, otherwise 0; the others

@@ -1,4 +1,4 @@
-//! `plumb bench calibration`: the error of a camera's pose that each way of `plumb calibrate` finds
+//! `plumb-lab calibration`: the error of a camera's pose that each way of `plumb calibrate` finds
 //! on random rigs, with the errors of a depth camera and of a person with a rule.
 
 mod survey;

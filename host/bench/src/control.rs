@@ -1,4 +1,4 @@
-//! `plumb bench control`: compares control laws with each other and with baselines on random rigs
+//! `plumb-lab control`: compares control laws with each other and with baselines on random rigs
 //! in virtual time.
 //!
 //! The board's laws run on the board's own code: encoded frames in, step counts out, in the chip's

@@ -1,4 +1,4 @@
-//! `plumb bench stream`: pictures through a Unix socket as another program sends them, in real
+//! `plumb-lab stream`: pictures through a Unix socket as another program sends them, in real
 //! time: dropped frames, ages, positions.
 
 mod sender;

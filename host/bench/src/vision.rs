@@ -1,4 +1,4 @@
-//! `plumb bench vision`: compares detectors on frames from a seed, and their times with the paper's
+//! `plumb-lab vision`: compares detectors on frames from a seed, and their times with the paper's
 //! detector.
 
 mod backdrops;

@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, CommandFactory};
 use nalgebra::{Point2, Point3};
 use plumb_calibrate::board::CharucoSheet;
-use plumb_verify::Interval;
 use plumb_vision::image::ImageSize;
 use tempfile::TempDir;
 
@@ -19,7 +18,7 @@ use super::{Cli, NO_PORT, NUMBERS, begin_line};
 
 /// Number of a command line.
 struct Number {
-    /// Command, as in "bench control".
+    /// Command, as in "board save".
     command: String,
     /// Name of the option with its dashes, or of the argument.
     name: String,
@@ -41,7 +40,6 @@ fn is_number(command: &str, arg: &Arg) -> bool {
         TypeId::of::<u32>(),
         TypeId::of::<u64>(),
         TypeId::of::<usize>(),
-        TypeId::of::<Interval>(),
         TypeId::of::<CharucoSheet>(),
         TypeId::of::<Point2<f64>>(),
         TypeId::of::<Point3<f64>>(),
@@ -63,10 +61,8 @@ fn is_text(arg: &Arg) -> bool {
 }
 
 /// Arguments of other types that are no numbers.
-const TEXTS: [&str; 11] = [
+const TEXTS: [&str; 9] = [
     "law",
-    "suite",
-    "way",
     "paper",
     "stream",
     "what",
@@ -173,9 +169,6 @@ impl Folder {
             "emulate" => {
                 format!("emulate --rig {} --lost=0.1 --driver-trouble=hot", self.path("uart.toml"))
             }
-            "verify" => format!("verify --rig {rig}"),
-            "bench control" => "bench control --law interval".to_owned(),
-            "bench calibration" => "bench calibration --way motors".to_owned(),
             other => other.to_owned(),
         };
         vec![words(&text)]
@@ -191,7 +184,6 @@ impl Number {
     /// commas between them.
     fn written(&self, value: &str) -> Vec<String> {
         let shapes: &[&str] = match (self.value_name.split(',').count(), self.name.as_str()) {
-            (2, _) => &["V,0.5", "0.1,V"],
             (3, _) => &["V,0.5,0.5", "0.5,V,0.5", "0.5,0.5,V"],
             (_, "distance") => &["V", "Vmm"],
             (_, "--import-size") => &["Vx480", "640xV"],

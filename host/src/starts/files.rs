@@ -161,9 +161,7 @@ impl Files {
                 lines.push(format!("follow {file} square --tolerance 0 --port {NO_PORT}"));
             }
             "size" | "jog" => lines.push(format!("jog {file} A 20mm --port {NO_PORT}")),
-            "simulation" => {
-                lines.extend([format!("emulate {file}"), format!("verify {file}")]);
-            }
+            "simulation" => lines.push(format!("emulate {file}")),
             _ => {}
         }
         for line in lines {
@@ -250,11 +248,6 @@ fn no_number_of_another_file_breaks_a_start() {
             "way.csv",
             "x,y,z,dwell,tolerance\n0.4,0.3,0.2,1,0.02\n0.5,0.3,0.2\n",
             format!("follow {rig} FILE"),
-        ),
-        (
-            "family.toml",
-            "vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[1, 0, 0], [0, 2, 0], [0, 0, 1]]]",
-            "verify --family FILE".to_owned(),
         ),
         ("run.csv", &log, format!("plot {folder}")),
         ("figures.json", figures, format!("plot {folder}")),

@@ -4,8 +4,6 @@
 use std::error::Error;
 use std::io;
 
-use plumb_bench::control::{BenchError, ControlError, RunId};
-use plumb_bench::vision::VisionError;
 use plumb_cameras::capture::StartCaptureError;
 use plumb_cameras::open::OpenError;
 use plumb_cameras::png::PngError;
@@ -128,16 +126,11 @@ fn runtime_errors() -> Vec<Box<dyn Error>> {
 }
 
 fn simulation_errors() -> Vec<Box<dyn Error>> {
-    let id = RunId { seed: 1, rig: 7 };
     vec![
         Box::new(SimulationError::Synthetic(SyntheticError::Frame(FrameError::Empty))),
         Box::new(SyntheticError::Image(image_error())),
         Box::new(ServeError::Terminal(io_error())),
         Box::new(ServeError::Rig(rig_error())),
-        Box::new(BenchError::Rig { id, error: rig_error() }),
-        Box::new(ControlError::Plant(rig_error())),
-        Box::new(VisionError::Scene(SyntheticError::Frame(FrameError::Empty))),
-        Box::new(VisionError::Detect { name: "ball", scene: "wall", error: detect_error() }),
     ]
 }
 

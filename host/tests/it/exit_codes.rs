@@ -97,34 +97,8 @@ fn an_emulated_board_has_no_bootloader() {
 }
 
 #[test]
-fn a_gain_that_no_law_uses_is_bad_input() {
-    let folder = folder();
-    let bench = ["bench", "control", "--rigs", "1", "--law", "sign,taut", "--gamma", "999"];
-    let error = json_error(&[&bench as &[&str], &["--json"]].concat(), folder.path(), 2);
-    assert!(error.contains("--gamma") && error.contains("interval"), "{error}");
-}
-
-#[test]
-fn a_controller_that_cannot_follow_a_path_is_bad_input() {
-    let bench = ["bench", "control", "--suite", "path-elastic", "--law", "sign-f64", "--json"];
-    let error = json_error(&bench, folder().path(), 2);
-    assert!(error.contains("sign-f64 cannot follow a path"), "{error}");
-}
-
-#[test]
 fn an_option_without_effect_is_bad_input() {
     let folder = folder();
-    for option in [&["--law", "sign"][..], &["--gamma", "999"], &["--rigs", "5"], &["--seed", "2"]]
-    {
-        let bench = ["bench", "control", "--suite", "paper", "--json"];
-        let error = json_error(&[&bench, option].concat(), folder.path(), 2);
-        assert!(error.contains(option[0]) && error.contains("no effect"), "{error}");
-    }
-    for option in [&["--clock", "target"][..], &["--svg", "curves.svg"]] {
-        let bench = ["bench", "control", "--suite", "path", "--json"];
-        let error = json_error(&[&bench, option].concat(), folder.path(), 2);
-        assert!(error.contains(option[0]) && error.contains("no effect"), "{error}");
-    }
     // Without a rig file the emulated board moves no rig.
     let error = json_error(&["emulate", "--physics", "elastic", "--json"], folder.path(), 2);
     assert!(error.contains("--rig"), "{error}");

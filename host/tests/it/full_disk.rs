@@ -133,12 +133,10 @@ fn every_command_tells_of_a_file_without_room() {
     let places: Vec<&str> = places.iter().flat_map(|place| ["--place", place]).collect();
     let ball =
         [&["calibrate", "--rig", &rig, "--ball", "--yes", "--frames", "2"], &places[..]].concat();
-    let bench = ["bench", "control", "--rigs", "1", "--svg", "curves.svg"];
     for (arguments, file) in [
         (&["init", "new", "--simulated", "--yes"][..], "rig.toml"),
         (&["calibrate", "--print-board", "board.pdf"], "board.pdf"),
         (&ball, "camera.calibration.png"),
-        (&bench, "curves.svg"),
         (&["plot", "drawn"], "figure4.svg"),
         (&["replay", "recording", "--debug", "stages"], "stages"),
         (&["man", "pages"], "pages"),
@@ -167,7 +165,8 @@ fn results_without_room_are_a_failure_and_messages_are_none() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains(CAUSE), "{}", stderr(&output));
     // A log that has no room is no failure of the run.
-    let verbose = ["verify", "-vvv"];
+    let rig = rig_file(folder.path(), |text| text);
+    let verbose = ["check", &rig, "--file-only", "-vvv"];
     let output = limited(&verbose, folder.path(), 0, "2> log");
     assert_eq!(output.status.code(), Some(0));
 }

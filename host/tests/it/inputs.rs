@@ -117,8 +117,6 @@ fn only_regular_files_are_read() {
     for other in ["pipe", "/dev/zero", "."] {
         for arguments in [
             &["run", "--rig", other] as &[&str],
-            &["verify", "--rig", other],
-            &["verify", "--family", other],
             &["replay", ".", "--camera", other],
             &["emulate", "--rig", other],
             &["cosim", "--rig", other],
@@ -182,13 +180,9 @@ fn numbers_that_cannot_be_are_named_with_their_option() {
         cases.push((vec!["demo", "--virtual-time", "--timeout", number], "--timeout"));
         cases.push((vec!["run", "--rig", &rig, "--timeout", number], "--timeout"));
         cases.push((vec!["demo", "--virtual-time", "--gamma", number], "--gamma"));
-        cases.push((vec!["bench", "control", "--rigs", "1", "--gamma", number], "--gamma"));
     }
     for number in ["nan", "inf", "1e999"] {
         cases.push((vec!["goto", "--rig", &rig, "0.4", number, "0.15"], "<Y>"));
-        cases.push((vec!["verify", "--tolerance", number], "--tolerance"));
-        cases.push((vec!["verify", "--lambda", number], "--lambda"));
-        cases.push((vec!["bench", "control", "--rigs", "1", "--mean", number], "--mean"));
     }
     for (arguments, named) in cases {
         let output = ended(&arguments, folder.path());

@@ -38,6 +38,5 @@ mod signals;
 mod stream;
 mod targets;
 mod verbose;
-mod verify;
 mod viewers;
 mod webcam;

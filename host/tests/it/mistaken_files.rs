@@ -144,7 +144,6 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
         (&["man", "way.csv"], "way.csv: is a file, but must be a folder: name"),
         (&["replay", "r2/rig.toml"], "a .bag or .db3 file of librealsense2, or an .mcap file of"),
         (&["plot", "r2", "runs/run-0001", "--out", "both.png"], "both.png: must end in .svg"),
-        (&["bench", "control", "--svg", "all.pdf"], "all.pdf: must end in .svg"),
         (
             &["replay", "runs/run-0001"],
             "this is a run's folder, and no recording: `plumb run --rec",

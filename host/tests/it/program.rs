@@ -313,16 +313,3 @@ fn the_emulated_board_stops_by_its_own_deadline_when_its_host_dies() {
     run.wait().unwrap();
     assert!(states.any(|line| line.contains("state=fault: nothing came from the host")));
 }
-
-#[test]
-fn bench_control_prints_the_papers_suite() {
-    let output = plumb(&["bench", "control", "--suite", "paper", "--json"], Path::new("."));
-    let line = json(&output);
-    assert_eq!((line["suite"].as_str(), line["law"].as_str()), (Some("paper"), Some("interval")));
-    for (gamma, frames) in
-        line["gamma"].as_array().unwrap().iter().zip(line["frames"].as_array().unwrap())
-    {
-        let product = gamma.as_f64().unwrap() * frames.as_f64().unwrap();
-        assert!((product / 17_100.0 - 1.0).abs() < 0.05, "{line}");
-    }
-}

@@ -10,7 +10,7 @@
 //! "Proved" means: by interval arithmetic with outward rounding, or by exact integer arithmetic.
 //! The QP solver only proposes vectors; [`Polytope::robustness`] verifies them with intervals.
 //!
-//! The crate takes plain numbers and does no I/O; `plumb verify` reads the files and prints the
+//! The crate takes plain numbers and does no I/O; `plumb-lab verify` reads the files and prints the
 //! results. Only the tests depend on the board's law and on the emulated rig: both are references.
 //!
 //! # Notation

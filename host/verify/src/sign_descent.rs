@@ -119,7 +119,7 @@ mod tests {
         [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
 
     /// docs/understand/proofs.md claims descent from h = 0.1 m on. That takes six seconds, so that
-    /// `plumb verify --wide` checks it, and this test starts at 0.2 m.
+    /// `plumb-lab verify --wide` checks it, and this test starts at 0.2 m.
     #[test]
     fn law_sign_descends_on_the_wide_family_and_on_the_papers_rig() {
         let wide = RigFamily::wide(0.2);

@@ -6,7 +6,7 @@
 //! cameras <- runtime <- { page, foxglove, ros2 } <- plumb
 //! { path, protocol } <- runtime;   { cameras, protocol } <- calibrate <- plumb
 //! protocol <- verify;   frame <- import <- plumb;   image <- plumb
-//! frame <- vision <- { bench, plumb, tests }
+//! frame <- vision <- { bench, lab, plumb, tests };   { bench, verify } <- lab
 //! { emulator, frame, cameras, path, runtime } <- sim <- { bench, plumb, tests }
 //! ```
 //!
@@ -174,9 +174,22 @@ const CRATES: &[Rule] = &[
         tests_use: &[],
     },
     Rule {
-        name: "plumb",
+        name: "plumb-lab",
         uses: &[
             "plumb-bench",
+            "plumb-cameras",
+            "plumb-config",
+            "plumb-frame",
+            "plumb-protocol",
+            "plumb-runtime",
+            "plumb-verify",
+            "plumb-vision",
+        ],
+        tests_use: &[],
+    },
+    Rule {
+        name: "plumb",
+        uses: &[
             "plumb-calibrate",
             "plumb-cameras",
             "plumb-config",
@@ -193,7 +206,6 @@ const CRATES: &[Rule] = &[
             "plumb-runtime",
             "plumb-setup",
             "plumb-sim",
-            "plumb-verify",
             "plumb-vision",
         ],
         tests_use: &[
@@ -418,6 +430,7 @@ fn a_forbidden_edge_is_reported() {
         edge("plumb-protocol", "plumb-core", false),
         edge("plumb", "plumb-core", false),
         edge("plumb", "plumb-emulator", false),
+        edge("plumb", "plumb-bench", false),
         // What only tests may use.
         edge("plumb", "plumb-openni-driver", false),
         edge("plumb-new", "plumb-protocol", false),

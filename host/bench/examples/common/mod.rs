@@ -17,7 +17,7 @@ use plumb_vision::frame::RgbdFrame;
 /// Log-odds of a candidate beyond doubt.
 const CERTAIN: f64 = 1e6;
 
-/// A suite of `plumb bench vision` and the detector that searches it.
+/// A suite of `plumb-lab vision` and the detector that searches it.
 pub(crate) struct Suite {
     /// The camera of the rig file.
     pub(crate) camera: Camera,

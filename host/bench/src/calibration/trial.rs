@@ -58,7 +58,7 @@ struct Errors {
     click_px: f64,
     /// Point of a motor at which the depth is read, metres. Assumed.
     motor_m: f64,
-    /// Centre of the ball that the detector finds, pixels. Plain scenes of `plumb bench vision`.
+    /// Centre of the ball that the detector finds, pixels. Plain scenes of `plumb-lab vision`.
     ball_px: f64,
 }
 

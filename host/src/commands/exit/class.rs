@@ -41,8 +41,6 @@ use plumb_sim::emulator::plant::RigError;
 use plumb_sim::emulator::serve::ServeError;
 use plumb_sim::simulated::SimulationError;
 use plumb_sim::synthetic::SyntheticError;
-#[cfg(feature = "verify")]
-use plumb_verify::RigFamilyError;
 use plumb_vision::detect::DetectError;
 use plumb_vision::frame::FrameError;
 use tracing::subscriber::SetGlobalDefaultError;
@@ -84,8 +82,6 @@ exit_code_of! { BAD_INPUT:
     SetGlobalDefaultError, SettingsError, SimulationError, SizeError, SourceError,
     StartCaptureError, SyntheticError, TumError, FollowFileError, CosimError,
 }
-#[cfg(feature = "verify")]
-exit_code_of! { BAD_INPUT: RigFamilyError }
 #[cfg(feature = "ros2")]
 exit_code_of! { BAD_INPUT: McapError }
 

@@ -261,11 +261,9 @@ fn overview(missing: &[String]) -> String {
 /// Returns the features with which the program is built.
 fn features() -> Vec<&'static str> {
     let all = [
-        ("bench", cfg!(feature = "bench")),
         ("foxglove", cfg!(feature = "foxglove")),
         ("import", cfg!(feature = "import")),
         ("ros2", cfg!(feature = "ros2")),
-        ("verify", cfg!(feature = "verify")),
         ("webcam", cfg!(feature = "webcam")),
     ];
     all.into_iter().filter(|(_, is_built)| *is_built).map(|(name, _)| name).collect()

@@ -43,7 +43,7 @@ fn code(text: &str) -> Vec<String> {
     lines
 }
 
-/// Help texts by command: "bench control".
+/// Help texts by command: "board save".
 type Helps = BTreeMap<String, String>;
 
 /// Collects the help of a command and of those below it.

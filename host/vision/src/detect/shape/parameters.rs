@@ -2,7 +2,7 @@
 //!
 //! Lengths are in pixels of the full image, in metres, or in units of the ball's radius (in the
 //! image or in space), as each field says. Where no source is given, the value was chosen on
-//! `plumb bench vision` (suites `scenes` and `hard`).
+//! `plumb-lab vision` (suites `scenes` and `hard`).
 
 mod decide;
 mod propose;

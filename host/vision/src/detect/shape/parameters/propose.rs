@@ -24,7 +24,7 @@ pub struct ProposeParameters {
     /// balls are looked for at an eighth of the size, and so on.
     pub max_radius: f64,
     /// Largest number of proposals that are judged: the budget of a search. A busy picture has more
-    /// red places than a room of `plumb bench vision`: docs/understand/detector.md has the figures.
+    /// red places than a room of `plumb-lab vision`: docs/understand/detector.md has the figures.
     pub max_judged: usize,
     /// Least log-odds by the screen of a proposal that is judged once more, where it saw the ball.
     pub min_judged: f64,

@@ -42,7 +42,7 @@ pub struct EdgeBand {
 /// Parameters of the sub-pixel edges and of the circle through them.
 ///
 /// `limb_error`, `foreign_edges_error`, `even_edges` and `background_edges_error` come from the
-/// errors of 261 circles without depth (`plumb bench vision --suite rooms`, seeds 1 and 2) and from
+/// errors of 261 circles without depth (`plumb-lab vision --suite rooms`, seeds 1 and 2) and from
 /// the balls behind posts of `tests/tests/it/monocular.rs`: the mean of e' C⁻¹ e is between 2
 /// and 4.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -18,7 +18,7 @@ impl Hinge {
 
 /// Weights of the classifier, in log-odds for each unit of a feature.
 ///
-/// They come from the candidates of `plumb bench vision`: `scripts/detector` has the commands.
+/// They come from the candidates of `plumb-lab vision`: `scripts/detector` has the commands.
 /// Those with depth come from a logistic regression of the best candidates of 12240 pictures
 /// (`rooms`, 18 seeds from 41 to 84; `hard`, seeds 61 to 64), rounded, but for the intercept. Those
 /// without depth come from a grid over 2112 pictures with a ball and 2640 without one (`rooms`,

@@ -1,19 +1,19 @@
-//! `plumb verify`: proofs about the control laws, for a family of rigs or of Jacobians.
+//! `plumb-lab verify`: proofs about the control laws, for a family of rigs or of Jacobians.
 
 mod family;
 mod report;
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use clap::Parser;
 use clap::builder::TypedValueParser;
+use clap::{Parser, value_parser};
 use plumb_config::quantity::{Coordinate, Range};
 use plumb_runtime::rig::Rig;
 use plumb_verify::{BallPath, Interval, RigFamily};
 
 use self::report::Report;
-use super::{FAILED, Failure, bad_input, numbers, print};
+use crate::output::{self, Failure, bad_input};
+use crate::{number, within};
 
 /// Proofs about the control laws, for a family of rigs or for a family of Jacobians
 ///
@@ -41,31 +41,31 @@ use super::{FAILED, Failure, bad_input, numbers, print};
 #[derive(Parser)]
 #[command(
     verbatim_doc_comment,
-    after_help = examples!["plumb verify --rig rig.toml --tolerance 0.01", "plumb verify --wide"]
+    after_help = "Examples:
+  plumb-lab verify --rig rig.toml --tolerance 0.01
+  plumb-lab verify --wide"
 )]
 pub(crate) struct Args {
     /// Rig file with [simulation]; default: the paper's rig
     #[arg(short, long, value_name = "FILE")]
     rig: Option<PathBuf>,
     /// Tolerance of each coordinate of a motor, 0 to 1 m
-    #[arg(long, default_value_t = 0.0, value_name = "METRES", allow_negative_numbers = true)]
-    #[arg(value_parser = numbers::within(numbers::TOLERANCE))]
+    #[arg(long, default_value_t = 0.0, value_name = "METRES", value_parser = within(TOLERANCE))]
     tolerance: f64,
     /// Range of the distance of motors A and B along y, 0 to 100 m (D)
-    #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH")]
     depth: Option<Interval>,
     /// Range of the distance of motors A and C along x, 0 to 100 m (W)
-    #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH")]
     width: Option<Interval>,
     /// Range of motor C's place between B and A along y, 0 to 1 (t)
-    #[arg(long, value_parser = range(numbers::SHARE), value_name = "LOW,HIGH")]
-    #[arg(allow_hyphen_values = true)]
+    #[arg(long, value_parser = range(SHARE), value_name = "LOW,HIGH")]
     apex: Option<Interval>,
     /// Minimum of the ball's barycentric coordinates, 0 to 0.33; default: 0.023, 0 with --wide (λ)
-    #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(LAMBDA))]
+    #[arg(long, value_parser = within(LAMBDA))]
     lambda: Option<f64>,
     /// Range of the ball's depth below the motors, 0 to 100 m (h)
-    #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    #[arg(long, value_parser = range(LENGTH), value_name = "LOW,HIGH")]
     below: Option<Interval>,
     /// Wide family (in the book: "What is proved"): D, W 0.5-1.5 m, t 0-1, the closed triangle, h
     /// 0.1-1 m
@@ -81,9 +81,9 @@ pub(crate) struct Args {
     family: Option<PathBuf>,
     /// Maximum number of cells of a search, 1 to 1e12; with --family, a thousandth of it is the
     /// maximum number of patches of directions
-    #[arg(long, default_value_t = 20_000_000, allow_negative_numbers = true)]
-    #[arg(value_parser = numbers::whole::<usize>(1.0, 1e12, ""))]
-    cells: usize,
+    #[arg(long, default_value_t = 20_000_000)]
+    #[arg(value_parser = value_parser!(u64).range(1..=1_000_000_000_000))]
+    cells: u64,
     /// Print a line of JSON to standard output at the end
     #[arg(long)]
     json: bool,
@@ -96,7 +96,13 @@ const MIN_LAMBDA: f64 = 0.023;
 const MIN_BELOW_M: f64 = 0.1;
 
 /// Cells for each patch of directions: a patch solves a QP, and a cell only evaluates a formula.
-const CELLS_PER_PATCH: usize = 1000;
+const CELLS_PER_PATCH: u64 = 1000;
+
+/// Tolerance of a coordinate.
+const TOLERANCE: Range = Range::new(0.0, 1.0, "m");
+
+/// Share of a length.
+const SHARE: Range = Range::new(0.0, 1.0, "");
 
 /// Lengths of a family of rigs.
 const LENGTH: Range = Range::new(0.0, 100.0, "m");
@@ -108,7 +114,7 @@ const LAMBDA: Range = Range::new(0.0, 0.33, "");
 fn range(range: Range) -> impl TypedValueParser<Value = Interval> {
     move |text: &str| {
         let numbers: Result<Vec<f64>, String> =
-            text.split(',').map(|part| numbers::parse(part.trim(), &range)).collect();
+            text.split(',').map(|part| number(part.trim(), &range)).collect();
         match numbers?[..] {
             [lo, hi] if lo <= hi => Ok(Interval::new(lo, hi)),
             [lo, hi] => Err(format!("{lo} is above {hi}: write LOW,HIGH")),
@@ -146,12 +152,13 @@ impl Scope {
         // The paths belong to the rig of the file.
         let is_files_rig = [args.depth, args.width, args.apex].iter().all(Option::is_none);
         let paths = if is_files_rig { base.paths } else { Vec::new() };
-        Ok(Self { rigs: rigs.check()?, paths })
+        Ok(Self { rigs: rigs.check().map_err(bad_input)?, paths })
     }
 
     /// Returns the rigs around the rig of the file, and its paths.
     fn of_file(args: &Args) -> Result<Self, Failure> {
-        let rig = args.rig.as_ref().map_or_else(Rig::paper, |path| Rig::read(path))?;
+        let rig = args.rig.as_ref().map_or_else(Rig::paper, |path| Rig::read(path));
+        let rig = rig.map_err(bad_input)?;
         let Some(simulation) = &rig.simulation else {
             return Err(bad_input(
                 "the rig file has no [simulation] with the positions of the motors: \
@@ -160,11 +167,12 @@ impl Scope {
         };
         let motors = simulation.motors.map(|motor| motor.map(Coordinate::get));
         let below = Interval::new(MIN_BELOW_M, motors[0][2].max(MIN_BELOW_M));
-        let rigs = RigFamily::around(&motors, args.tolerance, MIN_LAMBDA, below)?;
+        let rigs = RigFamily::around(&motors, args.tolerance, MIN_LAMBDA, below);
+        let rigs = rigs.map_err(bad_input)?;
         let mut start = simulation.start.map(Coordinate::get);
         let mut paths = Vec::new();
         for target in rig.target_places() {
-            let path = BallPath::new(&motors, start, target)?;
+            let path = BallPath::new(&motors, start, target).map_err(bad_input)?;
             paths.push(TargetPath { target, path });
             start = target;
         }
@@ -172,25 +180,15 @@ impl Scope {
     }
 }
 
-/// Makes the family that is to be verified.
-#[cfg(test)]
-pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
-    match &args.family {
-        Some(path) => family::read(path).map(drop),
-        None => Scope::new(args).map(drop),
+/// Prints what is proved. Returns whether that is everything.
+pub(crate) fn main(args: &Args) -> Result<bool, Failure> {
+    if let Some(path) = &args.family {
+        return family::main(path, (args.cells / CELLS_PER_PATCH) as usize, args.json);
     }
-}
-
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let proved = if let Some(path) = &args.family {
-        family::main(path, args.cells / CELLS_PER_PATCH, args.json)?
-    } else {
-        let report = Report::new(&Scope::new(&args)?, args.cells);
-        report.print();
-        if args.json {
-            print::result(serde_json::to_string(&report)?)?;
-        }
-        report.is_proved()
-    };
-    Ok(if proved { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    let report = Report::new(&Scope::new(args)?, args.cells as usize);
+    report.print();
+    if args.json {
+        output::print(&report)?;
+    }
+    Ok(report.is_proved())
 }

@@ -1,9 +1,8 @@
-//! `plumb bench vision`: accuracy and speed of the detectors.
+//! `plumb-lab vision`: accuracy and speed of the detectors.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{Parser, value_parser};
 use plumb_bench::vision::{self, FrameSuite, VisionOptions};
 use plumb_cameras::camera_file;
 use plumb_cameras::tum::TumFolder;
@@ -13,8 +12,7 @@ use plumb_vision::detect::red::RedDetector;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 use plumb_vision::frame::RgbdFrame;
 
-use crate::commands::print::{self, tell};
-use crate::commands::{Failure, bad_input, numbers};
+use crate::output::{self, Failure, bad_input, failed};
 
 /// Accuracy and speed of the detectors in scenes from a seed
 ///
@@ -23,28 +21,24 @@ use crate::commands::{Failure, bad_input, numbers};
 /// recorded rooms of any colour, with and without depth, and the same without a ball), empty (all
 /// of scenes and hard without a ball). Backgrounds have the paper's intrinsics.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb bench vision --frames 5",
-        "plumb bench vision --suite hard --background FOLDER",
-        "plumb bench vision --suite rooms --held-out --background FOLDER",
-    ]
-)]
-pub(crate) struct VisionArgs {
+#[command(after_help = "Examples:
+  plumb-lab vision --frames 5
+  plumb-lab vision --suite hard --background FOLDER
+  plumb-lab vision --suite rooms --held-out --background FOLDER")]
+pub(crate) struct Args {
     /// Set of frames: scenes, hard, rooms or empty
     #[arg(long, default_value = "scenes")]
     suite: FrameSuite,
     /// Number of frames of each kind of scene, 1 to 100000 frames
-    #[arg(long, default_value_t = 20, allow_negative_numbers = true)]
-    #[arg(value_parser = numbers::whole::<usize>(1.0, 1e5, "frames"))]
-    frames: usize,
+    #[arg(long, default_value_t = 20, value_parser = value_parser!(u32).range(1..=100_000))]
+    frames: u32,
     /// Number of frames of each kind of scene without a ball, 0 to 100000 frames [default: as
     /// --frames]
-    #[arg(long, allow_negative_numbers = true)]
-    #[arg(value_parser = numbers::whole::<usize>(0.0, 1e5, "frames"))]
-    empty: Option<usize>,
+    #[arg(long, value_parser = value_parser!(u32).range(..=100_000))]
+    empty: Option<u32>,
     /// Seed of the scenes, 0 to 1e15
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = numbers::seed())]
+    #[arg(long, default_value_t = 1)]
+    #[arg(value_parser = value_parser!(u64).range(..=1_000_000_000_000_000))]
     seed: u64,
     /// Frames of the suite rooms that no detector is made with: every fourth recorded background,
     /// other rendered rooms, other random numbers. Without this option they are left out
@@ -71,9 +65,9 @@ fn backgrounds(
 ) -> Result<Vec<RgbdFrame>, Failure> {
     let (mut frames, mut pixels) = (Vec::new(), 0);
     for folder in folders {
-        let mut source = TumFolder::open(folder, camera.intrinsics)?;
+        let mut source = TumFolder::open(folder, camera.intrinsics).map_err(bad_input)?;
         let mut number = 0;
-        while let Some(frame) = source.next_frame()? {
+        while let Some(frame) = source.next_frame().map_err(bad_input)? {
             number += 1;
             if !wanted(number - 1) {
                 continue;
@@ -91,49 +85,28 @@ fn backgrounds(
     Ok(frames)
 }
 
-/// Comparison that is ready to begin.
-pub(super) struct Prepared {
-    camera: Camera,
-    recorded: Vec<RgbdFrame>,
-    detectors: [Box<dyn BallDetector>; 2],
-    options: VisionOptions,
-}
-
-/// Reads the backgrounds and makes the detectors.
-pub(super) fn prepare(args: &VisionArgs) -> Result<Prepared, Failure> {
-    let camera = camera_file::paper()?;
-    if args.held_out && args.suite != FrameSuite::Rooms {
+pub(crate) fn main(args: &Args) -> Result<(), Failure> {
+    let &Args { suite, seed, held_out, .. } = args;
+    let camera = camera_file::paper().map_err(bad_input)?;
+    if held_out && suite != FrameSuite::Rooms {
         return Err(bad_input(format!(
-            "--held-out has no effect on the suite `{}`: leave it out, or choose `--suite rooms`",
-            args.suite
+            "--held-out has no effect on the suite `{suite}`: leave it out, or choose `--suite \
+             rooms`"
         )));
     }
-    let wanted = |number| match args.suite {
-        FrameSuite::Rooms => vision::is_held_out(number) == args.held_out,
-        FrameSuite::Scenes | FrameSuite::Hard | FrameSuite::Empty => true,
-    };
+    let wanted = |number| suite != FrameSuite::Rooms || vision::is_held_out(number) == held_out;
     let recorded = backgrounds(&args.background, &camera, wanted)?;
-    let empty = args.empty.unwrap_or(args.frames);
-    if recorded.is_empty() && args.suite == FrameSuite::Hard {
+    if recorded.is_empty() && suite == FrameSuite::Hard {
         return Err(bad_input("the suite `hard` needs a --background FOLDER"));
     }
-    let (suite, frames, seed) = (args.suite, args.frames, args.seed);
-    let held_out = args.held_out;
+    let [frames, empty] = [args.frames, args.empty.unwrap_or(args.frames)].map(|it| it as usize);
     let options = VisionOptions { suite, frames, empty, seed, held_out, ..Default::default() };
     let seen = vision::suite_camera(suite, &camera);
-    let detectors: [Box<dyn BallDetector>; 2] =
+    let mut detectors: [Box<dyn BallDetector>; 2] =
         [DetectorKind::Ball.build(&seen), Box::new(RedDetector::new(&seen, options.radius))];
-    Ok(Prepared { camera, recorded, detectors, options })
-}
-
-pub(crate) fn main(args: &VisionArgs) -> Result<ExitCode, Failure> {
-    let Prepared { camera, recorded, mut detectors, options } = prepare(args)?;
-    let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| {
-        tell!("{scene}")
-    })?;
+    let mut progress = |scene: &str| tell!("{scene}");
+    let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut progress);
+    let report = report.map_err(failed)?;
     tell!("{report}");
-    if args.json {
-        print::result(serde_json::to_string(&report)?)?;
-    }
-    Ok(ExitCode::SUCCESS)
+    if args.json { output::print(&report) } else { Ok(()) }
 }

@@ -8,7 +8,6 @@ use plumb_verify::{
 use serde::Serialize;
 
 use super::{Scope, TargetPath};
-use crate::commands::print::tell;
 
 /// Minima of λ for which the report lists β/α besides the requested one.
 const MIN_LAMBDAS: [f64; 4] = [0.10, 0.05, 0.023, 0.01];

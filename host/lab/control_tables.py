@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Writes docs/understand/results.md: every table of `plumb bench control` in the book.
+"""Writes docs/understand/results.md: every table of `plumb-lab control` in the book.
 
-    python3 host/examples/control_tables.py [--seed N] [--out FILE | --only HEADING]
+    python3 host/lab/control_tables.py [--seed N] [--out FILE | --only HEADING]
 
-Takes about a quarter of an hour; build plumb first (cargo build --release -p plumb).
-Runs plumb from CARGO_TARGET_DIR, target/ by default."""
+Takes about a quarter of an hour; build the program first (cargo build --release -p plumb-lab).
+Runs it from CARGO_TARGET_DIR, target/ by default."""
 import argparse
 import json
 import os
@@ -13,7 +13,7 @@ import sys
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 TARGET = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
-PLUMB = os.path.join(TARGET, "release", "plumb")
+LAB = os.path.join(TARGET, "release", "plumb-lab")
 PAGE = os.path.join(ROOT, "docs", "understand", "results.md")
 
 LAWS = "interval,sign,adaptive,taut"
@@ -27,7 +27,7 @@ STRESS = (
 INTRODUCTION = """\
 # Results
 
-`host/examples/control_tables.py` writes this page; do not edit it by hand. [How the laws are
+`host/lab/control_tables.py` writes this page; do not edit it by hand. [How the laws are
 measured](method.md) explains rigs, measures and baselines. Times are multiples of an oracle's time;
 a dash means that not enough runs converged for the number to exist. Every table is at seed {seed}.
 """
@@ -49,19 +49,19 @@ class Table:
     def __init__(self, heading, about, rigs, laws, suites="quasi-static", *more, render=None):
         self.heading, self.about = heading, about
         arguments = ["--rigs", str(rigs), "--law", laws, "--suite", suites, *more]
-        self.command = ["bench", "control", *arguments]
+        self.command = ["control", *arguments]
         self.render = render or full(by_law)
 
     def measure(self, seed):
         """Returns the rows of the command's JSON; its progress goes to the terminal."""
-        command = [PLUMB, *self.command, "--seed", seed, "--json"]
+        command = [LAB, *self.command, "--seed", seed, "--json"]
         done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
         return [json.loads(line) for line in done.stdout.splitlines()]
 
     def section(self, seed):
         """Returns the section as Markdown."""
         lines = [f"\n## {self.heading}\n", self.about + "\n"]
-        lines.append("```sh\nplumb " + " ".join(self.command) + "\n```\n")
+        lines.append("```sh\nplumb-lab " + " ".join(self.command) + "\n```\n")
         heads, rows = self.render(self.measure(seed))
         lines.append("| " + " | ".join(heads) + " |\n|" + "---|" * len(heads))
         lines += ["| " + " | ".join(row) + " |" for row in rows]
@@ -73,7 +73,7 @@ class CalibrationTable(Table):
 
     def __init__(self, heading, about, rigs):
         self.heading, self.about = heading, about
-        self.command = ["bench", "calibration", "--rigs", str(rigs)]
+        self.command = ["calibration", "--rigs", str(rigs)]
         self.render = poses
 
 
@@ -223,7 +223,7 @@ TABLES = [
     ),
     Table(
         "Stress",
-        "One disturbance at a time; `plumb bench control --help` lists them.",
+        "One disturbance at a time; `plumb-lab control --help` lists them.",
         400,
         "adaptive,taut",
         STRESS,

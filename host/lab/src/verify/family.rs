@@ -1,4 +1,4 @@
-//! `plumb verify --family`: theorem 1 for a polytope of Jacobians, given by its vertices.
+//! `plumb-lab verify --family`: theorem 1 for a polytope of Jacobians, given by its vertices.
 
 use std::path::Path;
 
@@ -6,8 +6,7 @@ use plumb_config::toml_file::read_toml;
 use plumb_verify::{Nonsingularity, Polytope, PolytopeError, Robustness};
 use serde::{Deserialize, Serialize};
 
-use crate::commands::Failure;
-use crate::commands::print::{self, tell};
+use crate::output::{self, Failure, bad_input};
 
 /// File that describes a family. The vertices are checked while they are read, so that an error
 /// names the line.
@@ -76,19 +75,13 @@ impl Line {
     }
 }
 
-/// Reads the family in the file at `path`.
-pub(super) fn read(path: &Path) -> Result<Polytope, Failure> {
-    let FamilyFile(family) = read_toml(path)?;
-    Ok(family)
-}
-
 /// Returns whether every matrix of the family in the file at `path` is proved nonsingular.
 pub(super) fn main(path: &Path, max_patches: usize, json: bool) -> Result<bool, Failure> {
-    let family = read(path)?;
+    let FamilyFile(family) = read_toml(path).map_err(bad_input)?;
     let line = Line::new(&family, &family.robustness(max_patches));
     line.print();
     if json {
-        print::result(serde_json::to_string(&line)?)?;
+        output::print(&line)?;
     }
     Ok(line.nonsingular == Some(true))
 }

@@ -1,24 +1,15 @@
-//! Tests of the command `plumb verify`.
-
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+//! Tests of the command `plumb-lab verify`.
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use serde_json::Value;
 
+use super::{json, lab, stderr};
+
 fn verify(arguments: &[&str], folder: &Path) -> Output {
-    let program = env!("CARGO_BIN_EXE_plumb");
-    Command::new(program).arg("verify").args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", stderr(output)))
+    lab(&[&["verify"], arguments].concat(), folder)
 }
 
 /// The paper's laboratory rig: docs/understand/proofs.md has these ratios.

@@ -1,0 +1,54 @@
+//! Tests of the command `plumb-lab control`.
+
+use std::path::Path;
+
+use super::{json, lab, stderr};
+
+/// Runs the command with bad input. Returns the error.
+fn refusal(line: &str) -> String {
+    let words: Vec<&str> = line.split(' ').collect();
+    let output = lab(&[&["control", "--json"], &words[..]].concat(), Path::new("."));
+    assert_eq!(output.status.code(), Some(2), "{line}: {}", stderr(&output));
+    let error = json(&output)["error"].as_str().unwrap().to_owned();
+    assert_eq!(stderr(&output).trim_end(), format!("plumb-lab: {error}"));
+    error
+}
+
+#[test]
+fn the_papers_suite_takes_the_papers_frames() {
+    let line = json(&lab(&["control", "--suite", "paper", "--json"], Path::new(".")));
+    assert_eq!((line["suite"].as_str(), line["law"].as_str()), (Some("paper"), Some("interval")));
+    let [gammas, frames] = ["gamma", "frames"].map(|key| line[key].as_array().unwrap());
+    for (gamma, frames) in gammas.iter().zip(frames) {
+        let product = gamma.as_f64().unwrap() * frames.as_f64().unwrap();
+        assert!((product / 17_100.0 - 1.0).abs() < 0.05, "{line}");
+    }
+}
+
+#[test]
+fn an_option_without_effect_is_bad_input() {
+    for option in ["--law sign", "--gamma 999", "--rigs 5", "--seed 2", "--svg curves.svg"] {
+        let error = refusal(&format!("--suite paper {option}"));
+        let name = option.split(' ').next().unwrap();
+        assert!(error.starts_with(name) && error.contains("no effect"), "{error}");
+    }
+    for option in ["--clock target", "--svg curves.svg"] {
+        let error = refusal(&format!("--suite path {option}"));
+        assert!(error.contains("no effect"), "{error}");
+    }
+    let error = refusal("--law sign,taut --gamma 999");
+    assert!(error.contains("--gamma") && error.contains("interval"), "{error}");
+    let error = refusal("--suite path-elastic --law reference");
+    assert!(error.contains("reference cannot follow a path"), "{error}");
+    assert!(refusal("--svg all.pdf").contains("all.pdf: must end in .svg"));
+}
+
+#[test]
+fn the_curves_are_drawn_into_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = ["control", "--rigs", "1", "--law", "oracle", "--svg", "curves.svg"];
+    let output = lab(&line, folder.path());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = std::fs::read_to_string(folder.path().join("curves.svg")).unwrap();
+    assert!(text.starts_with("<svg") && text.contains("oracle, quasi-static"));
+}
