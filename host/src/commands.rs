@@ -17,6 +17,7 @@ pub(crate) mod emulate;
 mod exit;
 mod find_ball;
 pub(crate) mod follow;
+mod hints;
 pub(crate) mod hold;
 mod home_folder;
 pub(crate) mod init;
@@ -53,10 +54,10 @@ use plumb_sim::simulated::{geometry, wired};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 
-use exit::{FAILED, bad_input, failed, failed_because};
+use exit::{bad_input, failed};
 use print::note;
 
-pub(crate) use exit::{Failure, report_usage};
+pub(crate) use exit::{BAD_INPUT, FAILED, Failure, Work, report_usage};
 pub(crate) use interrupt::outlive_file_size_limit;
 
 /// Name of a detector.

@@ -6,11 +6,12 @@
 mod commands;
 // The starts of all commands are tried.
 #[cfg(all(test, feature = "full"))]
-mod starts;
+mod tests;
 
 use std::process::ExitCode;
 
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
+use commands::{BAD_INPUT, FAILED, Failure, Work};
 use plumb_config::book::first_page;
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
@@ -60,9 +61,38 @@ enum Command {
     Man(commands::manual::ManArgs),
 }
 
+impl Command {
+    /// Reads and checks what the command needs. Returns its work.
+    fn prepare(self) -> Result<Work, Failure> {
+        match self {
+            Self::Demo(args) => commands::demo::prepare(args),
+            Self::Run(args) => commands::run::run(args),
+            Self::Goto(args) => commands::run::goto(args),
+            Self::Follow(args) => commands::follow::follow(args),
+            Self::Hold(args) => commands::hold::prepare(args),
+            Self::Jog(args) => commands::motors::jog(args),
+            Self::Home(args) => commands::motors::home(args),
+            Self::Stop(args) => commands::motors::stop(args),
+            Self::Clear(args) => commands::motors::clear(args),
+            Self::Board(args) => commands::board::prepare(args),
+            Self::Init(args) => commands::init::prepare(args),
+            Self::Check(args) => commands::check::prepare(args),
+            Self::Replay(args) => commands::replay::prepare(args),
+            Self::Plot(args) => commands::plot::prepare(args),
+            Self::Cameras(args) => Ok(commands::cameras::prepare(args)),
+            Self::Calibrate(args) => commands::calibrate::prepare(args),
+            Self::Report(args) => commands::report::prepare(args),
+            Self::Emulate(args) => commands::emulate::prepare(args),
+            Self::Cosim(args) => commands::cosim::prepare(args),
+            Self::Completions(args) => Ok(commands::manual::completions(args, Cli::command())),
+            Self::Man(args) => commands::manual::man(args, Cli::command()),
+        }
+    }
+}
+
 fn main() -> ExitCode {
     if let Err(error) = commands::outlive_file_size_limit() {
-        return commands::Failure::from(error).report();
+        return Failure::from(error).report(FAILED);
     }
     let cli = match Cli::try_parse_from(commands::command_line()) {
         Ok(cli) => cli,
@@ -71,35 +101,13 @@ fn main() -> ExitCode {
     commands::print::set_quiet(cli.quiet);
     let log = match commands::verbose::start(cli.verbose) {
         Ok(log) => log,
-        Err(failure) => return failure.report(),
+        Err(failure) => return failure.report(FAILED),
     };
-    let result = match cli.command {
-        Command::Demo(args) => commands::demo::main(args),
-        Command::Run(args) => commands::run::run(args),
-        Command::Goto(args) => commands::run::goto(args),
-        Command::Follow(args) => commands::follow::follow(args),
-        Command::Hold(args) => commands::hold::main(args),
-        Command::Jog(args) => commands::motors::jog(args),
-        Command::Home(args) => commands::motors::home(args),
-        Command::Stop(args) => commands::motors::stop(args),
-        Command::Clear(args) => commands::motors::clear(args),
-        Command::Board(args) => commands::board::main(args),
-        Command::Init(args) => commands::init::main(args),
-        Command::Check(args) => commands::check::main(args),
-        Command::Replay(args) => commands::replay::main(args),
-        Command::Plot(args) => commands::plot::main(args),
-        Command::Cameras(args) => commands::cameras::main(args),
-        Command::Calibrate(args) => commands::calibrate::main(args),
-        Command::Report(args) => commands::report::main(&args),
-        Command::Emulate(args) => commands::emulate::main(args),
-        Command::Cosim(args) => commands::cosim::main(args),
-        Command::Completions(args) => commands::manual::completions(&args, Cli::command()),
-        Command::Man(args) => commands::manual::man(&args, Cli::command()),
+    let ended = match cli.command.prepare() {
+        Ok(work) => work().map_err(|failure| (failure, FAILED)),
+        Err(failure) => Err((failure, BAD_INPUT)),
     };
     // The messages of the log come before the failure.
     drop(log);
-    match result {
-        Ok(code) => code,
-        Err(failure) => failure.report(),
-    }
+    ended.unwrap_or_else(|(failure, code)| failure.report(code))
 }

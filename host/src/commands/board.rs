@@ -19,7 +19,7 @@ use super::connection::connect;
 use super::print::{is_quiet, tell};
 use super::rig_args::{BoardArgs, PortArgs};
 use super::rig_path::RigArg;
-use super::{Failure, print};
+use super::{Failure, Work, print};
 
 /// Ask the board for its state, store a configuration in it, or write new firmware to it
 #[derive(Parser)]
@@ -67,30 +67,32 @@ struct SaveArgs {
     json: bool,
 }
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     match args.what {
         What::Status(args) => {
             let mut link = Link::connect(args.open()?)?;
-            status(&mut link, args.json)?;
+            Ok(Box::new(move || status(&mut link, args.json)))
         }
-        What::Save(args) => save(&args)?,
-        What::Flash(args) => flash::main(args)?,
-        What::Selftest(args) => return selftest::main(&args),
+        What::Save(args) => save(args),
+        What::Flash(args) => flash::prepare(args),
+        What::Selftest(args) => selftest::prepare(args),
         What::Bootloader(args) => {
             let serial = args.open()?;
-            let port = serial.name();
-            Link::bootloader(serial)?;
-            tell!("{port}: the board has restarted into its bootloader");
-            if args.json {
-                print::result(json!({ "port": port, "bootloader": true }))?;
-            }
+            Ok(Box::new(move || {
+                let port = serial.name();
+                Link::bootloader(serial)?;
+                tell!("{port}: the board has restarted into its bootloader");
+                if args.json {
+                    print::result(json!({ "port": port, "bootloader": true }))?;
+                }
+                Ok(ExitCode::SUCCESS)
+            }))
         }
     }
-    Ok(ExitCode::SUCCESS)
 }
 
 /// Prints the state of the board, its program and what it has counted.
-fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<(), Failure> {
+fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<ExitCode, Failure> {
     let (telemetry, provenance) = (link.status()?, link.provenance()?);
     let diagnostics = link.diagnostics()?;
     let port = link.port();
@@ -105,7 +107,7 @@ fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<(), Failure
     if is_json {
         print::result(whole_line(&port, &report, &provenance, &diagnostics))?;
     }
-    Ok(())
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Asks the board for its state, its program and what it has counted, and returns them in JSON.
@@ -180,17 +182,19 @@ fn counts(port: &str, diagnostics: &Diagnostics) {
     }
 }
 
-fn save(args: &SaveArgs) -> Result<(), Failure> {
+fn save(args: SaveArgs) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
     let rig = Rig::read(&file)?;
-    let mut link = connect(&file, &rig, &args.port)?;
-    link.save()?;
-    let port = link.port();
-    tell!("{port}: the board keeps the configuration of {}", file.display());
-    if args.json {
-        print::result(json!({ "port": port, "saved": file }))?;
-    }
-    Ok(())
+    let mut link = connect(&file, &rig, &args.port, false)?;
+    Ok(Box::new(move || {
+        link.save()?;
+        let port = link.port();
+        tell!("{port}: the board keeps the configuration of {}", file.display());
+        if args.json {
+            print::result(json!({ "port": port, "saved": file }))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }))
 }
 
 /// Prints the state of the board for people, and as JSON where that is asked for.

@@ -27,13 +27,13 @@ use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Rig;
 use plumb_vision::frame::RgbdFrame;
 
-use super::exit::unwritten;
+use super::exit::Unwritten;
 use super::interrupt::interrupt_flag;
 use super::old_file::check_writable;
 use super::print::tell;
 use super::rig_path::RigArg;
 use super::run_camera::read_camera;
-use super::{DetectorName, FAILED, Failure, bad_input, failed, numbers};
+use super::{DetectorName, FAILED, Failure, Work, failed, numbers};
 use clicks::Clicks;
 use import::ImportOptions;
 use lens::LensOptions;
@@ -112,46 +112,58 @@ pub(crate) struct Args {
     import_options: ImportOptions,
 }
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     if let Some(file) = &args.print_board {
         return print_board(file, args.paper);
     }
-    let file = &args.rig.needed()?;
-    let rig = Rig::read(file)?;
-    let (text, camera) = read_camera(file, &rig)?;
-    let camera_file = CameraFile { path: &rig.camera.file, text: &text };
-    check_writable(camera_file.path)?;
+    let file = args.rig.needed()?;
+    let rig = Rig::read(&file)?;
+    let (text, camera) = read_camera(&file, &rig)?;
+    let camera_file = CameraFile { path: rig.camera.file.clone(), text };
+    check_writable(&camera_file.path)?;
+    let answers = (args.yes, args.json);
     if let Some(path) = &args.import_options.import {
-        let (input, answers) = ((path.as_path(), &args.import_options), (args.yes, args.json));
-        return import::import(input, (file, &rig, &camera), &camera_file, answers);
+        let input = (path.as_path(), &args.import_options);
+        return import::prepare(input, (&file, &rig, &camera), camera_file, answers);
     }
     if args.lens {
-        let (rig, answers) = ((file.as_path(), &rig, camera), (args.yes, args.json));
-        return lens::calibrate(&args.lens_options, rig, &camera_file, answers);
+        return lens::prepare(&args.lens_options, (&file, &rig, camera), camera_file, answers);
     }
     args.place_options.check()?;
     args.motor_options.check()?;
     // A picture alone needs no depth.
     if args.motors && !camera.intrinsics.has_depth() && !args.motor_options.is_for_picture()? {
-        return Err(bad_input(
+        return Err(failed(
             "--motors needs depth, and the camera file says that there is none: take --board or \
              --ball. `plumb calibrate --motors` alone keeps a picture",
         ));
     }
     let clicks = Clicks::start(&args.motor_options, &camera_file)?;
-    let mut view = View::open(file, &rig, camera.clone(), usize::from(args.frames))?;
-    let Some(clicks) = clicks else {
-        let Some(found) = find(&args, &rig, &mut view)? else {
-            return Ok(ExitCode::from(FAILED));
-        };
-        return conclude(&found, &camera.pose, &camera_file, args.yes, args.json);
-    };
-    let Some(found) = clicks.collect(&mut view, &camera.pose, &*interrupt_flag(false)?)? else {
+    let old = camera.pose;
+    let mut view = View::open(&file, &rig, camera, usize::from(args.frames))?;
+    Ok(Box::new(move || match clicks {
+        Some(clicks) => from_clicks(clicks, &mut view, &old, &camera_file, args.json),
+        None => match find(&args, &rig, &mut view)? {
+            Some(found) => conclude(&found, &old, &camera_file, args.yes, args.json),
+            None => Ok(ExitCode::from(FAILED)),
+        },
+    }))
+}
+
+/// Finds the pose from the motors that a person chooses on the page, and writes it.
+fn from_clicks(
+    clicks: Clicks,
+    view: &mut View,
+    old: &Isometry3<f64>,
+    camera_file: &CameraFile,
+    is_json: bool,
+) -> Result<ExitCode, Failure> {
+    let Some(found) = clicks.collect(view, old, &*interrupt_flag(false)?)? else {
         clicks.end("Nothing is written.");
         return Err(failed("the calibration was ended without a pose: nothing is written"));
     };
     // Who accepts a pose on the page has agreed.
-    let concluded = conclude(&found, &camera.pose, &camera_file, true, args.json);
+    let concluded = conclude(&found, old, camera_file, true, is_json);
     clicks.end(&match &concluded {
         Ok(_) => format!("The pose is written into {}.", camera_file.path.display()),
         Err(failure) => format!("Nothing is written: {}", failure.message()),
@@ -159,17 +171,11 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     concluded
 }
 
-/// Begins a calibration: it ends with its first picture.
-#[cfg(test)]
-pub(crate) fn begin(args: Args) -> Result<(), Failure> {
-    main(Args { frames: args.frames.min(1), ..args }).map(drop)
-}
-
 /// Keeps the picture, reports the result and writes the pose, if the user agrees or has agreed.
 fn conclude(
     found: &Found,
     old: &Isometry3<f64>,
-    camera_file: &CameraFile<'_>,
+    camera_file: &CameraFile,
     is_agreed: bool,
     is_json: bool,
 ) -> Result<ExitCode, Failure> {
@@ -286,25 +292,25 @@ fn after_picture(view: &View, options: &MotorOptions) -> String {
     )
 }
 
-/// Writes the sheet with the board.
-fn print_board(file: &Path, paper: Paper) -> Result<ExitCode, Failure> {
+/// Writes the sheet with the board. No work is left then.
+fn print_board(file: &Path, paper: Paper) -> Result<Work, Failure> {
     let extension = file.extension().and_then(|it| it.to_str()).unwrap_or_default();
     let bytes = match extension.to_ascii_lowercase().as_str() {
         "pdf" => sheet::pdf(paper),
         "png" => sheet::png(paper)?,
-        _ => return Err(bad_input(format!("{}: must end in .pdf or .png", file.display()))),
+        _ => return Err(failed(format!("{}: must end in .pdf or .png", file.display()))),
     };
     write_new(file, &bytes).map_err(|error| match error.kind() {
-        ErrorKind::AlreadyExists => bad_input(format!(
+        ErrorKind::AlreadyExists => failed(format!(
             "{}: exists already, and is not overwritten: give another name, or remove it",
             file.display()
         )),
-        _ => unwritten(file, &error),
+        _ => Unwritten::at(file)(error).into(),
     })?;
     tell!(
         "The board is in {}. Print it at 100 % (actual size), check that its ruler measures \
          100 mm, and glue it onto something flat.",
         file.display()
     );
-    Ok(ExitCode::SUCCESS)
+    Ok(Box::new(|| Ok(ExitCode::SUCCESS)))
 }

@@ -8,7 +8,7 @@ use plumb_cameras::discovery::{Access, Discovery, discover};
 use plumb_frame::driver::LibraryState;
 
 use super::print::{self, tell};
-use super::{FAILED, Failure};
+use super::{FAILED, Work};
 
 /// The cameras that are there, and what is missing to use them
 ///
@@ -21,13 +21,15 @@ pub(crate) struct Args {
     json: bool,
 }
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let found = discover(Path::new("/"));
-    tell(&found);
-    if args.json {
-        print::result(serde_json::to_string(&found)?)?;
-    }
-    Ok(if found.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+pub(crate) fn prepare(args: Args) -> Work {
+    Box::new(move || {
+        let found = discover(Path::new("/"));
+        tell(&found);
+        if args.json {
+            print::result(serde_json::to_string(&found)?)?;
+        }
+        Ok(if found.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+    })
 }
 
 /// Prints what was found and what is missing for a person.

@@ -11,11 +11,11 @@ use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
-use super::exit::{BAD_INPUT, INIT, with_variable};
+use super::hints::INIT;
 use super::print::{self, note, tell};
 use super::rig_args::PortArgs;
 use super::rig_path::RigArg;
-use super::{DetectorName, FAILED, Failure, Physics};
+use super::{BAD_INPUT, DetectorName, FAILED, Failure, Physics, Work};
 use commissioning::RigLine;
 
 /// Check a rig: its files, then its wiring, cables and camera with small jogs
@@ -67,7 +67,7 @@ struct Line<'a> {
     rig: Option<RigLine>,
 }
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
     let findings = check(&file, &EmulatedBoard::refusals, &|rig, simulation, camera| {
         check_simulation(rig, simulation, camera).map_err(SimulationMistake::from)
@@ -78,12 +78,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let count = |severity| findings.iter().filter(|finding| finding.severity == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     let plural = |count| if count == 1 { "" } else { "s" };
-    // Where a variable names the file, that matters only for a file with a mistake.
-    let name = match errors {
-        0 => file.display().to_string(),
-        _ => with_variable(&file),
-    };
-    let ends = [errors, warnings].map(plural);
+    let (name, ends) = (file.display(), [errors, warnings].map(plural));
     let count = format!("{name}: {errors} error{}, {warnings} warning{}", ends[0], ends[1]);
     match findings.is_empty() {
         true => note!("{count}"),
@@ -92,18 +87,21 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     if matches!(file.try_exists(), Ok(false)) {
         tell!("{INIT}");
     }
-    let rig = match (errors, args.file_only) {
-        (0, false) => Some(commissioning::examine(&args, &file)?),
+    let jogs = match (errors, args.file_only) {
+        (0, false) => Some(commissioning::prepare(&args, file)?),
         _ => None,
     };
-    let code = match (errors, &rig) {
-        (0, Some(rig)) if !rig.right => FAILED,
-        (0, _) => 0,
-        _ => BAD_INPUT,
-    };
-    if args.json {
-        let line = Line { errors, warnings, findings: &findings, rig };
-        print::result(serde_json::to_string(&line)?)?;
-    }
-    Ok(ExitCode::from(code))
+    Ok(Box::new(move || {
+        let rig = jogs.map(|jogs| jogs(&args)).transpose()?;
+        let code = match (errors, &rig) {
+            (0, Some(rig)) if !rig.right => FAILED,
+            (0, _) => 0,
+            _ => BAD_INPUT,
+        };
+        if args.json {
+            let line = Line { errors, warnings, findings: &findings, rig };
+            print::result(serde_json::to_string(&line)?)?;
+        }
+        Ok(ExitCode::from(code))
+    }))
 }

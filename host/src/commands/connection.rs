@@ -2,35 +2,27 @@
 
 use std::path::Path;
 
-use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::message::{Fault, State};
-use plumb_runtime::board_fault::{BoardFault, after_fault};
+use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
-use super::exit::{BAD_INPUT, ExitClass};
+use super::Failure;
 use super::rig_args::PortArgs;
 use super::rig_path::rig_option;
-use super::{Failure, bad_input, failed};
 
-/// Opens the port, connects to the board of `rig` of `file`, and configures it.
+/// Opens the port, connects to the board of `rig` of `file`, and configures it; for `plumb home` if
+/// `is_home`.
 ///
 /// # Errors
 /// Where the board has stopped by itself: the fault stays until `plumb clear`.
-pub(super) fn connect(file: &Path, rig: &Rig, port: &PortArgs) -> Result<Link<Serial>, Failure> {
-    configured(file, rig, port, port.open(rig)?)
-}
-
-/// Opens the port, connects to the board and configures it, as [`connect`], for `plumb home`.
-///
-/// # Errors
-/// As [`connect`].
-pub(super) fn connect_for_home(
+pub(super) fn connect(
     file: &Path,
     rig: &Rig,
     port: &PortArgs,
+    is_home: bool,
 ) -> Result<Link<Serial>, Failure> {
-    configured_or(rig, port.open(rig)?, |error| explained_for_home(error, file, port))
+    configured(file, rig, port, port.open(rig)?, is_home)
 }
 
 /// Connects to the board at the open port `serial`, and configures it, as [`connect`].
@@ -42,20 +34,11 @@ pub(super) fn configured(
     rig: &Rig,
     port: &PortArgs,
     serial: Serial,
-) -> Result<Link<Serial>, Failure> {
-    configured_or(rig, serial, |error| explained(error, file, port))
-}
-
-/// Connects to the board at the open port `serial`, and configures it. The failure of a
-/// configuration is that of `explain`.
-fn configured_or(
-    rig: &Rig,
-    serial: Serial,
-    explain: impl FnOnce(LinkError) -> Failure,
+    is_home: bool,
 ) -> Result<Link<Serial>, Failure> {
     let (wiring, config) = (rig.wiring()?, rig.config()?);
     let mut link = Link::connect(serial)?;
-    link.configure(wiring, config).map_err(explain)?;
+    link.configure(wiring, config).map_err(|error| explained(error, file, port, is_home))?;
     Ok(link)
 }
 
@@ -68,7 +51,7 @@ pub(super) fn check_state(file: &Path, rig: &Rig, port: &PortArgs) -> Result<(),
     let mut link = Link::connect(port.open(rig)?)?;
     match link.status()?.state {
         State::Fault(fault) => {
-            Err(explained(LinkError::Faulted { port: link.port(), fault }, file, port))
+            Err(explained(LinkError::Faulted { port: link.port(), fault }, file, port, false))
         }
         _ => Ok(()),
     }
@@ -86,44 +69,16 @@ pub(super) fn without_simulation(file: &Path, rig: &Rig, port: &PortArgs) -> Opt
     ))
 }
 
-/// Returns the failure of a command for the rig file `file` and these options. Of a fault it says
-/// how to clear it with the whole command, and of one that was there before also what to do then.
-pub(super) fn explained(error: impl ExitClass + 'static, file: &Path, port: &PortArgs) -> Failure {
-    // The error of the link names the port: the words of those around it would repeat that.
-    let of_link = ErrorChain(&error).errors().find_map(|error| error.downcast_ref());
-    match of_link {
-        Some(faulted @ LinkError::Faulted { fault, .. }) => {
-            let steps = steps_after(*fault, file, port, false);
-            failed(format!("{faulted}. {steps}"))
-        }
-        Some(stopped @ LinkError::Fault(fault)) => {
-            let (advice, rig) = (after_fault(*fault), rig_option(file));
-            failed(format!("{stopped}. {advice} `plumb clear{rig}{port}` clears it"))
-        }
-        Some(of_link) => in_short(of_link, &error),
-        None => error.into(),
-    }
-}
-
-/// Returns the failure of the error of the link, which is in the chain of `error`, with the exit
-/// code and the advice of that.
-fn in_short(of_link: &LinkError, error: &impl ExitClass) -> Failure {
-    let message = ErrorChain(of_link);
-    let failure = if error.exit_code() == BAD_INPUT { bad_input(message) } else { failed(message) };
-    match error.advice() {
-        Some(advice) => failure.with_advice(advice),
-        None => failure,
-    }
-}
-
-/// Returns the failure of `plumb home` for the rig file `file` and these options, as [`explained`].
-fn explained_for_home(error: LinkError, file: &Path, port: &PortArgs) -> Failure {
-    match error {
-        LinkError::Faulted { fault, .. } => {
-            failed(format!("{error}. {}", steps_after(fault, file, port, true)))
-        }
-        error => explained(error, file, port),
-    }
+/// Returns the failure of a command, `plumb home` if `is_home`, for the rig file `file` and these
+/// options. Of a fault it says how to clear it with the whole command, and of one that was there
+/// before also what to do then.
+pub(super) fn explained(error: LinkError, file: &Path, port: &PortArgs, is_home: bool) -> Failure {
+    let advice = match error {
+        LinkError::Faulted { fault, .. } => steps_after(fault, file, port, is_home),
+        LinkError::Fault(_) => format!("`plumb clear{}{port}` clears it", rig_option(file)),
+        _ => String::new(),
+    };
+    Failure::from(error).with_advice(advice)
 }
 
 /// Returns what to do after `fault`, which was there before a command, until it succeeds: `plumb

@@ -16,7 +16,7 @@ use plumb_sim::cosim::{Cosim, CosimError, Request};
 use plumb_sim::limits::RigLimits;
 
 use super::print::{self, Reader};
-use super::{Failure, bad_input, law, numbers};
+use super::{Failure, Work, bad_input, law, numbers};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
 ///
@@ -61,27 +61,6 @@ fn setup(args: &Args) -> Result<(Wiring, Config), Failure> {
     Ok((Wiring::example(), RigLimits::default().config(law.config()?, mean, 0.010)))
 }
 
-/// Begins a co-simulation, and carries out its first request.
-#[cfg(test)]
-pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
-    begin_with(args, r#"{"t": 0, "dt": 0.01, "position": [0.5, 0.3, 0.3]}"#)
-}
-
-/// Carries out a request as the first one of a co-simulation with the default limits.
-#[cfg(test)]
-pub(crate) fn begin_request(line: &str) -> Result<(), Failure> {
-    begin_with(&Args { rig: None, law: None, samples: 1 }, line)
-}
-
-/// Begins a co-simulation with the request of `line`.
-#[cfg(test)]
-fn begin_with(args: &Args, line: &str) -> Result<(), Failure> {
-    let (wiring, config) = setup(args)?;
-    let request: Request = serde_json::from_str(line)?;
-    Cosim::new(wiring, config)?.step(&request, args.samples).map(drop)?;
-    Ok(())
-}
-
 /// Longest line of input, bytes. A request has about 150.
 const LONGEST_LINE: u64 = 1 << 16;
 
@@ -95,10 +74,15 @@ fn limits(workspace: &Workspace, rig: Option<&Path>) -> String {
     format!("The workspace {whose} is {}", ranges.join(", "))
 }
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     let (wiring, config) = setup(&args)?;
     let workspace = config.workspace;
-    let mut cosim = Cosim::new(wiring, config)?;
+    let cosim = Cosim::new(wiring, config)?;
+    Ok(Box::new(move || serve(&args, cosim, &workspace)))
+}
+
+/// Answers the requests on standard input.
+fn serve(args: &Args, mut cosim: Cosim, workspace: &Workspace) -> Result<ExitCode, Failure> {
     let mut input = std::io::stdin().lock();
     for number in 1_u64.. {
         let wrong = |error: &(dyn Error + 'static)| {
@@ -112,7 +96,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let request: Request = serde_json::from_str(&line).map_err(|e| wrong(&e))?;
         let answer = cosim.step(&request, args.samples).map_err(|error| match error {
             CosimError::Refused(Refusal::TargetOutside) => {
-                wrong(&error).with_advice(limits(&workspace, args.rig.as_deref()))
+                wrong(&error).with_advice(limits(workspace, args.rig.as_deref()))
             }
             _ => wrong(&error),
         })?;

@@ -35,7 +35,8 @@ use super::outputs::Outputs;
 use super::print::{self, note};
 use super::run::Goal;
 use super::run_camera::record_folder;
-use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers};
+use super::viewers::Viewers;
+use super::{Failure, Physics, Work, failed, law, numbers};
 
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
 /// simulated rig
@@ -104,24 +105,17 @@ struct Line<'a> {
     time: &'static str,
 }
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let interrupted = interrupt_flag(true)?;
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     if args.compare {
-        return compare::main(&args, &interrupted);
+        return compare::prepare(args);
     }
     let law = chosen(&args)?;
     let mut curve = LawCurve::new(law.title());
-    let mut lines = |line: &str| print::result(line);
-    let output_dir = args.options.output_dir("demo");
-    drive(&args, law, output_dir, &interrupted, (&mut curve, &mut lines))
-}
-
-/// Chooses the law and plans the path.
-#[cfg(test)]
-pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
-    let rig = Rig { law: chosen(args)?, ..Rig::paper()? };
-    rig.config()?;
-    goal(args, &rig).map(drop)
+    let demo = Demo::prepare(&args, law, args.options.output_dir("demo"))?;
+    Ok(Box::new(move || {
+        let interrupted = interrupt_flag(true)?;
+        demo.drive(&args, &interrupted, (&mut curve, &mut |line| print::result(line)))
+    }))
 }
 
 /// Returns the law of the options.
@@ -129,7 +123,7 @@ fn chosen(args: &Args) -> Result<LawSettings, Failure> {
     let Some(gamma) = args.gamma else { return Ok(args.law.clone().unwrap_or_default()) };
     let mut law = args.law.clone().unwrap_or_else(|| LawName::Interval.into());
     if !law.set_gamma(gamma)? {
-        return Err(bad_input(format!(
+        return Err(failed(format!(
             "--gamma is the gain of the law interval, and the law {} has none: leave --gamma out, \
              or choose --law interval",
             law.name()
@@ -142,7 +136,7 @@ fn chosen(args: &Args) -> Result<LawSettings, Failure> {
 fn goal(args: &Args, rig: &Rig) -> Result<Goal, Failure> {
     let Some(what) = &args.what else { return Ok(Goal::Targets) };
     match args.path.goal(what, rig, false)? {
-        Goal::Moving(_) => Err(bad_input("the demo follows no target that moves")),
+        Goal::Moving(_) => Err(failed("the demo follows no target that moves")),
         goal => Ok(goal),
     }
 }
@@ -150,60 +144,144 @@ fn goal(args: &Args, rig: &Rig) -> Result<Goal, Failure> {
 /// Receiver of a run's line of JSON.
 type Lines<'a> = &'a mut dyn FnMut(&str) -> Result<(), Failure>;
 
-/// Runs with `law`, adds the errors to the curve, and gives the line of JSON to `Lines`.
-fn drive(
-    args: &Args,
-    law: LawSettings,
+/// A run that is prepared.
+struct Demo {
+    rig: Rig,
+    camera: Camera,
+    background: Background,
+    goal: Goal,
+    overflow: Overflow,
+    folder: Option<RecordFolder>,
+    viewers: Viewers,
+    steering: Operators,
     output_dir: OutputDir,
-    interrupted: &AtomicBool,
-    (curve, lines): (&mut LawCurve, Lines<'_>),
-) -> Result<ExitCode, Failure> {
-    let rig = Rig { law, ..Rig::paper()? };
-    let mut camera = camera_file::paper()?;
-    if args.no_depth {
-        camera.intrinsics.depth_scale = 0.0;
-    }
-    let folder = record_folder(args.options.record.as_deref())?;
-    // In virtual time no message comes before the result, which a stopped terminal (Ctrl-S) must
-    // not hold back.
-    if !args.virtual_time {
-        note!("preparing the simulated camera");
-    }
-    let synthetic = synthetic_camera(args, &camera)?;
-    let Some(simulation) = rig.simulation.clone() else {
-        return Err(bad_input("the paper's rig is not simulated"));
-    };
-    let motors = simulation.motors();
-    let plant = args.physics.plant(&rig, &simulation)?;
-    let mut demo = Demo { args, rig: &rig, camera: &camera, output_dir, interrupted, curve, lines };
-    if args.virtual_time {
-        let board = VirtualBoard::new(plant);
-        let mut source = SimulatedCamera::new(board.rig(), synthetic, motors, Timing::default());
-        run(&mut demo, &mut source, folder, board.transport(), || board.board().borrow().ball())
-    } else {
-        let served = Arc::new(serve(EmulatedBoard::with_plant(EMULATED, plant))?);
-        let port = served.path().to_string_lossy().into_owned();
-        note!("emulated board on {port}");
-        // This port is no input of the command.
-        let transport = Serial::open(&port, rig.board.baud).map_err(failed_because)?;
-        let Some(simulated) = ServedRig::new(Arc::clone(&served)) else {
-            return Err(failed("the board moves no rig"));
-        };
-        let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
-        let mut source = Capture::start(source, CaptureLimits::default())?;
-        run(&mut demo, &mut source, folder, transport, || served.board().ball())
-    }
 }
 
-/// Returns the camera in front of a recorded frame or a room.
-fn synthetic_camera(args: &Args, camera: &Camera) -> Result<SyntheticCamera, Failure> {
-    let background = match &args.background {
-        None if args.no_depth => Background::Room(Room::bare(Material::from_srgb(140, 150, 120))),
-        None => Background::Room(Room::furnished()),
-        Some(folder) => Background::Frame(first_frame(folder, camera)?),
-    };
-    SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), args.seed)
-        .map_err(Into::into)
+impl Demo {
+    /// Prepares a run with `law` into `output_dir`.
+    fn prepare(args: &Args, law: LawSettings, output_dir: OutputDir) -> Result<Self, Failure> {
+        let rig = Rig { law, ..Rig::paper()? };
+        rig.config()?;
+        let mut camera = camera_file::paper()?;
+        if args.no_depth {
+            camera.intrinsics.depth_scale = 0.0;
+        }
+        let plain = || Room::bare(Material::from_srgb(140, 150, 120));
+        let background = match &args.background {
+            None if args.no_depth => Background::Room(plain()),
+            None => Background::Room(Room::furnished()),
+            Some(folder) => Background::Frame(first_frame(folder, &camera)?),
+        };
+        let goal = goal(args, &rig)?;
+        let overflow = if args.virtual_time { Overflow::Block } else { Overflow::Drop };
+        let folder = record_folder(args.options.record.as_deref())?;
+        output_dir.check()?;
+        let viewers = args.options.viewers.start(&rig, &camera, overflow)?;
+        let steering = Operators::start(&args.options, &rig, &camera, operator())?;
+        Ok(Self { rig, camera, background, goal, overflow, folder, viewers, steering, output_dir })
+    }
+
+    /// Runs, adds the errors to the curve, and gives the line of JSON to `Lines`.
+    fn drive(
+        self,
+        args: &Args,
+        interrupted: &AtomicBool,
+        results: (&mut LawCurve, Lines<'_>),
+    ) -> Result<ExitCode, Failure> {
+        // In virtual time no message comes before the result, which a stopped terminal (Ctrl-S)
+        // must not hold back.
+        if !args.virtual_time {
+            note!("preparing the simulated camera");
+        }
+        let (camera, background) = (self.camera.clone(), self.background.clone());
+        let synthetic =
+            SyntheticCamera::new(camera, background, RenderOptions::default(), args.seed)?;
+        let Some(simulation) = self.rig.simulation.clone() else {
+            return Err(failed("the paper's rig is not simulated"));
+        };
+        let motors = simulation.motors();
+        let plant = args.physics.plant(&self.rig, &simulation)?;
+        let asked = (args, interrupted);
+        if args.virtual_time {
+            let board = VirtualBoard::new(plant);
+            let mut source =
+                SimulatedCamera::new(board.rig(), synthetic, motors, Timing::default());
+            let ball = || board.board().borrow().ball();
+            self.run(asked, &mut source, board.transport(), ball, results)
+        } else {
+            let served = Arc::new(serve(EmulatedBoard::with_plant(EMULATED, plant))?);
+            let port = served.path().to_string_lossy().into_owned();
+            note!("emulated board on {port}");
+            let transport = Serial::open(&port, self.rig.board.baud)?;
+            let Some(simulated) = ServedRig::new(Arc::clone(&served)) else {
+                return Err(failed("the board moves no rig"));
+            };
+            let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
+            let mut source = Capture::start(source, CaptureLimits::default())?;
+            self.run(asked, &mut source, transport, || served.board().ball(), results)
+        }
+    }
+
+    /// Runs with the board at `transport`. `ball` returns the true position of the ball, metres in
+    /// the rig frame.
+    fn run<T: Transport>(
+        self,
+        (args, interrupted): (&Args, &AtomicBool),
+        source: &mut dyn CameraSource,
+        transport: T,
+        ball: impl Fn() -> Option<Point3<f64>>,
+        (curve, lines): (&mut LawCurve, Lines<'_>),
+    ) -> Result<ExitCode, Failure> {
+        let Self { rig, camera, overflow, mut steering, .. } = self;
+        let recorder = self
+            .folder
+            .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
+            .transpose()?;
+        let (is_operated, operator) = (steering.is_operated(), steering.take_operator());
+        let mut run = Run::connect(&rig, transport)?;
+        match self.goal {
+            Goal::Path(plan) => run.set_path(*plan)?,
+            Goal::Waypoints(waypoints, is_repeated) => {
+                run.set_waypoints(&waypoints, is_repeated)?
+            }
+            Goal::Targets | Goal::PresentPlace | Goal::Moving(_) => {}
+        }
+        let log = RunLog::create(&self.output_dir, FigureSettings::of(&rig))?;
+        let targets = run.target_count();
+        let mut outputs =
+            Outputs::start(log, recorder, self.viewers, overflow, targets, is_operated)?;
+        let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, curve];
+        observers.extend(steering.observers(source.clock()));
+        let result = run.drive(RunParts {
+            source,
+            detector: &mut *args.options.detector.detector(&camera),
+            observers: &mut observers,
+            operator,
+            timeout: args.options.timeout,
+            interrupted,
+        });
+        let (page, folder) = (steering.take_page(), outputs.folder().to_owned());
+        drop(steering);
+        let ball = ball().unwrap_or_default();
+        outputs.conclude(result, false, |summary| {
+            // An operator may have set other targets than the rig file.
+            let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target.into());
+            let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
+            let time = if args.virtual_time { "virtual" } else { "real" };
+            let line = Line { summary, true_error_mm, seed: args.seed, time };
+            lines(&serde_json::to_string(&line)?)?;
+            if summary.ending.fault().is_some() {
+                note!(
+                    "the emulated board ends with the demo: there is no fault to clear; run \
+                     `plumb demo` again"
+                );
+            }
+            if let Some(page) = page {
+                page.finish(&folder);
+            }
+            Ok(())
+        })
+    }
 }
 
 fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, Failure> {
@@ -213,75 +291,5 @@ fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, F
         )
     })?;
     let frame = recording.next_frame()?;
-    frame.ok_or_else(|| bad_input(format!("{}: no frame in this recording", folder.display())))
-}
-
-/// Parts of a demo that do not depend on its clock and its link.
-struct Demo<'a> {
-    args: &'a Args,
-    rig: &'a Rig,
-    camera: &'a Camera,
-    output_dir: OutputDir,
-    interrupted: &'a AtomicBool,
-    curve: &'a mut LawCurve,
-    lines: Lines<'a>,
-}
-
-/// Runs the demo. `ball` returns the true position of the ball, metres in the rig frame.
-fn run<T: Transport>(
-    demo: &mut Demo<'_>,
-    source: &mut dyn CameraSource,
-    folder: Option<RecordFolder>,
-    transport: T,
-    ball: impl Fn() -> Option<Point3<f64>>,
-) -> Result<ExitCode, Failure> {
-    let Demo { args, rig, camera, interrupted, .. } = *demo;
-    let overflow = if args.virtual_time { Overflow::Block } else { Overflow::Drop };
-    let recorder = folder
-        .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
-        .transpose()?;
-    let viewers = args.options.viewers.start(rig, camera, overflow)?;
-    let mut steering = Operators::start(&args.options, rig, camera, operator())?;
-    let (is_operated, operator) = (steering.is_operated(), steering.take_operator());
-    let goal = goal(args, rig)?;
-    let mut run = Run::connect(rig, transport)?;
-    match goal {
-        Goal::Path(plan) => run.set_path(*plan)?,
-        Goal::Waypoints(waypoints, is_repeated) => run.set_waypoints(&waypoints, is_repeated)?,
-        Goal::Targets | Goal::PresentPlace | Goal::Moving(_) => {}
-    }
-    let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
-    let targets = run.target_count();
-    let mut outputs = Outputs::start(log, recorder, viewers, overflow, targets, is_operated)?;
-    let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, &mut *demo.curve];
-    observers.extend(steering.observers(source.clock()));
-    let result = run.drive(RunParts {
-        source,
-        detector: &mut *args.options.detector.detector(camera),
-        observers: &mut observers,
-        operator,
-        timeout: args.options.timeout,
-        interrupted,
-    });
-    let (page, folder) = (steering.take_page(), outputs.folder().to_owned());
-    drop(steering);
-    let ball = ball().unwrap_or_default();
-    outputs.conclude(result, false, |summary| {
-        // An operator may have set other targets than the rig file.
-        let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target.into());
-        let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
-        let time = if args.virtual_time { "virtual" } else { "real" };
-        let line = Line { summary, true_error_mm, seed: args.seed, time };
-        (demo.lines)(&serde_json::to_string(&line)?)?;
-        if summary.ending.fault().is_some() {
-            note!(
-                "the emulated board ends with the demo: there is no fault to clear; run `plumb \
-                 demo` again"
-            );
-        }
-        if let Some(page) = page {
-            page.finish(&folder);
-        }
-        Ok(())
-    })
+    frame.ok_or_else(|| failed(format!("{}: no frame in this recording", folder.display())))
 }

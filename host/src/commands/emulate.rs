@@ -22,7 +22,7 @@ use self::motors::MotorLines;
 use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
-use super::{Failure, Physics, bad_input, print};
+use super::{Failure, Physics, Work, bad_input, failed, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///
@@ -87,9 +87,24 @@ impl Line {
 /// Interval at which the board's state is read, short enough for a person to follow.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
+    let rig = args.rig.as_deref().map(Rig::read).transpose()?;
+    let mut board = board(&args, rig.as_ref())?.with_wire(args.wire.wire()?);
+    if args.motors {
+        board.sample_motors(motors::INTERVAL);
+    }
+    let named = args.rig.as_deref().zip(rig.as_ref());
+    let rehearsed = args.rehearsal.plan(&mut board, named)?;
+    Ok(Box::new(move || emulate(&args, board, rehearsed)))
+}
+
+/// Serves the board until an interrupt.
+fn emulate(
+    args: &Args,
+    board: EmulatedBoard,
+    rehearsed: Vec<Rehearsed>,
+) -> Result<ExitCode, Failure> {
     let interrupted = interrupt_flag(false)?;
-    let (board, rehearsed) = prepared(&args)?;
     let served = serve(board)?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
     let link = link.transpose().map_err(bad_input)?;
@@ -107,35 +122,13 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the board of the options behind its link, and what goes wrong with it by plan.
-fn prepared(args: &Args) -> Result<(EmulatedBoard, Vec<Rehearsed>), Failure> {
-    let rig = args.rig.as_deref().map(Rig::read).transpose()?;
-    let mut board = board(args, rig.as_ref())?.with_wire(args.wire.wire()?);
-    if args.motors {
-        board.sample_motors(motors::INTERVAL);
-    }
-    let named = args.rig.as_deref().zip(rig.as_ref());
-    let rehearsed = args.rehearsal.plan(&mut board, named)?;
-    Ok((board, rehearsed))
-}
-
-/// Makes the board, and runs it for a moment in virtual time with a message on its way.
-#[cfg(test)]
-pub(crate) fn begin(args: &Args) -> Result<(), Failure> {
-    use plumb_protocol::units::Micros;
-
-    let (mut board, _) = prepared(args)?;
-    board.write(&[1, 1, 0]);
-    board.run_to(Micros(20_000)).map_err(super::failed)
-}
-
 /// Returns the board of the options, with its simulated rig if there is one.
 fn board(args: &Args, rig: Option<&Rig>) -> Result<EmulatedBoard, Failure> {
     let Some((path, rig)) = args.rig.as_deref().zip(rig) else {
         return Ok(EmulatedBoard::new(EMULATED));
     };
     let Some(simulation) = &rig.simulation else {
-        return Err(bad_input(format!(
+        return Err(failed(format!(
             "{}: no [simulation] table: this is the file of a real rig. A board without a rig \
              needs no file (`plumb emulate --link board`); `plumb init trial --simulated` writes a \
              rig that is simulated",

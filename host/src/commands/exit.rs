@@ -1,25 +1,32 @@
-//! The end of a command by an error: what is printed, and the exit code.
-
-mod class;
+//! The two phases of a command, and its end by an error: what is printed, and the exit code.
 
 use std::env;
 use std::error::Error;
 use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, ErrorKind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::error::ErrorKind as HelpKind;
 use plumb_config::error_chain::ErrorChain;
+use plumb_protocol::message::Refusal;
+use plumb_runtime::link::LinkError;
 use serde_json::json;
 use thiserror::Error;
 
+use super::hints::hint;
 use super::print::{result, tell};
-use super::rig_args::PORT_VARIABLE;
-use super::rig_path::RIG_VARIABLE;
 
-pub(crate) use class::{BAD_INPUT, ExitClass, FAILED, INIT, exit_code_of};
+/// Exit code of a command that did its work and did not succeed, and of an error of the work: a
+/// target is not reached, a board is silent, a disk is full.
+pub(crate) const FAILED: u8 = 1;
+
+/// Exit code of an error of the preparation: an option, a file or a port.
+pub(crate) const BAD_INPUT: u8 = 2;
+
+/// The work of a command, which is prepared: the command line, the files and the port are read.
+pub(crate) type Work = Box<dyn FnOnce() -> Result<ExitCode, Failure>>;
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
 pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
@@ -34,81 +41,84 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(BAD_INPUT)
 }
 
-/// Error that ends a command, and its exit code.
+/// Error that ends a command.
 pub(crate) struct Failure {
-    code: u8,
     error: Box<dyn Error>,
+    /// What to do next, in words; empty where the error says it.
+    advice: String,
     /// Whether the command has printed its result in JSON before it failed.
     has_result: bool,
 }
 
-/// Mistake in the input, in words.
+/// Error in words.
 #[derive(Debug, Error)]
 #[error("{0}")]
-struct InputError(String);
+struct Message(String);
 
-/// Failure of a command, in words.
+/// Mistake in the input that may show only during the work, in words.
 #[derive(Debug, Error)]
 #[error("{0}")]
-struct CommandError(String);
+struct BadInput(String);
 
-exit_code_of! { BAD_INPUT: InputError }
-exit_code_of! { FAILED: CommandError }
-
-/// Returns the failure of a command for a mistake in its input.
-pub(crate) fn bad_input(message: impl fmt::Display) -> Failure {
-    InputError(message.to_string()).into()
+/// Failure to write a file.
+#[derive(Debug, Error)]
+#[error("{}: cannot be written", path.display())]
+pub(crate) struct Unwritten {
+    path: PathBuf,
+    source: io::Error,
 }
 
-/// Returns the failure of a command that could not do its work.
+impl Unwritten {
+    /// Returns the function that makes the failure to write the file at `path` of its cause.
+    pub(crate) fn at(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        |source| Self { path: path.to_owned(), source }
+    }
+}
+
+/// Returns the failure of a command in words.
 pub(crate) fn failed(message: impl fmt::Display) -> Failure {
-    CommandError(message.to_string()).into()
+    Message(message.to_string()).into()
 }
 
-/// Returns the failure to write the file at `path`, with the exit code of the `error`.
-pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Failure {
-    let message = format!("{}: cannot be written: {}", path.display(), ErrorChain(error));
-    if class::file_exit_code(error) == BAD_INPUT { bad_input(message) } else { failed(message) }
+/// Returns the failure of a command by a mistake in its input that may show only during the work:
+/// in a line of standard input, or by the path of a port.
+pub(crate) fn bad_input(message: impl fmt::Display) -> Failure {
+    BadInput(message.to_string()).into()
 }
 
-/// Returns the failure of a command because of an error that is no mistake in its input.
-pub(crate) fn failed_because(error: impl Error + 'static) -> Failure {
-    Failure { code: FAILED, error: error.into(), has_result: false }
-}
-
-impl<E: ExitClass + 'static> From<E> for Failure {
+impl<E: Error + 'static> From<E> for Failure {
     fn from(error: E) -> Self {
-        let is_without_room = ErrorChain(&error).errors().any(is_without_room);
-        let code = if is_without_room { FAILED } else { error.exit_code() };
-        let advice = error.advice();
-        let failure = Self { code, error: error.into(), has_result: false };
-        match advice {
-            Some(advice) => failure.with_advice(advice),
-            None => failure,
-        }
+        Self { error: error.into(), advice: String::new(), has_result: false }
     }
 }
 
 impl Failure {
     /// Prints the error: for people, and as the line of JSON of a command with `--json` that has
-    /// printed no result. Returns the exit code.
-    pub(crate) fn report(&self) -> ExitCode {
+    /// printed no result. Returns the exit code: `phase`, save where the error tells another one.
+    pub(crate) fn report(&self, phase: u8) -> ExitCode {
+        let code = self.code(phase);
         self.print();
         if !self.has_result {
-            print_json(self.code, &self.message());
+            print_json(code, &self.message());
         }
-        ExitCode::from(self.code)
+        ExitCode::from(code)
     }
 
-    /// Returns the error and its causes in words.
+    /// Returns the exit code of this error in a phase whose own one is `phase`.
+    fn code(&self, phase: u8) -> u8 {
+        ErrorChain(&*self.error).errors().find_map(code_of_fact).unwrap_or(phase)
+    }
+
+    /// Returns the error, its causes, and what to do next, in words.
     pub(crate) fn message(&self) -> String {
-        let message = ErrorChain(&*self.error).to_string();
-        match variables_that_name_file(&message) {
-            Some((variables, path)) => {
-                message.replacen(&path, &format!("{path} (named by {variables})"), 1)
+        let mut text = ErrorChain(&*self.error).to_string();
+        for next in [hint(&*self.error).unwrap_or_default(), &self.advice] {
+            if !next.is_empty() {
+                text += if text.ends_with(['.', '?']) { " " } else { ". " };
+                text += next;
             }
-            None => message,
         }
+        text
     }
 
     /// Returns the failure of a command that has printed its result in JSON.
@@ -118,10 +128,7 @@ impl Failure {
 
     /// Returns the failure with `advice` behind its message.
     pub(crate) fn with_advice(self, advice: impl fmt::Display) -> Self {
-        let error = ErrorChain(&*self.error).to_string();
-        let end = if error.ends_with('?') { "" } else { "." };
-        let message = format!("{error}{end} {advice}");
-        Self { error: CommandError(message).into(), ..self }
+        Self { advice: advice.to_string(), ..self }
     }
 
     /// Prints the error, without its consequences.
@@ -130,35 +137,27 @@ impl Failure {
     }
 }
 
-/// Returns a file's path for a message, with the environment variables that name it where no word
-/// of the command line does.
-pub(crate) fn with_variable(path: &Path) -> String {
-    let path = path.display();
-    match variables_that_name_file(&format!("{path}: ")) {
-        Some((variables, _)) => format!("{path} (named by {variables})"),
-        None => path.to_string(),
+/// Returns the exit code of an error that is no matter of the phase: that of the link to a board,
+/// of a write without room (a full disk, or a limit of the size), or of an input during the work.
+fn code_of_fact(error: &(dyn Error + 'static)) -> Option<u8> {
+    use ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    if let Some(error) = error.downcast_ref::<io::Error>() {
+        let is_without_room = matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge);
+        return is_without_room.then_some(FAILED);
     }
-}
-
-/// Returns the environment variables that have the path with which an error begins, and the path,
-/// where no word of the command line is that path. Both may have it: the error does not tell which
-/// of them it is about. `plumb init` names its files itself.
-fn variables_that_name_file(message: &str) -> Option<(String, String)> {
-    if env::args_os().nth(1).is_some_and(|command| command == "init") {
-        return None;
+    if error.is::<BadInput>() {
+        return Some(BAD_INPUT);
     }
-    let named = |variable| {
-        let path = env::var(variable).ok().filter(|path| !path.is_empty())?;
-        let begins = message.starts_with(&format!("{path}: "));
-        let is_alone = begins && env::args_os().skip(2).all(|word| word != path.as_str());
-        is_alone.then_some((variable, path))
-    };
-    let mut named = [RIG_VARIABLE, PORT_VARIABLE].into_iter().filter_map(named);
-    let (variable, path) = named.next()?;
-    match named.find(|(_, other)| *other == path) {
-        Some((other, _)) => Some((format!("{variable} and {other}"), path)),
-        None => Some((variable.to_owned(), path)),
-    }
+    Some(match error.downcast_ref()? {
+        LinkError::Absent { .. }
+        | LinkError::Busy { .. }
+        | LinkError::Permission { .. }
+        | LinkError::NotAPort { .. }
+        | LinkError::Open { .. }
+        | LinkError::Ports { .. }
+        | LinkError::Refused { refusal: Refusal::Config(_), .. } => BAD_INPUT,
+        _ => FAILED,
+    })
 }
 
 /// Prints an error as a line of JSON where the command line asks for JSON.
@@ -177,64 +176,54 @@ fn is_json_asked(arguments: impl Iterator<Item = OsString>) -> bool {
         || options.iter().any(|option| option == "--json")
 }
 
-/// Returns whether `error` is that of a write without room: a full disk, or a limit of the size.
-fn is_without_room(error: &(dyn Error + 'static)) -> bool {
-    let kind = error.downcast_ref::<io::Error>().map(io::Error::kind);
-    matches!(
-        kind,
-        Some(ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge)
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
 
-    use plumb_cameras::png::PngError;
-    use plumb_cameras::record::RecordError;
     use plumb_log::RunLogError;
-    use plumb_protocol::message::{ConfigField, Refusal};
-    use plumb_runtime::link::{Damage, LinkError};
+    use plumb_protocol::message::ConfigField;
+    use plumb_runtime::link::Damage;
     use plumb_runtime::run::RunError;
-    use plumb_sim::emulator::serve::ServeError;
 
     use super::*;
 
-    fn silent() -> LinkError {
-        let waited = Duration::from_secs(1);
-        LinkError::Silent {
+    /// Returns the exit codes of an error of the preparation and of one of the work.
+    fn codes(error: impl Error + 'static) -> [u8; 2] {
+        let failure = Failure::from(error);
+        [BAD_INPUT, FAILED].map(|phase| failure.code(phase))
+    }
+
+    #[test]
+    fn the_code_of_a_board_and_of_a_write_without_room_is_that_of_every_phase() {
+        let refusal = Refusal::Config(ConfigField::Travel);
+        let refused = || LinkError::Refused { what: "the configuration", refusal };
+        assert_eq!(codes(refused()), [BAD_INPUT; 2]);
+        assert_eq!(codes(RunError::Connect(refused())), [BAD_INPUT; 2]);
+        assert_eq!(codes(LinkError::Absent { port: "port".to_owned() }), [BAD_INPUT; 2]);
+        let silent = LinkError::Silent {
             port: "port".to_owned(),
             what: "the greeting",
-            waited,
+            waited: Duration::from_secs(1),
             damage: Damage::default(),
+        };
+        assert_eq!(codes(RunError::Connect(silent)), [FAILED; 2]);
+        for kind in [ErrorKind::StorageFull, ErrorKind::QuotaExceeded, ErrorKind::FileTooLarge] {
+            let log = RunLogError::Io { action: "write", path: "run".into(), source: kind.into() };
+            assert_eq!(codes(log), [FAILED; 2], "{kind}");
         }
     }
 
-    fn code(error: impl ExitClass + 'static) -> u8 {
-        Failure::from(error).code
+    #[test]
+    fn the_code_of_any_other_error_is_that_of_its_phase() {
+        assert_eq!(codes(RunError::NoTargets), [BAD_INPUT, FAILED]);
+        assert_eq!(codes(io::Error::from(ErrorKind::NotFound)), [BAD_INPUT, FAILED]);
     }
 
     #[test]
-    fn a_silent_board_is_the_same_failure_for_every_command() {
-        assert_eq!([code(silent()), code(RunError::Connect(silent()))], [FAILED; 2]);
-    }
-
-    #[test]
-    fn mistakes_in_the_input_are_told_from_failures() {
-        let refusal = Refusal::Config(ConfigField::Travel);
-        let refused = || LinkError::Refused { what: "the configuration", refusal };
-        let absent = LinkError::Absent { port: "port".to_owned() };
-        assert_eq!(code(refused()), BAD_INPUT);
-        assert_eq!(code(RunError::Connect(refused())), BAD_INPUT);
-        assert_eq!(code(absent), BAD_INPUT);
-        assert_eq!(code(RunError::NoTargets), BAD_INPUT);
-        assert_eq!(code(RunLogError::Exists("run".into())), BAD_INPUT);
-        assert_eq!(bad_input("an option").code, BAD_INPUT);
-        assert_eq!(code(io::Error::other("a full disk")), FAILED);
-        assert_eq!(code(RecordError::Thread), FAILED);
-        let hung_up = io::Error::other("hung up");
-        assert_eq!(code(ServeError::Terminal(hung_up)), FAILED);
-        assert_eq!(failed("a full disk").code, FAILED);
+    fn what_to_do_next_stands_behind_the_error() {
+        let message = |text| failed(text).with_advice("Then this").message();
+        assert_eq!(message("it broke"), "it broke. Then this");
+        assert_eq!(message("is it on?"), "is it on? Then this");
     }
 
     #[test]
@@ -242,22 +231,5 @@ mod tests {
         let asked = |line: &str| is_json_asked(line.split(' ').map(OsString::from));
         assert!(asked("run --json") && asked("--json") && asked("demo --law sign"));
         assert!(!asked("run demo") && !asked("run -- --json"));
-    }
-
-    #[test]
-    fn a_full_disk_is_a_failure_and_a_path_that_cannot_be_created_is_bad_input() {
-        let codes = |kind: ErrorKind| {
-            let log = RunLogError::Io { action: "write", path: "run".into(), source: kind.into() };
-            let error = kind.into();
-            [code(log), code(RecordError::Io { action: "write", path: "run".into(), error })]
-        };
-        for kind in [ErrorKind::StorageFull, ErrorKind::QuotaExceeded, ErrorKind::FileTooLarge] {
-            assert_eq!(codes(kind), [FAILED; 2], "{kind}");
-            let png = PngError::Write { path: "1.png".into(), source: kind.into() };
-            assert_eq!(code(png), FAILED, "{kind}");
-        }
-        for kind in [ErrorKind::NotFound, ErrorKind::PermissionDenied, ErrorKind::NotADirectory] {
-            assert_eq!(codes(kind), [BAD_INPUT; 2], "{kind}");
-        }
     }
 }

@@ -8,7 +8,7 @@ use plumb_frame::source::CameraSource;
 use plumb_runtime::doubt::DepthComparison;
 use plumb_vision::detect::BallDetector;
 
-use super::{Failure, failed, failed_because};
+use super::{Failure, failed};
 
 /// Longest search for the ball before a hold, seconds on the source's clock.
 const SEARCH_S: f64 = 5.0;
@@ -38,9 +38,9 @@ pub(super) fn find_ball(
         let frame = match source.next_frame() {
             Ok(Some(frame)) => frame,
             Ok(None) => break,
-            Err(error) if error.is_over() => return Err(failed_because(error)),
+            Err(error) if error.is_over() => return Err(error.into()),
             Err(error) => {
-                lost = Some(failed_because(error));
+                lost = Some(Failure::from(error));
                 continue;
             }
         };
@@ -52,7 +52,7 @@ pub(super) fn find_ball(
                 }
                 lost = None;
             }
-            Err(error) => lost = Some(failed_because(error)),
+            Err(error) => lost = Some(Failure::from(error)),
         }
     }
     let unseen = || {

@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::str::FromStr;
 
 use clap::{Args, Parser};
@@ -19,7 +18,7 @@ use super::number_list::point;
 use super::print::note;
 use super::rig_path::RigArg;
 use super::run::{Common, Goal, drive};
-use super::{Failure, bad_input, numbers};
+use super::{Failure, Work, failed, numbers};
 
 /// Speed along a path where none is given, m/s.
 const DEFAULT_SPEED: f64 = 0.05;
@@ -68,12 +67,12 @@ pub(crate) struct FollowArgs {
     options: Common,
 }
 
-pub(crate) fn follow(args: FollowArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn follow(args: FollowArgs) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
     let rig = Rig::read(&file)?;
     args.options.port.note(&file, &rig);
     let goal = args.path.goal(&args.what, &rig, args.is_repeated)?;
-    drive(&file, rig, goal, &args.options)
+    drive(&file, rig, goal, args.options)
 }
 
 /// What the ball follows.
@@ -203,15 +202,15 @@ impl PathOptions {
                 }
             },
         };
-        let trajectory = trajectory.map_err(|error| bad_input(format!("{name}: {error}")))?;
+        let trajectory = trajectory.map_err(|error| failed(format!("{name}: {error}")))?;
         let plan = PathPlan::new(trajectory, !self.no_wait, rig).map_err(|error| {
             let of_file = |(path, places): &(&PathBuf, Places)| {
                 let mistakes = misplaced(path, places, &rig.motion_rules());
                 (!mistakes.mistakes.is_empty()).then_some(mistakes)
             };
             match places.as_ref().and_then(of_file) {
-                Some(mistakes) => bad_input(mistakes),
-                None => bad_input(format!("{name}: {error}: {}", error.rule)),
+                Some(mistakes) => failed(mistakes),
+                None => failed(format!("{name}: {error}: {}", error.rule)),
             }
         })?;
         let places = places.map_or_else(Vec::new, |(_, places)| places.places);
@@ -227,7 +226,7 @@ impl PathOptions {
             let message = format!(
                 "--speed {speed} is above {highest} m/s, which is `path.max_speed` of the rig"
             );
-            return Err(bad_input(message));
+            return Err(failed(message));
         }
         Ok(MotionLimits {
             speed,
@@ -271,7 +270,7 @@ impl PathOptions {
             ("--loop", is_loop, !matches!(course, Course::Moving)),
         ];
         match options.iter().find(|(_, is_given, has_effect)| *is_given && !has_effect) {
-            Some((option, ..)) => Err(bad_input(format!("{option} has no effect on {course}"))),
+            Some((option, ..)) => Err(failed(format!("{option} has no effect on {course}"))),
             None => Ok(()),
         }
     }

@@ -1,14 +1,12 @@
 //! `plumb hold`: holds the ball where it is.
 
-use std::process::ExitCode;
-
 use clap::Parser;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::check_targets;
 
-use super::Failure;
 use super::rig_path::RigArg;
 use super::run::{Common, Goal, drive};
+use super::{Failure, Work};
 
 /// Hold the ball where it is, until Ctrl-C
 ///
@@ -23,11 +21,11 @@ pub(crate) struct Args {
     options: Common,
 }
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     args.options.run.check_hold()?;
     let file = args.rig.needed()?;
     let rig = Rig::read(&file)?;
     check_targets(&rig)?;
     args.options.port.note(&file, &rig);
-    drive(&file, rig, Goal::PresentPlace, &args.options)
+    drive(&file, rig, Goal::PresentPlace, args.options)
 }

@@ -6,7 +6,7 @@ mod dialogue;
 mod questions;
 
 use std::fs;
-use std::io::{self, ErrorKind};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -17,17 +17,16 @@ use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Stiffness;
-use plumb_setup::new_rig::{DriverKind, NewCamera, NewFiles};
+use plumb_setup::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
 use serde::Serialize;
-use thiserror::Error;
 
 use self::advice::{next_step, notes};
 use self::dialogue::Dialogue;
-use super::exit::exit_code_of;
+use super::exit::Unwritten;
 use super::number_list::sides;
 use super::print::{self, Questions, note};
 use super::rig_args::BoardOption;
-use super::{Failure, failed_because, numbers};
+use super::{Failure, Work, failed, numbers};
 
 /// Write a rig file and a camera file for a new rig
 ///
@@ -197,34 +196,32 @@ struct Line<'a> {
     straps: Option<String>,
 }
 
-/// A file that exists, or cannot be written.
-#[derive(Debug, Error)]
-enum WriteError {
-    #[error("{}: exists; nothing was written. Remove it, or give another folder", .0.display())]
-    Exists(PathBuf),
-    #[error("{}: cannot be written", path.display())]
-    Io {
-        path: PathBuf,
-        #[source]
-        error: io::Error,
-    },
-}
-
-exit_code_of! { BAD_INPUT: WriteError }
-
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     let [rig_path, camera_path] = ["rig.toml", "camera.toml"].map(|name| args.folder.join(name));
     // Before the questions, so that no answer is lost.
     for path in [&rig_path, &camera_path] {
         if path.symlink_metadata().is_ok() {
-            return Err(WriteError::Exists(path.clone()).into());
+            return Err(failed(format!(
+                "{}: exists; nothing was written. Remove it, or give another folder",
+                path.display()
+            )));
         }
     }
     check_writable(&args.folder, &rig_path)?;
     let mut dialogue = Dialogue::new(io::stdin().lock(), Questions, !args.yes);
     let rig = questions::rig(&args, &mut dialogue)?;
     let files = rig.files()?;
-    write_files(&args.folder, &rig_path, &camera_path, &files)?;
+    Ok(Box::new(move || write(&args, &rig, &files, [&rig_path, &camera_path])))
+}
+
+/// Writes the files of a rig, and says what a person must know of them.
+fn write(
+    args: &Args,
+    rig: &NewRig,
+    files: &NewFiles,
+    [rig_path, camera_path]: [&Path; 2],
+) -> Result<ExitCode, Failure> {
+    write_files(&args.folder, rig_path, camera_path, files)?;
     note!("written: {} and {}", rig_path.display(), camera_path.display());
     if let Some(sender) = sender(&rig.camera, &args.folder) {
         note!("pictures: {sender} (`camera.stream` in the rig file; {})", page("stream"));
@@ -239,27 +236,27 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let end = if rig.microsteps == 1 { "" } else { "s" };
         note!("straps of each driver for {} microstep{end}: {straps}", rig.microsteps);
     }
-    for text in notes(&rig) {
+    for text in notes(rig) {
         note!("note: {text}");
     }
-    note!("next: {}", next_step(&rig, &rig_path));
+    note!("next: {}", next_step(rig, rig_path));
     if args.json {
-        let straps = files.straps.map(|straps| straps.to_string());
-        let line = Line { rig: &rig_path, camera: &camera_path, straps };
+        let straps = files.straps.as_ref().map(|straps| straps.to_string());
+        let line = Line { rig: rig_path, camera: camera_path, straps };
         print::result(serde_json::to_string(&line)?)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// Checks that `file` can be written into `folder`, or into the folder that it will be created in.
-fn check_writable(folder: &Path, file: &Path) -> Result<(), WriteError> {
+fn check_writable(folder: &Path, file: &Path) -> Result<(), Failure> {
     let mut folders = folder.ancestors().map(|it| match it.as_os_str().is_empty() {
         true => Path::new("."),
         false => it,
     });
     let Some(existing) = folders.find(|it| it.exists()) else { return Ok(()) };
-    access(existing, AccessFlags::W_OK)
-        .map_err(|error| WriteError::Io { path: file.to_owned(), error: error.into() })
+    let access = access(existing, AccessFlags::W_OK).map_err(io::Error::from);
+    Ok(access.map_err(Unwritten::at(file))?)
 }
 
 /// Returns where the pictures of another program are expected, for a person; `None` for other
@@ -280,16 +277,12 @@ fn write_files(
     rig_path: &Path,
     camera_path: &Path,
     files: &NewFiles,
-) -> Result<(), Failure> {
-    let failure = |path: &Path, error: io::Error| match error.kind() {
-        ErrorKind::AlreadyExists => Failure::from(WriteError::Exists(path.to_owned())),
-        _ => failed_because(WriteError::Io { path: path.to_owned(), error }),
-    };
-    fs::create_dir_all(folder).map_err(|error| failure(folder, error))?;
-    write_new(rig_path, files.rig.as_bytes()).map_err(|error| failure(rig_path, error))?;
+) -> Result<(), Unwritten> {
+    fs::create_dir_all(folder).map_err(Unwritten::at(folder))?;
+    write_new(rig_path, files.rig.as_bytes()).map_err(Unwritten::at(rig_path))?;
     write_new(camera_path, files.camera.as_bytes()).map_err(|error| {
         // The rig file is of no use without it.
         let _ = fs::remove_file(rig_path);
-        failure(camera_path, error)
+        Unwritten::at(camera_path)(error)
     })
 }

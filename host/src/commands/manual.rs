@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::{Command, Parser};
 use clap_complete::Shell;
 
-use super::exit::unwritten;
+use super::exit::Unwritten;
 use super::print::{self, note};
-use super::{Failure, bad_input};
+use super::{Failure, Work, failed};
 
 /// Print the completions of commands and options for a shell
 #[derive(Parser)]
@@ -29,29 +29,33 @@ pub(crate) struct ManArgs {
     folder: PathBuf,
 }
 
-pub(crate) fn completions(args: &CompletionsArgs, mut cli: Command) -> Result<ExitCode, Failure> {
-    let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut cli, "plumb", &mut script);
-    print::result(String::from_utf8_lossy(&script).trim_end())?;
-    Ok(ExitCode::SUCCESS)
+/// Prepares `plumb completions` for the command line `cli`.
+pub(crate) fn completions(args: CompletionsArgs, mut cli: Command) -> Work {
+    Box::new(move || {
+        let mut script = Vec::new();
+        clap_complete::generate(args.shell, &mut cli, "plumb", &mut script);
+        print::result(String::from_utf8_lossy(&script).trim_end())?;
+        Ok(ExitCode::SUCCESS)
+    })
 }
 
-pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
-    let folder = &args.folder;
+/// Prepares `plumb man` for the command line `cli`.
+pub(crate) fn man(args: ManArgs, cli: Command) -> Result<Work, Failure> {
+    let folder = args.folder;
     if folder.exists() && !folder.is_dir() {
         let name = folder.display();
-        return Err(bad_input(format!(
-            "{name}: is a file, but must be a folder: name another one"
-        )));
+        return Err(failed(format!("{name}: is a file, but must be a folder: name another one")));
     }
     let mut cli = cli.disable_help_subcommand(true);
     cli.build();
     let pages = with_usages(cli, synopsis).mut_subcommands(with_version);
-    let written = std::fs::create_dir_all(folder)
-        .and_then(|()| clap_mangen::generate_to(pages, folder).map(drop));
-    written.map_err(|error| unwritten(folder, &error))?;
-    note!("The manual pages are in {}", folder.display());
-    Ok(ExitCode::SUCCESS)
+    Ok(Box::new(move || {
+        let written = std::fs::create_dir_all(&folder)
+            .and_then(|()| clap_mangen::generate_to(pages, &folder).map(drop));
+        written.map_err(Unwritten::at(&folder))?;
+        note!("The manual pages are in {}", folder.display());
+        Ok(ExitCode::SUCCESS)
+    }))
 }
 
 /// Returns `command` with what `usage` returns for it as its usage, likewise its subcommands.

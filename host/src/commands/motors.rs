@@ -15,11 +15,11 @@ use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::{BoardPort, Driver, Rig};
 
 use super::board::report;
-use super::connection::connect_for_home;
+use super::connection::connect;
 use super::print::note;
 use super::rig_args::{BoardArgs, PortArgs};
 use super::rig_path::RigArg;
-use super::{Failure, bad_input, failed};
+use super::{Failure, Work, failed};
 
 pub(crate) use jog::{JogArgs, jog};
 
@@ -70,11 +70,11 @@ const NOT_STOPPED: &str = "`plumb stop` has sent nothing, and the motors may sti
 const MAY_TURN: &str = "The motors may still turn; the emergency button stops them at once, and \
                         the ball falls";
 
-pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn stop(args: StopArgs) -> Result<Work, Failure> {
     let not_stopped = |failure: Failure| failure.with_advice(NOT_STOPPED);
     let BoardPort { port, baud } = args.board.board().map_err(not_stopped)?;
     let serial = Serial::open(&port, baud).map_err(|error| match error {
-        LinkError::Busy { port, .. } => bad_input(format!(
+        LinkError::Busy { port, .. } => failed(format!(
             "{port}: another program drives this board and holds its port: `plumb stop` has sent \
              nothing, and the motors may still turn. Press Ctrl-C where that program runs, or Stop \
              on its page; the emergency button stops the motors at once, and the ball falls"
@@ -83,14 +83,17 @@ pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
     })?;
     // Only the greeting is sent before an answer.
     let link = Link::connect(serial).map_err(|error| not_stopped(error.into()))?;
-    serve(link, args.board.json, |link| {
-        link.stop().map_err(|error| Failure::from(error).with_advice(MAY_TURN))?;
-        Ok("the motors stand")
-    })
+    Ok(Box::new(move || {
+        serve(link, args.board.json, |link| {
+            link.stop().map_err(|error| Failure::from(error).with_advice(MAY_TURN))?;
+            Ok("the motors stand")
+        })
+    }))
 }
 
-pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
-    serve(Link::connect(args.board.open()?)?, args.board.json, |link| {
+pub(crate) fn clear(args: ClearArgs) -> Result<Work, Failure> {
+    let link = Link::connect(args.board.open()?)?;
+    let clear = |link: &mut Link<Serial>| {
         let had_fault = matches!(link.status()?.state, State::Fault(_));
         link.clear_fault()?;
         if !had_fault {
@@ -98,7 +101,8 @@ pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
         }
         check_stands(link)?;
         Ok("faults are cleared")
-    })
+    };
+    Ok(Box::new(move || serve(link, args.board.json, clear)))
 }
 
 /// Time in which the board sets drivers on a UART up and reads each of them, with room: 0.2 s.
@@ -116,19 +120,20 @@ fn check_stands(link: &mut Link<Serial>) -> Result<(), Failure> {
     }
 }
 
-pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn home(args: HomeArgs) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
     let rig = Rig::read(&file)?;
     args.port.note(&file, &rig);
-    let mut link = connect_for_home(&file, &rig, &args.port)?;
-    link.home()?;
-    if let Driver::Tmc2209Uart(_) = rig.motors.driver {
-        check_stands(&mut link)?;
-    }
-    note!("{}: the zero of travel is here", link.port());
-    let telemetry = link.status()?;
-    report(&link, &telemetry, args.json)?;
-    Ok(ExitCode::SUCCESS)
+    let link = connect(&file, &rig, &args.port, true)?;
+    Ok(Box::new(move || {
+        serve(link, args.json, |link| {
+            link.home()?;
+            if let Driver::Tmc2209Uart(_) = rig.motors.driver {
+                check_stands(link)?;
+            }
+            Ok("the zero of travel is here")
+        })
+    }))
 }
 
 /// Makes a request of the board, and prints what `request` has done, and the state.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use plumb_config::whole_writes::write_whole;
 
-use super::exit::unwritten;
+use super::exit::Unwritten;
 use super::print::{message, tell};
 use super::{Failure, bad_input, failed};
 
@@ -67,7 +67,7 @@ fn backup(path: &Path) -> PathBuf {
 pub(super) fn write_beside_former(path: &Path, bytes: &[u8]) -> Result<Option<PathBuf>, Failure> {
     let former = path.is_file().then(|| backup(path));
     if let Some(former) = &former {
-        fs::rename(path, former).map_err(|error| unwritten(former, &error))?;
+        fs::rename(path, former).map_err(Unwritten::at(former))?;
     }
     write(path, bytes)?;
     Ok(former)
@@ -77,7 +77,7 @@ pub(super) fn write_beside_former(path: &Path, bytes: &[u8]) -> Result<Option<Pa
 pub(super) fn check_svg(path: &Path) -> Result<(), Failure> {
     match path.extension() {
         Some(ending) if !ending.eq_ignore_ascii_case("svg") => {
-            Err(bad_input(format!("{}: must end in .svg: the figure is an SVG", path.display())))
+            Err(failed(format!("{}: must end in .svg: the figure is an SVG", path.display())))
         }
         _ => Ok(()),
     }
@@ -106,7 +106,7 @@ pub(super) fn ask(question: &str) -> Result<bool, Failure> {
 
 /// Writes a file, whole or not at all.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    write_whole(path, bytes).map_err(|error| unwritten(path, &error))
+    Ok(write_whole(path, bytes).map_err(Unwritten::at(path))?)
 }
 
 /// Checks, before a measurement, that the file at `path` can be changed, and that its former
@@ -115,17 +115,17 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 /// # Errors
 /// Where it cannot.
 pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
-    File::options().append(true).open(path).map_err(|error| unwritten(path, &error))?;
+    File::options().append(true).open(path).map_err(Unwritten::at(path))?;
     let backup = backup(path);
     let created = File::create_new(&backup).and_then(|_| fs::remove_file(&backup));
-    created.map_err(|error| unwritten(&backup, &error))
+    Ok(created.map_err(Unwritten::at(&backup))?)
 }
 
 /// Replaces a file in one step, so that no reader sees half of it. Its mode stays. A mount point is
 /// written in place: it cannot be replaced.
 fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     // A link is followed: the file that it names is replaced.
-    let path = fs::canonicalize(path).map_err(|error| unwritten(path, &error))?;
+    let path = fs::canonicalize(path).map_err(Unwritten::at(path))?;
     let mut name = path.as_os_str().to_owned();
     name.push(".new");
     let new = PathBuf::from(name);
@@ -134,8 +134,8 @@ fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let renamed = mode.and_then(|mode| fs::set_permissions(&new, mode));
     if renamed.and_then(|()| fs::rename(&new, &path)).is_err() {
         fs::write(&path, bytes).map_err(|error| {
-            let (path, new) = (path.display(), new.display());
-            failed(format!("{path}: cannot be written: {error}; the new version is {new}"))
+            let advice = format!("The new version is {}", new.display());
+            Failure::from(Unwritten::at(&path)(error)).with_advice(advice)
         })?;
         let _stays = fs::remove_file(&new);
     }

@@ -9,7 +9,7 @@ use plumb_runtime::run::DEFAULT_TIMEOUT;
 use super::page::PageOptions;
 use super::ros2::Ros2Options;
 use super::viewers::ViewerOptions;
-use super::{DetectorName, Failure, bad_input, numbers};
+use super::{DetectorName, Failure, failed, numbers};
 
 /// Heading of the options of outputs.
 const OUTPUT: &str = "Output";
@@ -54,7 +54,7 @@ impl RunOptions {
         if is_steered || self.timeout == DEFAULT_TIMEOUT {
             return Ok(());
         }
-        Err(bad_input(format!(
+        Err(failed(format!(
             "--timeout has no effect on a hold without --page or --ros2: it goes on until Ctrl-C. \
              Leave the option out; `timeout -s INT {} plumb hold` ends it by itself",
             self.timeout

@@ -25,7 +25,7 @@ use super::interrupt::DefaultSignals;
 use super::print::is_quiet;
 use super::progress::tell_above;
 use super::viewers::{self, Viewers};
-use super::{FAILED, Failure, both, failed, failed_because};
+use super::{FAILED, Failure, both, failed};
 use closed::Closed;
 use run_progress::Progress;
 
@@ -154,7 +154,7 @@ impl Outputs {
         let unwritten =
             unwritten.or_else(|| pictures.err().map(|error| ErrorChain(&error).to_string()));
         let recording = self.recorder.map(FrameRecorder::finish).transpose();
-        let recording = recording.map_err(failed_because);
+        let recording = recording.map_err(Failure::from);
         let viewers = viewers::close(self.viewers);
         let Self { folder, told, standing, clear, progress, .. } = self;
         let closed = Closed {

@@ -8,7 +8,7 @@ use plumb_log::{LoggedRun, compare};
 
 use super::old_file::check_svg;
 use super::print::note;
-use super::{Failure, bad_input};
+use super::{Failure, Work, failed};
 
 /// Draw the figures of runs again; of several runs also their errors over time in one figure
 ///
@@ -30,9 +30,9 @@ pub(crate) struct Args {
     out: Option<PathBuf>,
 }
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     if args.runs.len() == 1 && args.out.is_some() {
-        return Err(bad_input(
+        return Err(failed(
             "--out is for the errors of several runs: the figures of one run are written into its \
              folder",
         ));
@@ -40,7 +40,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let out = args.out.unwrap_or_else(|| "runs.svg".into());
     check_svg(&out)?;
     if args.runs.len() > 1 && out.symlink_metadata().is_ok() {
-        return Err(bad_input(format!(
+        return Err(failed(format!(
             "{}: exists already, and is not overwritten: give another file with --out, or remove \
              it",
             out.display()
@@ -48,14 +48,16 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     }
     // Every folder is read before a figure is replaced.
     let runs = args.runs.iter().map(|run| LoggedRun::read(run)).collect::<Result<Vec<_>, _>>()?;
-    for run in &runs {
-        for figure in run.redraw()? {
-            note!("{}", figure.display());
+    Ok(Box::new(move || {
+        for run in &runs {
+            for figure in run.redraw()? {
+                note!("{}", figure.display());
+            }
         }
-    }
-    if runs.len() > 1 {
-        compare(&runs, &out)?;
-        note!("{}", out.display());
-    }
-    Ok(ExitCode::SUCCESS)
+        if runs.len() > 1 {
+            compare(&runs, &out)?;
+            note!("{}", out.display());
+        }
+        Ok(ExitCode::SUCCESS)
+    }))
 }

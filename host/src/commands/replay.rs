@@ -14,13 +14,15 @@ use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_config::bounded_read::ReadError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::driver::OpenedSource;
+use plumb_frame::source::CameraSource;
 use plumb_log::replay::{DebugFolder, Problem, ReplayOutcome, replay};
+use plumb_vision::camera::Camera;
 
 use super::print::{self, note, tell};
 use super::progress::{ProgressLine, is_shown};
 use super::ros2::open_recording;
 use super::run_camera::other_depth_scale;
-use super::{DetectorName, FAILED, Failure, bad_input};
+use super::{DetectorName, FAILED, Failure, Work, failed};
 
 /// Detection and location on a recording (a TUM RGB-D folder, an .oni, .bag, .db3, .mcap or video
 /// file): a CSV row a frame
@@ -48,7 +50,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     check_recording(&args.recording)?;
     let file = args.camera.clone().map_or_else(|| beside(&args.recording), Ok)?;
     let mut camera = camera_file::read(&file)?;
@@ -61,11 +63,21 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     for note in &notes {
         tell!("plumb: {note}");
     }
+    camera.intrinsics = intrinsics;
+    let debug = args.debug.as_deref().map(DebugFolder::create).transpose()?;
+    Ok(Box::new(move || work(&args, &camera, &mut *source, debug.as_ref())))
+}
+
+/// Replays the recording `source` of `camera`.
+fn work(
+    args: &Args,
+    camera: &Camera,
+    source: &mut dyn CameraSource,
+    debug: Option<&DebugFolder>,
+) -> Result<ExitCode, Failure> {
     // Rows on the terminal are its progress.
     let line = RefCell::new(ProgressLine::shown_if(is_shown() && !stdout().is_terminal()));
-    camera.intrinsics = intrinsics;
-    let mut detector = args.detector.detector(&camera);
-    let debug = args.debug.as_deref().map(DebugFolder::create).transpose()?;
+    let mut detector = args.detector.detector(camera);
     let report = |problem: &Problem| {
         line.borrow_mut().clear();
         tell!("plumb: {}", ErrorChain(problem));
@@ -75,8 +87,8 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let text = format_args!("frame {frames}, {detected} with a ball");
         line.borrow_mut().show(text, Instant::now());
     };
-    let (rows, debug) = (print::Results, debug.as_ref());
-    let result = replay(&mut *source, &camera, &mut *detector, rows, debug, report, progress);
+    let rows = print::Results;
+    let result = replay(source, camera, &mut *detector, rows, debug, report, progress);
     line.borrow_mut().clear();
     let outcome = match result {
         // Whoever reads the rows has enough of them.
@@ -115,7 +127,7 @@ fn check_recording(recording: &Path) -> Result<(), Failure> {
         recording.join(CAMERA_FILE).try_exists().map_err(unreadable)?;
     }
     if has("run.csv") && !has("rgb.txt") {
-        return Err(bad_input(format!(
+        return Err(failed(format!(
             "{name}: this is a run's folder, and no recording: `plumb run --record FOLDER` records"
         )));
     }
@@ -139,7 +151,7 @@ fn beside(recording: &Path) -> Result<PathBuf, Failure> {
         }
         false => "",
     };
-    Err(bad_input(format!(
+    Err(failed(format!(
         "{}: this recording has no camera file; name one with --camera CAMERA.toml{without_depth}",
         file.display()
     )))

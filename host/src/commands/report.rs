@@ -17,7 +17,7 @@ use super::old_file::write_beside_former;
 use super::print::{note, result};
 use super::rig_args::PortArgs;
 use super::rig_path::RigArg;
-use super::{Failure, failed_because};
+use super::{Failure, Work};
 use parts::Parts;
 
 /// Write one file to attach to a question: versions, board, rig file, camera file, the last run
@@ -51,7 +51,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
+pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     archive::check_replaceable(&args.out)?;
     let mut parts = Parts::default();
     let rig = args.rig.found();
@@ -64,20 +64,22 @@ pub(crate) fn main(args: &Args) -> Result<ExitCode, Failure> {
         note!("missing: {missing}");
     }
     let parts = parts.finish();
-    let packed = archive::pack(&parts).map_err(failed_because)?;
-    let former = write_beside_former(&args.out, &packed)?;
-    let file = args.out.display();
-    note!("{file} contains these files as they are:");
-    for part in &parts {
-        note!("{:>9} bytes  {}: {}", part.bytes.len(), part.name, part.content);
-    }
-    if let Some(former) = former {
-        note!("The former report is now {}", former.display());
-    }
-    note!("Look into it before you send it: tar xzf {file}");
-    if args.json {
-        let names: Vec<&str> = parts.iter().map(|part| part.name).collect();
-        result(json!({ "report": args.out, "bytes": packed.len(), "parts": names }))?;
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(Box::new(move || {
+        let packed = archive::pack(&parts)?;
+        let former = write_beside_former(&args.out, &packed)?;
+        let file = args.out.display();
+        note!("{file} contains these files as they are:");
+        for part in &parts {
+            note!("{:>9} bytes  {}: {}", part.bytes.len(), part.name, part.content);
+        }
+        if let Some(former) = former {
+            note!("The former report is now {}", former.display());
+        }
+        note!("Look into it before you send it: tar xzf {file}");
+        if args.json {
+            let names: Vec<&str> = parts.iter().map(|part| part.name).collect();
+            result(json!({ "report": args.out, "bytes": packed.len(), "parts": names }))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }))
 }

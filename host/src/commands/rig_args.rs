@@ -14,7 +14,7 @@ use super::rig_path::RigArg;
 use super::{Failure, bad_input, numbers};
 
 /// Environment variable with the port of a command line that names none.
-pub(crate) const PORT_VARIABLE: &str = "PLUMB_PORT";
+const PORT_VARIABLE: &str = "PLUMB_PORT";
 
 /// Baud rate of a board without a rig file, bit/s.
 const DEFAULT_BAUD: u32 = 115_200;

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, bad_input};
+use super::{Failure, failed};
 
 /// Environment variable with the rig file of a command line that names none.
-pub(crate) const RIG_VARIABLE: &str = "PLUMB_RIG";
+const RIG_VARIABLE: &str = "PLUMB_RIG";
 
 /// Rig file in the present folder where neither an option nor a variable names one.
 const USUAL: &str = "rig.toml";
@@ -31,14 +31,19 @@ impl RigArg {
     /// Returns the rig file of a command that needs one.
     ///
     /// # Errors
-    /// Where nothing names one, and there is no `rig.toml` in the present folder.
+    /// Where nothing names one, and there is no `rig.toml` in the present folder; or where the
+    /// variable names a file that does not exist.
     pub(crate) fn needed(&self) -> Result<PathBuf, Failure> {
-        self.found().ok_or_else(|| {
-            bad_input(format!(
+        let file = self.found().ok_or_else(|| {
+            failed(format!(
                 "there is no {USUAL} in this folder: `plumb init` writes one, and --rig FILE names \
                  another"
             ))
-        })
+        })?;
+        if self.rig.is_none() && matches!(file.try_exists(), Ok(false)) {
+            return Err(failed(format!("{}: no such file ({RIG_VARIABLE})", file.display())));
+        }
+        Ok(file)
     }
 
     /// Returns the rig file of a command that can do without one; `None` where there is none.

@@ -16,7 +16,7 @@ use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::operator;
 use plumb_runtime::rig::check::wrong_targets;
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::{PathPlan, Run, RunParts, TargetUse, Waypoint, check_targets};
+use plumb_runtime::run::{PathPlan, Run, RunError, RunParts, TargetUse, Waypoint, check_targets};
 use plumb_runtime::targets::{TargetOrigin, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
 
@@ -31,7 +31,7 @@ use super::real_time::RealTime;
 use super::rig_args::PortArgs;
 use super::rig_path::{RigArg, rig_option};
 use super::run_camera::{RunCamera, read_camera, record_folder};
-use super::{Failure, Physics, bad_input, law, numbers};
+use super::{Failure, Physics, Work, bad_input, law, numbers};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -93,7 +93,7 @@ pub(super) struct Common {
     pub(super) run: RunOptions,
 }
 
-pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: RunArgs) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
     let text = read_text(&file, MAX_BYTES).map_err(TomlFileError::from)?;
     let rig = Rig::parse(&file, &text)?;
@@ -101,16 +101,16 @@ pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         return Err(bad_input(finding));
     }
     args.options.port.note(&file, &rig);
-    drive(&file, rig, Goal::Targets, &args.options)
+    drive(&file, rig, Goal::Targets, args.options)
 }
 
-pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn goto(args: GotoArgs) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
     let mut rig = Rig::read(&file)?;
     rig.set_targets(&[[args.x, args.y, args.z]])?;
     check_targets(&rig)?;
     args.options.port.note(&file, &rig);
-    drive(&file, rig, Goal::Targets, &args.options)
+    drive(&file, rig, Goal::Targets, args.options)
 }
 
 /// Goal of a run.
@@ -131,13 +131,13 @@ pub(super) enum Goal {
 /// 2.5 times as long as with 0.06 s, with 0.2 s 1.1 times (`plumb emulate --latency`, half of it).
 const SLOW_ANSWER: Duration = Duration::from_millis(300);
 
-/// Drives the ball to `goal` with the rig of `file`.
+/// Prepares a drive to `goal` with the rig of `file`: connects to the board, and opens the camera.
 pub(super) fn drive(
     file: &Path,
     mut rig: Rig,
     goal: Goal,
-    options: &Common,
-) -> Result<ExitCode, Failure> {
+    options: Common,
+) -> Result<Work, Failure> {
     if let Some(law) = &options.law {
         rig.law = law.clone();
     }
@@ -146,7 +146,7 @@ pub(super) fn drive(
         tell!("{}: has no [size]: a target that no cables can hold is not refused", file.display());
     }
     tell_targets_at_border(&goal, &rig);
-    let chosen = source_name(file, &rig, options)?;
+    let chosen = source_name(file, &rig, &options)?;
     let output_dir = options.run.output_dir("run");
     output_dir.check()?;
     let (sender, mut receiver) = operator();
@@ -163,7 +163,10 @@ pub(super) fn drive(
         note!("{}", RealTime::ask());
     }
     let connected = Run::connect(&rig, transport);
-    let mut run = connected.map_err(|error| explained(error, file, &options.port))?;
+    let mut run = connected.map_err(|error| match error {
+        RunError::Connect(error) => explained(error, file, &options.port, false),
+        error => error.into(),
+    })?;
     tell_slow_link(&run);
     if let Some(targets) = moving {
         run.set_targets(Box::new(targets), TargetUse::Goal);
@@ -176,39 +179,45 @@ pub(super) fn drive(
         Goal::Path(plan) => run.set_path((**plan).clone())?,
         Goal::Targets | Goal::PresentPlace | Goal::Moving(_) => {}
     }
+    let motors = run.motors()?;
     let mut camera = match chosen {
         SourceName::Simulated => {
             let physics = options.physics.unwrap_or(Physics::QuasiStatic);
-            RunCamera::simulated(&rig, camera, physics, run.motors()?)?
+            RunCamera::simulated(&rig, camera, physics, motors)?
         }
         _ => {
             let advice = without_simulation(file, &rig, &options.port);
             RunCamera::open(&rig, camera, oni, advice.as_deref())?
         }
     };
-    let intrinsics = &camera.camera.intrinsics;
-    if interrupted.load(Ordering::Relaxed) {
-        return Err(interrupted_before("run"));
-    }
-    let recorder = folder.map(|folder| folder.begin(&text, intrinsics, Overflow::Drop));
-    let recorder = recorder.transpose()?;
-    let mut detector = options.run.detector.detector(&camera.camera);
-    if let Goal::PresentPlace = goal {
-        let target = find_ball(&mut *camera.source, &mut *detector, &interrupted)?;
-        let waypoint = Waypoint { dwell_s: f64::INFINITY, ..Waypoint::new(target) };
-        let held = run.set_waypoints(&[waypoint], false).map_err(Failure::from);
-        held.map_err(|failure| {
-            failure
-                .with_advice("The ball is there now: jog it back into the workspace, `plumb jog`")
-        })?;
-    }
-    let log = RunLog::create(&output_dir, FigureSettings::of(&rig))?;
-    let (targets, is_operated) = (run.target_count(), steering.is_operated());
-    let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop, targets, is_operated)?;
-    let outputs = outputs.cleared_by(format!("plumb clear{}{}", rig_option(file), options.port));
-    let is_endless = goal.is_endless();
-    PreparedRun { run, camera, detector, steering, stream, outputs, is_endless }
-        .drive(&options.run, &interrupted)
+    let clear = format!("plumb clear{}{}", rig_option(file), options.port);
+    Ok(Box::new(move || {
+        camera.check_ball(&rig, motors)?;
+        let intrinsics = &camera.camera.intrinsics;
+        if interrupted.load(Ordering::Relaxed) {
+            return Err(interrupted_before("run"));
+        }
+        let recorder = folder.map(|folder| folder.begin(&text, intrinsics, Overflow::Drop));
+        let recorder = recorder.transpose()?;
+        let mut detector = options.run.detector.detector(&camera.camera);
+        if let Goal::PresentPlace = goal {
+            let target = find_ball(&mut *camera.source, &mut *detector, &interrupted)?;
+            let waypoint = Waypoint { dwell_s: f64::INFINITY, ..Waypoint::new(target) };
+            let held = run.set_waypoints(&[waypoint], false).map_err(Failure::from);
+            held.map_err(|failure| {
+                failure.with_advice(
+                    "The ball is there now: jog it back into the workspace, `plumb jog`",
+                )
+            })?;
+        }
+        let log = RunLog::create(&output_dir, FigureSettings::of(&rig))?;
+        let (targets, is_operated) = (run.target_count(), steering.is_operated());
+        let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop, targets, is_operated)?;
+        let outputs = outputs.cleared_by(clear);
+        let is_endless = goal.is_endless();
+        PreparedRun { run, camera, detector, steering, stream, outputs, is_endless }
+            .drive(&options.run, &interrupted)
+    }))
 }
 
 /// Says that the board answers late, where it does.

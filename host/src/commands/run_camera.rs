@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use plumb_cameras::camera_file;
 use plumb_cameras::capture::{Capture, CaptureLimits};
 use plumb_cameras::open::OpenedCamera;
@@ -15,15 +15,13 @@ use plumb_config::bounded_read::{ReadError, read_text};
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_frame::source::CameraSource;
 use plumb_runtime::rig::{MotionError, Rig};
-use plumb_sim::simulated::{
-    HilObserver, HilPlant, SimClock, SimulatedCamera, Timing, synthetic_camera,
-};
+use plumb_sim::simulated::{HilObserver, HilPlant, SimulatedCamera, Timing, synthetic_camera};
 use plumb_vision::camera::Camera;
 
 use super::interrupt::DefaultSignals;
 use super::print::{note, tell};
 use super::ros2::open_camera;
-use super::{Failure, Physics, bad_input, failed};
+use super::{Failure, Physics, failed};
 
 /// Reads the camera file of `rig` of `file`. Returns its text too.
 ///
@@ -33,7 +31,7 @@ pub(crate) fn read_camera(file: &Path, rig: &Rig) -> Result<(String, Camera), Fa
     let path = &rig.camera.file;
     let text = read_text(path, MAX_BYTES).map_err(|error| match &error {
         ReadError::Io { error: cause, .. } if cause.kind() == ErrorKind::NotFound => {
-            bad_input(format!(
+            failed(format!(
                 "{}: there is no such file; `camera.file` of {} names it",
                 path.display(),
                 file.display()
@@ -118,36 +116,34 @@ impl RunCamera {
         motors: [f64; 3],
     ) -> Result<Self, Failure> {
         let Some(simulation) = &rig.simulation else {
-            return Err(bad_input("no rig is simulated"));
+            return Err(failed("no rig is simulated"));
         };
         note!("preparing the simulated camera");
         let plant = HilPlant::new(physics.plant(rig, simulation)?);
         let mut follower = plant.observer();
         follower.board_stands(motors)?;
-        check_simulated_ball(rig, plant.ball(), motors)?;
         let synthetic = synthetic_camera(simulation, &camera)?;
         let source = SimulatedCamera::new(plant, synthetic, simulation.motors(), Timing::default());
         let source = Box::new(Capture::start(source, CaptureLimits::default())?);
         Ok(Self { source, camera, oni: None, follower: Some(follower) })
     }
-}
 
-/// Checks that the ball of the simulated `rig` hangs at a `place` (metres) inside the workspace,
-/// where the board's motors are at `motors` (full steps from the zero of travel).
-fn check_simulated_ball(rig: &Rig, place: Point3<f64>, motors: [f64; 3]) -> Result<(), Failure> {
-    let Err(MotionError::Workspace(outside)) = rig.motion_rules().check(place, Vector3::zeros())
-    else {
-        return Ok(());
-    };
-    let [a, b, c] = motors;
-    Err(failed(format!(
-        "the board's motors stand at {a:.0}, {b:.0} and {c:.0} full steps: there the ball of this \
-         simulated rig is outside its workspace, {outside}"
-    ))
-    .with_advice(
-        "A board keeps its motors' positions from one run to the next, also those of another rig. \
-         `plumb home` puts the ball of a simulated rig back at its start",
-    ))
+    /// Checks that the ball of the simulated `rig`, where this is one, hangs inside the workspace
+    /// with the board's motors at `motors` (full steps from the zero of travel).
+    pub(super) fn check_ball(&self, rig: &Rig, motors: [f64; 3]) -> Result<(), Failure> {
+        let Some(follower) = &self.follower else { return Ok(()) };
+        let checked = rig.motion_rules().check(follower.ball(), Vector3::zeros());
+        let Err(MotionError::Workspace(outside)) = checked else { return Ok(()) };
+        let [a, b, c] = motors;
+        Err(failed(format!(
+            "the board's motors stand at {a:.0}, {b:.0} and {c:.0} full steps: there the ball of \
+             this simulated rig is outside its workspace, {outside}"
+        ))
+        .with_advice(
+            "A board keeps its motors' positions from one run to the next, also those of another \
+             rig. `plumb home` puts the ball of a simulated rig back at its start",
+        ))
+    }
 }
 
 /// Returns what another program must send, for a person; `None` for other cameras.

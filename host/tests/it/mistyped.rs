@@ -157,5 +157,5 @@ fn a_word_that_is_no_text_does_not_hide_the_mistake() {
     command.args(["run", "--out"]).arg(OsStr::from_bytes(b"run-\xff"));
     let output = command.env("PLUMB_RIG", "gone.toml").current_dir(folder.path()).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    assert!(stderr(&output).contains("gone.toml (named by PLUMB_RIG): "), "{}", stderr(&output));
+    assert!(stderr(&output).contains("gone.toml: no such file (PLUMB_RIG)"), "{}", stderr(&output));
 }

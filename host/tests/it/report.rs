@@ -105,7 +105,7 @@ fn what_is_missing_is_named_in_the_report_and_a_named_folder_must_be_a_run() {
 fn a_report_lacks_a_rig_file_that_is_not_there() {
     let folder = folder();
     for (variable, says) in [
-        ("none/rig.toml", "missing: rig.toml: none/rig.toml (named by PLUMB_RIG): cannot be read"),
+        ("none/rig.toml", "missing: rig.toml: none/rig.toml: cannot be read"),
         ("", "missing: rig.toml: there is none in this folder, and none is named"),
     ] {
         let mut report = Command::new(env!("CARGO_BIN_EXE_plumb"));

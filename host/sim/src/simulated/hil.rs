@@ -146,6 +146,11 @@ impl RealTimeBall for Arc<Mutex<HilRig>> {
 }
 
 impl HilObserver {
+    /// Returns the place of the ball, metres in the rig frame.
+    pub fn ball(&self) -> Point3<f64> {
+        self.rig.ball()
+    }
+
     /// Places the rig at the motor positions of a board that stands (full steps from the zero of
     /// travel).
     ///

@@ -11,6 +11,7 @@ mod steps;
 mod tests;
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_cameras::camera_file::is_rig_file;
@@ -26,11 +27,11 @@ use serde_json::json;
 use super::super::print::{result, tell};
 use super::super::rig_args::PortArgs;
 use super::super::rig_path::RigArg;
-use super::super::{Failure, bad_input};
+use super::super::{Failure, Work, failed};
 use super::{compare_release, firmware_line};
 use computer::ThisComputer;
 use drive::{DriveSearch, Drives};
-use steps::Greeting;
+use steps::{FlashError, Greeting};
 
 /// Most bytes of a UF2 file: two for each byte of a Pico 2's flash, and a block.
 const MAX_BYTES: u64 = (8 << 20) + 512;
@@ -55,7 +56,7 @@ pub(super) struct Args {
     json: bool,
 }
 
-pub(super) fn main(args: Args) -> Result<(), Failure> {
+pub(super) fn prepare(args: Args) -> Result<Work, Failure> {
     let rig = args.rig.found();
     let board = args.port.board(rig.as_deref())?;
     let file = match args.file {
@@ -67,17 +68,24 @@ pub(super) fn main(args: Args) -> Result<(), Failure> {
     };
     let (firmware, chip) = read(&file)?;
     let mut computer = ThisComputer::new(args.port, chip);
-    let flashed = steps::flash(&firmware, board, &mut computer)?;
-    let (port, Greeting { provenance, start }) = (&flashed.board.port, flashed.greeting);
-    let cause = start.map_or_else(|| "not reported".to_owned(), |cause| cause.to_string());
-    tell!("{port}: the board is back: {provenance}; cause of its start: {cause}");
-    compare_release(port, &provenance);
-    if args.json {
-        let (start, firmware) = (start.map(|cause| cause.to_string()), firmware_line(&provenance));
-        let line = json!({ "port": port, "flashed": file, "start": start, "firmware": firmware });
-        result(line)?;
-    }
-    Ok(())
+    let destination = steps::choose(board, &mut computer)?;
+    Ok(Box::new(move || {
+        let flashed = steps::flash(&firmware, destination, &mut computer);
+        let flashed = flashed.map_err(|error| match error {
+            FlashError::Link(error) => Failure::from(error),
+            error => error.into(),
+        })?;
+        let (port, Greeting { provenance, start }) = (&flashed.board.port, flashed.greeting);
+        let start = start.map(|cause| cause.to_string());
+        let cause = start.as_deref().unwrap_or("not reported");
+        tell!("{port}: the board is back: {provenance}; cause of its start: {cause}");
+        compare_release(port, &provenance);
+        if args.json {
+            let firmware = firmware_line(&provenance);
+            result(json!({ "port": port, "flashed": file, "start": start, "firmware": firmware }))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }))
 }
 
 /// Returns the chip of the board that a command line without a firmware means: that of the rig
@@ -126,7 +134,7 @@ fn default_firmware(chip: &Chip, program: &Path) -> Result<PathBuf, Failure> {
     if built.exists() {
         return Ok(built);
     }
-    Err(bad_input(format!(
+    Err(failed(format!(
         "{}: there is no firmware here; build it with `make firmware{board}`, or name a UF2 file",
         built.display()
     )))
@@ -137,7 +145,7 @@ fn read(file: &Path) -> Result<(Vec<u8>, &'static Chip), Failure> {
     let name = file.display();
     let firmware = bounded_read::read(file, MAX_BYTES)?;
     let uf2::Firmware { chip, size } = uf2::check(&firmware).map_err(|error| {
-        bad_input(match std::str::from_utf8(&firmware).is_ok_and(is_rig_file) {
+        failed(match std::str::from_utf8(&firmware).is_ok_and(is_rig_file) {
             true => format!("{name}: this is a rig file, and no UF2 file: give it with --rig"),
             false => format!("{name}: {error}"),
         })

@@ -11,11 +11,10 @@ use plumb_setup::selftest::{self, Check, Outcome};
 use serde_json::json;
 
 use super::{chip_counts, firmware_line};
-use crate::commands::exit::FAILED;
 use crate::commands::old_file::{ask, write};
 use crate::commands::print::tell;
 use crate::commands::rig_args::{BoardArgs, BoardOption};
-use crate::commands::{Failure, failed, print};
+use crate::commands::{FAILED, Failure, Work, failed, print};
 
 #[derive(Parser)]
 pub(super) struct Args {
@@ -33,17 +32,20 @@ pub(super) struct Args {
     out: PathBuf,
 }
 
-pub(super) fn main(args: &Args) -> Result<ExitCode, Failure> {
-    let kind = kind(args)?;
+pub(super) fn prepare(args: Args) -> Result<Work, Failure> {
+    let kind = kind(&args)?;
+    // A board that does not answer makes the question needless.
+    Link::connect(args.board.open()?)?;
+    Ok(Box::new(move || test(&args, kind)))
+}
+
+/// Tests the board, if the user agrees or has agreed.
+fn test(args: &Args, kind: BoardName) -> Result<ExitCode, Failure> {
     let pins = kind.board().name;
     let question =
         format!("The pins of board.kind = \"{pins}\" will give pulses. Is the motors' supply off?");
-    if !args.yes {
-        // A board that does not answer makes the question needless.
-        Link::connect(args.board.open()?)?;
-        if !ask(&question)? {
-            return Err(failed("nothing was tested: switch the motors' supply off first"));
-        }
+    if !args.yes && !ask(&question)? {
+        return Err(failed("nothing was tested: switch the motors' supply off first"));
     }
     let mut link = Link::connect(args.board.open()?)?;
     let (port, provenance) = (link.port(), link.provenance()?);

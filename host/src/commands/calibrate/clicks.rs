@@ -31,7 +31,7 @@ impl Clicks {
     /// Starts the page, if there is to be one, and prints its address.
     pub(super) fn start(
         options: &MotorOptions,
-        file: &CameraFile<'_>,
+        file: &CameraFile,
     ) -> Result<Option<Self>, Failure> {
         if !options.page {
             return Ok(None);

@@ -11,7 +11,7 @@ use plumb_vision::image::ImageSize;
 
 use crate::commands::numbers;
 
-pub(super) use work::import;
+pub(super) use work::prepare;
 
 /// Calibration of another program.
 #[derive(Args)]

@@ -12,16 +12,15 @@ use plumb_calibrate::camera_text::with_lens;
 use plumb_calibrate::lens::{LensCalibration, LensView, calibrate_lens};
 use plumb_calibrate::overlay::draw_corners;
 use plumb_cameras::{camera_file, png};
-use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::{CalibratedFor, Camera, DistortionCoefficients};
 use serde::Serialize;
 
 use super::output::{self, CameraFile};
 use super::view::View;
-use crate::commands::old_file::OldFile;
+use crate::commands::exit::Unwritten;
 use crate::commands::print::tell;
-use crate::commands::{Failure, failed, numbers};
+use crate::commands::{Failure, Work, failed, numbers};
 use pictures::{Shown, from_camera, from_folder};
 
 /// Ways that exclude the options.
@@ -62,22 +61,34 @@ struct Report {
     written: bool,
 }
 
-/// Estimates the lens, and writes it into the camera file.
-pub(super) fn calibrate(
+/// Reads the pictures of the options, or opens the camera.
+pub(super) fn prepare(
     options: &LensOptions,
     (file, rig, camera): (&Path, &Rig, Camera),
-    camera_file: &CameraFile<'_>,
+    camera_file: CameraFile,
+    answers: (bool, bool),
+) -> Result<Work, Failure> {
+    let ignored = output::without_effect(file, rig);
+    if let Some(folder) = &options.pictures {
+        let shown = from_folder(folder)?;
+        return Ok(Box::new(move || calibrate(&shown, ignored, &camera_file, answers)));
+    }
+    // The file's intrinsics may be a guess for pictures of another size.
+    let camera = Camera { calibrated_for: CalibratedFor::Nothing, ..camera };
+    let (view, count) = (View::open_whole(file, rig, camera)?, options.views.unwrap_or(20));
+    Ok(Box::new(move || {
+        let shown = from_camera(view, count, &lens_folder(&camera_file.path))?;
+        calibrate(&shown, ignored, &camera_file, answers)
+    }))
+}
+
+/// Estimates the lens, and writes it into the camera file. `ignored` says that a run ignores it.
+fn calibrate(
+    shown: &[Shown],
+    ignored: Option<String>,
+    camera_file: &CameraFile,
     (is_agreed, is_json): (bool, bool),
 ) -> Result<ExitCode, Failure> {
-    let shown = match &options.pictures {
-        Some(folder) => from_folder(folder)?,
-        None => {
-            // The file's intrinsics may be a guess for pictures of another size.
-            let camera = Camera { calibrated_for: CalibratedFor::Nothing, ..camera };
-            let view = View::open_whole(file, rig, camera)?;
-            from_camera(view, options.views.unwrap_or(20), &lens_folder(camera_file.path))?
-        }
-    };
     let Some(first) = shown.first() else {
         return Err(failed(
             "no picture shows the board: `plumb calibrate --print-board board.pdf`",
@@ -86,20 +97,19 @@ pub(super) fn calibrate(
     let size = first.picture.size();
     let views: Vec<LensView> = shown.iter().map(|shown| shown.view.clone()).collect();
     let found = calibrate_lens(&views, size)?;
-    let pictures = keep_pictures(&shown, &found, camera_file.path)?;
+    let pictures = keep_pictures(shown, &found, &camera_file.path)?;
     let mut report = Report::new(&found, pictures);
     let is_poor = found.grade() == Grade::Poor;
     if !is_poor {
-        report.findings.extend(output::without_effect(file, rig));
+        report.findings.extend(ignored);
     }
     report.tell(is_poor);
     let mut written = Ok(false);
     if !is_poor {
         let lens = (&found.intrinsics, size);
-        let text = with_lens(camera_file.text, lens, "plumb calibrate --lens")?;
-        camera_file::parse(camera_file.path, &text)?;
-        let old = OldFile { path: camera_file.path, text: camera_file.text };
-        written = old.offer(&text, "the intrinsics", is_agreed);
+        let text = with_lens(&camera_file.text, lens, "plumb calibrate --lens")?;
+        camera_file::parse(&camera_file.path, &text)?;
+        written = camera_file.replace(&text, "the intrinsics", is_agreed);
     }
     output::conclude(written, is_json, |is_written| {
         report.written = is_written;
@@ -119,8 +129,7 @@ fn keep_pictures(
     camera_file: &Path,
 ) -> Result<PathBuf, Failure> {
     let folder = lens_folder(camera_file);
-    let unwritable = |error| failed(format!("{}: {}", folder.display(), ErrorChain(&error)));
-    fs::create_dir_all(&folder).map_err(unwritable)?;
+    fs::create_dir_all(&folder).map_err(Unwritten::at(&folder))?;
     for (number, fit) in found.views.iter().enumerate() {
         let Some(shown) = shown.iter().find(|shown| shown.view.name == fit.name) else { continue };
         let expected = fit.expected(&found.intrinsics);

@@ -8,7 +8,7 @@ use plumb_calibrate::places::{MAX_PLACES, MIN_PLACES, PLACE_SD_M};
 
 use crate::commands::number_list::{list, point};
 use crate::commands::page::PageAddress;
-use crate::commands::{Failure, bad_input, numbers};
+use crate::commands::{Failure, failed, numbers};
 
 // The ways that exclude an option. With `requires` clap accepts the option: it waives a requirement
 // that conflicts with another argument.
@@ -97,7 +97,7 @@ impl MotorOptions {
         }
         let n = self.pixels.len();
         let pixels = self.pixels.clone().try_into();
-        pixels.map(Some).map_err(|_| bad_input(format!("--pixel: 3 are needed; given: {n}")))
+        pixels.map(Some).map_err(|_| failed(format!("--pixel: 3 are needed; given: {n}")))
     }
 
     /// Returns whether there are neither pixels nor a page: a picture is kept, and no pose found.
@@ -130,10 +130,10 @@ impl MotorOptions {
         let needed = "give --height (of the motors above the origin) or --motor three times";
         match (self.height, self.measured.len()) {
             (Some(height), _) => Ok(MotorMeasures::Height(height)),
-            (None, 0) => Err(bad_input(needed)),
+            (None, 0) => Err(failed(needed)),
             (None, n) => {
                 let places = self.measured.clone().try_into();
-                let wrong = |_| bad_input(format!("--motor: 3 are needed; given: {n}"));
+                let wrong = |_| failed(format!("--motor: 3 are needed; given: {n}"));
                 places.map(MotorMeasures::Places).map_err(wrong)
             }
         }
@@ -161,7 +161,7 @@ impl PlaceOptions {
     pub(super) fn check(&self) -> Result<(), Failure> {
         match self.places.len() {
             0 | MIN_PLACES..=MAX_PLACES => Ok(()),
-            count => Err(bad_input(format!(
+            count => Err(failed(format!(
                 "--place: {MIN_PLACES} to {MAX_PLACES} are needed; given: {count}"
             ))),
         }

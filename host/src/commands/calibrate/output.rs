@@ -16,16 +16,16 @@ use crate::commands::print;
 use crate::commands::{FAILED, Failure};
 
 /// The rig's camera file.
-pub(super) struct CameraFile<'a> {
-    pub(super) path: &'a Path,
+pub(super) struct CameraFile {
+    pub(super) path: PathBuf,
     /// Its text.
-    pub(super) text: &'a str,
+    pub(super) text: String,
 }
 
-impl CameraFile<'_> {
+impl CameraFile {
     /// Writes the picture beside the camera file. Returns its path.
     pub(super) fn keep_picture(&self, picture: &ColourImage) -> Result<PathBuf, Failure> {
-        let path = beside(self.path, "calibration");
+        let path = beside(&self.path, "calibration");
         plumb_cameras::png::save(&path, picture)?;
         Ok(path)
     }
@@ -33,9 +33,15 @@ impl CameraFile<'_> {
     /// Writes the pose into the camera file, if the user agrees. Returns whether it is written.
     pub(super) fn offer(&self, found: &Found, is_agreed: bool) -> Result<bool, Failure> {
         let comment = format!("plumb calibrate --{}", found.way.option());
-        let text = with_pose(self.text, &found.calibration.pose, &comment)?;
-        camera_file::parse(self.path, &text)?;
-        OldFile { path: self.path, text: self.text }.offer(&text, "the pose", is_agreed)
+        let text = with_pose(&self.text, &found.calibration.pose, &comment)?;
+        camera_file::parse(&self.path, &text)?;
+        self.replace(&text, "the pose", is_agreed)
+    }
+
+    /// Replaces the file by `text`, if the user agrees: writes `what` into it. Returns whether it
+    /// is written.
+    pub(super) fn replace(&self, text: &str, what: &str, is_agreed: bool) -> Result<bool, Failure> {
+        OldFile { path: &self.path, text: &self.text }.offer(text, what, is_agreed)
     }
 }
 

@@ -23,7 +23,7 @@ use crate::commands::print::note;
 use crate::commands::progress::tell_above;
 use crate::commands::ros2::open_recording;
 use crate::commands::run_camera::RunCamera;
-use crate::commands::{Failure, bad_input, failed};
+use crate::commands::{Failure, failed};
 
 /// Pictures that a live camera took before it was asked; they are left out.
 const STALE: usize = 2;
@@ -35,7 +35,7 @@ const MOTOR_DIAMETER_M: f64 = 0.02;
 /// Returns the source of the pictures that the rig file `file` chooses.
 fn source_name(file: &Path, rig: &Rig) -> Result<SourceName, Failure> {
     let chosen = rig.camera.source(rig.simulation.is_some());
-    chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))
+    chosen.map_err(|error| failed(format!("{}: {error}", file.display())))
 }
 
 /// What a picture shows.
@@ -105,7 +105,7 @@ impl View {
             return Ok(Self { source: Source::Simulated(Box::new(source)), camera, frames });
         }
         if rig.camera.stream == Some(StreamAddress::StandardInput) {
-            return Err(bad_input(format!(
+            return Err(failed(format!(
                 "{}: `plumb calibrate` reads answers from the standard input, so the camera cannot \
                  be there: use `stream = \"unix:camera.sock\"`",
                 file.display()
@@ -155,7 +155,7 @@ fn next_picture(source: &mut dyn CameraSource) -> Result<Option<RgbdFrame>, Fail
         match source.next_frame() {
             Ok(frame) => return Ok(frame),
             Err(error) if error.is_over() || lost >= MAX_LOST => {
-                return Err(failed(ErrorChain(&error)));
+                return Err(error.into());
             }
             Err(error) => {
                 tell_above(format_args!("plumb: {}", ErrorChain(&error)));

@@ -1,6 +1,6 @@
 //! `plumb check`: jogs each motor, watches the ball, and offers the corrected rig file.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use plumb_cameras::settings::SourceName;
@@ -14,7 +14,6 @@ use plumb_runtime::wakeups::{RealClock, WakeupCheck};
 use plumb_setup::commission::{
     Examination, ExaminationParts, Explanation, Fault, Report, corrected,
 };
-use plumb_vision::camera::Camera;
 use serde::Serialize;
 
 use super::super::connection::{check_state, configured, without_simulation};
@@ -22,7 +21,7 @@ use super::super::interrupt::{interrupt_flag, interrupted_before};
 use super::super::old_file::{OldFile, ask};
 use super::super::print::{note, tell};
 use super::super::run_camera::{RunCamera, read_camera};
-use super::super::{Failure, bad_input, failed};
+use super::super::{Failure, failed};
 use super::{Args, words};
 
 /// Result of the jogs.
@@ -53,33 +52,51 @@ pub(super) struct RigLine {
     latest_wakeup_ms: Option<f64>,
 }
 
-/// Examines the rig of `file`.
-pub(super) fn examine(args: &Args, file: &Path) -> Result<RigLine, Failure> {
-    let rig = Rig::read(file)?;
+/// Jogs of a check that are prepared.
+pub(super) type Jogs = Box<dyn FnOnce(&Args) -> Result<RigLine, Failure>>;
+
+/// Prepares the jogs of the rig of `file`, if the user agrees or has agreed: connects to the board,
+/// and opens the camera.
+pub(super) fn prepare(args: &Args, file: PathBuf) -> Result<Jogs, Failure> {
+    let rig = Rig::read(&file)?;
     if rig.camera.recording.is_some() {
-        return Err(bad_input(
+        return Err(failed(
             "a recording does not follow the motors: the jogs need a live camera. `--file-only` \
              checks the files",
         ));
     }
-    let (_, camera) = read_camera(file, &rig)?;
-    args.port.note(file, &rig);
+    let (_, camera) = read_camera(&file, &rig)?;
+    args.port.note(&file, &rig);
     if !args.yes {
         // A board that cannot be configured makes the question needless.
-        check_state(file, &rig, &args.port)?;
+        check_state(&file, &rig, &args.port)?;
         if !ask(words::QUESTION)? {
-            return Err(failed("nothing has moved: the check goes on after a yes only"));
+            let no = "nothing has moved: the check goes on after a yes only";
+            return Ok(Box::new(move |_| Err(failed(no))));
         }
     }
-    let interrupted = interrupt_flag(true)?;
     let port = args.port.open(&rig)?;
+    let interrupted = interrupt_flag(true)?;
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
-    let link = configured(file, &rig, &args.port, port)?;
-    let report = jog_and_look((args, file), &rig, camera, (link, &interrupted))?;
-    words::tell_report(&report);
-    let written = offer_correction((args, file), &rig, &report)?;
-    Ok(RigLine::new(&report, written, wakeups))
+    let mut link = configured(&file, &rig, &args.port, port, false)?;
+    let motors = BoardReport::from(&link.status()?).motors;
+    let chosen = rig.camera.source(rig.simulation.is_some());
+    let chosen = chosen.map_err(|error| failed(format!("{}: {error}", file.display())))?;
+    let camera = match chosen {
+        SourceName::Simulated => RunCamera::simulated(&rig, camera, args.physics, motors)?,
+        _ => {
+            let advice = without_simulation(&file, &rig, &args.port);
+            RunCamera::open(&rig, camera, None, advice.as_deref())?
+        }
+    };
+    Ok(Box::new(move |args| {
+        camera.check_ball(&rig, motors)?;
+        let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;
+        words::tell_report(&report);
+        let written = offer_correction((args, &file), &rig, &report)?;
+        Ok(RigLine::new(&report, written, wakeups))
+    }))
 }
 
 /// Measures how late the computer wakes this program, and prints it.
@@ -89,25 +106,14 @@ fn measure_wakeups() -> WakeupCheck {
     wakeups
 }
 
-/// Opens the camera, jogs the motors and watches the ball.
+/// Jogs the motors and watches the ball.
 fn jog_and_look(
-    (args, file): (&Args, &Path),
+    args: &Args,
     rig: &Rig,
-    camera: Camera,
-    (mut link, interrupted): (Link<Serial>, &AtomicBool),
+    camera: RunCamera,
+    (link, interrupted): (Link<Serial>, &AtomicBool),
 ) -> Result<Report, Failure> {
-    let chosen = rig.camera.source(rig.simulation.is_some());
-    let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))?;
-    let RunCamera { mut source, camera, mut follower, .. } = match chosen {
-        SourceName::Simulated => {
-            let motors = BoardReport::from(&link.status()?).motors;
-            RunCamera::simulated(rig, camera, args.physics, motors)?
-        }
-        _ => {
-            let advice = without_simulation(file, rig, &args.port);
-            RunCamera::open(rig, camera, None, advice.as_deref())?
-        }
-    };
+    let RunCamera { mut source, camera, mut follower, .. } = camera;
     if interrupted.load(Ordering::Relaxed) {
         return Err(interrupted_before("check"));
     }
@@ -133,7 +139,7 @@ fn offer_correction(
         return Ok(false);
     };
     let text = read_text(path, MAX_BYTES)?;
-    let new = corrected(&text, reversed).map_err(bad_input)?;
+    let new = corrected(&text, reversed).map_err(failed)?;
     OldFile { path, text: &text }.offer(&new, &format!("`reversed = {reversed:?}`"), args.yes)
 }
 

@@ -1,42 +1,48 @@
 //! `plumb demo --compare`: the same task with every law, and their errors in one figure.
 
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use plumb_log::{ComparisonLog, LawCurve, OutputDir};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 
+use super::super::interrupt::interrupt_flag;
 use super::super::print::{self, tell};
-use super::super::{FAILED, Failure, failed};
-use super::{Args, drive};
+use super::super::{FAILED, Failure, Work, failed};
+use super::{Args, Demo};
 
-/// Compares the laws, then prints the lines of JSON of the runs that ended, also after a failure.
-pub(super) fn main(args: &Args, interrupted: &AtomicBool) -> Result<ExitCode, Failure> {
-    let mut lines = Vec::new();
-    let ended = compare(args, interrupted, &mut lines);
-    lines.iter().try_for_each(print::result)?;
-    ended
+/// Prepares the comparison of the laws. Its work prints the lines of JSON of the runs that ended,
+/// also after a failure.
+pub(super) fn prepare(args: Args) -> Result<Work, Failure> {
+    let folder = ComparisonLog::create(&args.options.output_dir("laws"))?;
+    Ok(Box::new(move || {
+        let mut lines = Vec::new();
+        let ended = compare(&args, folder, &mut lines);
+        lines.iter().try_for_each(print::result)?;
+        ended
+    }))
 }
 
 /// Runs every law, in the order of [`LawName::ALL`], into a folder of its own, and draws the
 /// figure. Adds the line of JSON of each run to `lines`.
 fn compare(
     args: &Args,
-    interrupted: &AtomicBool,
+    folder: ComparisonLog,
     lines: &mut Vec<String>,
 ) -> Result<ExitCode, Failure> {
+    let interrupted = interrupt_flag(true)?;
     let mut keep = |line: &str| {
         lines.push(line.to_owned());
         Ok(())
     };
-    let folder = ComparisonLog::create(&args.options.output_dir("laws"))?;
     let threshold_m = Rig::paper()?.reached.radius.get();
     let (mut curves, mut code) = (Vec::new(), ExitCode::SUCCESS);
     for name in LawName::ALL {
         let settings = LawSettings::from(name);
         let mut curve = LawCurve::new(settings.title());
         let output_dir = OutputDir::Path(folder.path().join(name.as_str()));
-        let ended = drive(args, settings, output_dir, interrupted, (&mut curve, &mut keep))?;
+        let demo = Demo::prepare(args, settings, output_dir)?;
+        let ended = demo.drive(args, &interrupted, (&mut curve, &mut keep))?;
         if ended != ExitCode::SUCCESS {
             code = ExitCode::from(FAILED);
         }

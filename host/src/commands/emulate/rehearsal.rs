@@ -10,7 +10,7 @@ use plumb_sim::emulator::tmc2209::Trouble;
 use plumb_sim::emulator::{DriverTrouble, EmulatedBoard};
 
 use crate::commands::print::{note, tell};
-use crate::commands::{Failure, bad_input, numbers};
+use crate::commands::{Failure, failed, numbers};
 
 /// What goes wrong with the emulated board.
 #[derive(Args)]
@@ -160,7 +160,7 @@ impl RehearsalOptions {
         let Some(name) = self.driver_trouble else { return Ok(()) };
         let has_uart = |rig: &Rig| matches!(rig.motors.driver, Driver::Tmc2209Uart(_));
         if let Some((file, _)) = rig.filter(|(_, rig)| !has_uart(rig)) {
-            return Err(bad_input(format!(
+            return Err(failed(format!(
                 "{}: --driver-trouble has no effect: the drivers of this rig file are not TMC2209 \
                  on a UART. {NO_DRIVER_UART}",
                 file.display()

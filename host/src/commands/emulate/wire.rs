@@ -9,7 +9,7 @@ use plumb_runtime::rig::quantity::BAUD;
 use plumb_sim::emulator::Wire;
 use plumb_sim::emulator::wire::{Lane, Line, Reboot};
 
-use super::super::{Failure, bad_input, numbers};
+use super::super::{Failure, failed, numbers};
 
 /// Faults of the link to the emulated board, the same in both directions. Without options the link
 /// is ideal.
@@ -55,7 +55,7 @@ impl WireOptions {
     /// Where there is a seed, and nothing that it would seed.
     pub(super) fn wire(&self) -> Result<Wire, Failure> {
         if self.link_seed.is_some() && self.lost == 0.0 && self.damaged == 0.0 {
-            return Err(bad_input(
+            return Err(failed(
                 "--link-seed seeds the losses and damages of the link, and this link has none: add \
                  --lost or --damaged",
             ));

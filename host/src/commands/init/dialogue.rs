@@ -4,8 +4,6 @@ use std::io::{BufRead, Write};
 
 use thiserror::Error;
 
-use crate::commands::exit::exit_code_of;
-
 /// End of a dialogue before its last answer.
 #[derive(Debug, Error)]
 pub(super) enum DialogueError {
@@ -19,8 +17,6 @@ pub(super) enum DialogueError {
     #[error("the questions cannot be asked: no file was written")]
     Io(#[from] std::io::Error),
 }
-
-exit_code_of! { BAD_INPUT: DialogueError }
 
 /// Dialogue with a person, or none.
 pub(super) struct Dialogue<I, O> {

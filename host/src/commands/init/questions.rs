@@ -17,7 +17,7 @@ use plumb_vision::camera::Camera;
 use super::dialogue::{Dialogue, DialogueError};
 use super::{Args, CablesName, CameraName, DriverName, colour};
 use crate::commands::rig_args::BoardOption;
-use crate::commands::{Failure, bad_input, numbers};
+use crate::commands::{Failure, failed, numbers};
 
 /// Returns the rig of the options, and of the answers to questions about the others.
 pub(super) fn rig<I: BufRead, O: Write>(
@@ -33,7 +33,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let board = board(args, &usual, dialogue)?;
     let (driver, microsteps) = motors(args, board, &usual, dialogue)?;
     let steps_per_turn = match &args.steps_per_turn {
-        Some(steps) => steps_per_turn(steps).map_err(bad_input)?,
+        Some(steps) => steps_per_turn(steps).map_err(failed)?,
         // A simulated motor has those of the default.
         None if args.simulated => usual.steps_per_turn,
         None => {
@@ -75,7 +75,7 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let port = match &args.port {
         Some(port) => port_of(port).map_err(|why| {
             let port = if is_named(port) { port } else { "''" };
-            bad_input(format!("--port {port}: {why}"))
+            failed(format!("--port {port}: {why}"))
         })?,
         // An emulated board has a port of its own, which `--port` names.
         None if args.simulated => usual.port,
@@ -271,10 +271,10 @@ fn camera<I: BufRead, O: Write>(
         }
     };
     if name != CameraName::Recording && args.recording.is_some() {
-        return Err(bad_input("--recording is for --camera recording, not for a live camera"));
+        return Err(failed("--recording is for --camera recording, not for a live camera"));
     }
     if name != CameraName::Stream && args.stream.is_some() {
-        return Err(bad_input("--stream is for --camera stream, not for another one"));
+        return Err(failed("--stream is for --camera stream, not for another one"));
     }
     match name {
         CameraName::Openni => Ok(NewCamera::Openni),
@@ -291,7 +291,7 @@ fn camera<I: BufRead, O: Write>(
             };
             Ok(NewCamera::Stream(address))
         }
-        CameraName::Kinect => Err(bad_input(format!("--camera kinect: {}", kinect()))),
+        CameraName::Kinect => Err(failed(format!("--camera kinect: {}", kinect()))),
     }
 }
 
@@ -308,9 +308,9 @@ fn recorded<I: BufRead, O: Write>(
     dialogue: &mut Dialogue<I, O>,
 ) -> Result<NewCamera, Failure> {
     match path {
-        Some(path) => recording(path).map_err(bad_input),
+        Some(path) => recording(path).map_err(failed),
         None if !dialogue.is_interactive() => {
-            Err(bad_input("--camera recording needs --recording PATH"))
+            Err(failed("--camera recording needs --recording PATH"))
         }
         None => Ok(dialogue.ask("Path of the recording", "", |text| match text {
             "" => Err(NO_PATH.to_owned()),

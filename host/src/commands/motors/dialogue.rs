@@ -11,7 +11,7 @@ use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
 use super::super::print::{message, renew, tell};
-use super::super::{Failure, bad_input};
+use super::super::{Failure, failed};
 use super::keys::{Key, KeyDecoder, KeyJogger, Motion, NAMES};
 use super::terminal::{KeyMode, is_terminal};
 
@@ -32,7 +32,7 @@ pub(super) fn check_terminal() -> Result<(), Failure> {
     if is_terminal() {
         return Ok(());
     }
-    Err(bad_input(
+    Err(failed(
         "the keys need a terminal on standard input; without one, name motor and distance: \
          plumb jog A 200",
     ))

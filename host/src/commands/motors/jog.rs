@@ -18,7 +18,7 @@ use super::super::interrupt::interrupt_flag;
 use super::super::print::{self, note, tell};
 use super::super::rig_args::PortArgs;
 use super::super::rig_path::RigArg;
-use super::super::{FAILED, Failure, bad_input, board, failed, numbers};
+use super::super::{FAILED, Failure, Work, board, failed, numbers};
 use super::dialogue;
 use super::keys::NAMES;
 
@@ -84,37 +84,39 @@ struct Distance {
 struct Move {
     /// Index of the motor.
     motor: u8,
-    /// Distance, full steps.
-    steps: f64,
+    /// Distance.
+    distance: Steps16,
 }
 
-pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn jog(args: JogArgs) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
     let rig = Rig::read(&file)?;
     let wanted = args.motor.zip(args.distance);
     let wanted = wanted.map(|(motor, distance)| wanted_move(motor, distance, &rig)).transpose()?;
     let rate = rate(args.rate, &rig)?;
-    let interrupted = interrupt_flag(true)?;
     if wanted.is_none() {
-        // Before anything is sent to the board.
         dialogue::check_terminal()?;
     }
     args.port.note(&file, &rig);
-    let mut link = connect(&file, &rig, &args.port)?;
-    let telemetry = match wanted {
-        Some(wanted) => turn(&mut link, &wanted, rate, &interrupted)?,
-        None => dialogue::run(&mut link, &rig, rate, &interrupted)?,
-    };
-    if let State::Fault(fault) = telemetry.state {
-        return Err(explained(LinkError::Fault(fault), &file, &args.port));
-    }
-    let report = BoardReport::from(&telemetry);
-    let [a, b, c] = report.motors;
-    note!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
-    if args.json {
-        print::result(board::line(&link.port(), &report))?;
-    }
-    Ok(if interrupted.load(Ordering::Relaxed) { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+    let mut link = connect(&file, &rig, &args.port, false)?;
+    Ok(Box::new(move || {
+        let interrupted = interrupt_flag(true)?;
+        let telemetry = match wanted {
+            Some(wanted) => turn(&mut link, &wanted, rate, &interrupted)?,
+            None => dialogue::run(&mut link, &rig, rate, &interrupted)?,
+        };
+        if let State::Fault(fault) = telemetry.state {
+            return Err(explained(LinkError::Fault(fault), &file, &args.port, false));
+        }
+        let report = BoardReport::from(&telemetry);
+        let [a, b, c] = report.motors;
+        note!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
+        if args.json {
+            print::result(board::line(&link.port(), &report))?;
+        }
+        let is_interrupted = interrupted.load(Ordering::Relaxed);
+        Ok(if is_interrupted { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+    }))
 }
 
 /// Parses a distance: full steps, or millimetres with their unit.
@@ -137,12 +139,14 @@ fn wanted_move(motor: Motor, distance: Distance, rig: &Rig) -> Result<Move, Fail
     let steps = if is_mm { number * 1e-3 / cable_per_step(rig, motor)? } else { number };
     let limit = rig.jog.max_distance.get();
     if steps.abs() > limit {
-        return Err(bad_input(format!(
+        return Err(failed(format!(
             "the distance is {steps:.2} steps; one jog is at most {limit} steps (jog.max_distance \
              in the rig file)"
         )));
     }
-    Ok(Move { motor, steps })
+    let distance = Steps16::from_si(steps)
+        .ok_or_else(|| failed(format!("{steps} steps are out of the board's range")))?;
+    Ok(Move { motor, distance })
 }
 
 /// Returns the cable length of a full step of `motor`, metres.
@@ -152,7 +156,7 @@ fn cable_per_step(rig: &Rig, motor: u8) -> Result<f64, Failure> {
     }
     let simulated = rig.simulation.as_ref().and_then(|it| plumb_sim::simulated::geometry(it).ok());
     simulated.map(|geometry| geometry.step_lengths_m()[usize::from(motor)]).ok_or_else(|| {
-        bad_input(
+        failed(
             "a distance in mm needs the key `size.cable_per_step` in the rig file: metres of cable \
              a full step, the drum's circumference / 200; or give the distance in steps",
         )
@@ -164,13 +168,13 @@ fn rate(asked: Option<f64>, rig: &Rig) -> Result<Rate, Failure> {
     let limit = rig.jog.max_rate.get().min(rig.motors.max_rate.get());
     let rate = asked.unwrap_or(limit);
     if rate > limit {
-        return Err(bad_input(format!(
+        return Err(failed(format!(
             "--rate {rate}: must be at most {limit} steps/s (jog.max_rate and motors.max_rate in \
              the rig file)"
         )));
     }
     Rate::from_si(rate).filter(|rate| rate.0 > 0).ok_or_else(|| {
-        bad_input(format!("--rate {rate} is out of the board's range: 1/256 step/s or more"))
+        failed(format!("--rate {rate} is out of the board's range: 1/256 step/s or more"))
     })
 }
 
@@ -182,9 +186,8 @@ fn turn(
     rate: Rate,
     interrupted: &AtomicBool,
 ) -> Result<Telemetry, Failure> {
-    let Move { motor, steps } = *wanted;
-    let distance = Steps16::from_si(steps)
-        .ok_or_else(|| bad_input(format!("{steps} steps are out of the board's range")))?;
+    let Move { motor, distance } = *wanted;
+    let steps = distance.to_si();
     let what = match steps {
         steps if steps < 0.0 => "winds cable in",
         steps if steps > 0.0 => "pays cable out",
@@ -204,7 +207,7 @@ fn turn(
         }
         accepted => accepted?,
     };
-    note!("motor {name}: {what}, {:.2} steps", distance.to_si().abs());
+    note!("motor {name}: {what}, {:.2} steps", steps.abs());
     loop {
         let telemetry = link.status()?;
         if let State::Fault(_) = telemetry.state {

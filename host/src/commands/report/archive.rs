@@ -9,7 +9,7 @@ use flate2::write::GzEncoder;
 use tar::{Builder, Header};
 
 use super::parts::Part;
-use crate::commands::{Failure, bad_input};
+use crate::commands::{Failure, failed};
 
 /// Folder of the parts in the archive.
 const FOLDER: &str = "plumb-report";
@@ -23,11 +23,11 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 /// Where another file or a folder is there.
 pub(super) fn check_replaceable(path: &Path) -> Result<(), Failure> {
     if path.is_dir() {
-        return Err(bad_input(format!("{}: is a folder; name a file", path.display())));
+        return Err(failed(format!("{}: is a folder; name a file", path.display())));
     }
     if path.exists() && !is_gzip(path) {
         let why = "exists already and is no report; give another name, or move it away";
-        return Err(bad_input(format!("{}: {why}", path.display())));
+        return Err(failed(format!("{}: {why}", path.display())));
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ use crate::commands::board::status_line;
 use crate::commands::print::note;
 use crate::commands::rig_args::PortArgs;
 use crate::commands::rig_path::is_default;
-use crate::commands::{Failure, bad_input};
+use crate::commands::{Failure, failed};
 
 /// Most bytes of a file in a report: the rows of a run of an hour and a half at 30 Hz.
 const MAX_BYTES: u64 = 64 << 20;
@@ -225,7 +225,7 @@ fn check_run(folder: &Path) -> Result<(), Failure> {
         Err(error) if error.kind() != ErrorKind::NotADirectory => {
             Err(ReadError::Io { path: rows, error }.into())
         }
-        Ok(false) | Err(_) => Err(bad_input(format!(
+        Ok(false) | Err(_) => Err(failed(format!(
             "{}: is not the folder of a run: there is no run.csv in it",
             folder.display()
         ))),

@@ -12,7 +12,7 @@ use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
 
-use super::super::{Failure, bad_input};
+use super::super::{Failure, failed};
 use super::Ros2Options;
 
 /// Reason to refuse a use of ROS 2.
@@ -29,7 +29,7 @@ pub(in super::super) fn open_camera(
     device_recording: Option<&Path>,
 ) -> Result<OpenedCamera, Failure> {
     if settings.source == Some(SourceName::Ros2) {
-        return Err(bad_input(ABSENT));
+        return Err(failed(ABSENT));
     }
     if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
         return Err(without_mcap(path));
@@ -53,7 +53,7 @@ pub(in super::super) fn open_recording(
 }
 
 fn without_mcap(path: &Path) -> Failure {
-    bad_input(format!("{}: an MCAP recording: {ABSENT}", path.display()))
+    failed(format!("{}: an MCAP recording: {ABSENT}", path.display()))
 }
 
 /// Node without effect.

@@ -11,7 +11,6 @@ use plumb_runtime::rig::BoardPort;
 use thiserror::Error;
 
 use super::drive::{Drives, Written};
-use crate::commands::exit::{BAD_INPUT, ExitClass, FAILED};
 
 /// Longest wait for the drive of a board that has gone into its bootloader: the computer finds and
 /// mounts it.
@@ -136,16 +135,6 @@ pub(crate) enum FlashError {
     Link(#[from] LinkError),
 }
 
-impl ExitClass for FlashError {
-    fn exit_code(&self) -> u8 {
-        match self {
-            Self::Link(error) => error.exit_code(),
-            Self::NoBoard | Self::NoNamedBoard { .. } | Self::SeveralBoards(_) => BAD_INPUT,
-            _ => FAILED,
-        }
-    }
-}
-
 fn list(folders: &[PathBuf]) -> String {
     folders.iter().map(|folder| folder.display().to_string()).collect::<Vec<_>>().join(", ")
 }
@@ -192,24 +181,22 @@ pub(super) struct Greeting {
 
 /// Where the firmware goes.
 #[derive(Debug)]
-enum Destination {
+pub(super) enum Destination {
     /// A board that runs.
     Board(BoardPort),
     /// A board in its bootloader.
     Drive,
 }
 
-/// Writes a checked firmware to the board that is `named`, or else to the one that is there, and
-/// waits until it runs.
+/// Writes a checked firmware to `destination`, and waits until the board runs.
 ///
 /// # Errors
 /// The step that failed.
 pub(super) fn flash(
     firmware: &[u8],
-    named: Option<BoardPort>,
+    destination: Destination,
     computer: &mut impl Computer,
 ) -> Result<Flashed, FlashError> {
-    let destination = choose(named, computer)?;
     if let Destination::Board(board) = &destination {
         computer.enter_bootloader(board)?;
         computer.report(&format!("{}: told to restart into its bootloader", board.port));
@@ -228,8 +215,9 @@ pub(super) fn flash(
     wait_for_board(destination, &others, computer)
 }
 
-/// Chooses the board or the drive to write to.
-fn choose(
+/// Chooses the board or the drive to write to: the board that is `named`, or else the one that is
+/// there.
+pub(super) fn choose(
     named: Option<BoardPort>,
     computer: &mut impl Computer,
 ) -> Result<Destination, FlashError> {

@@ -18,7 +18,7 @@ use tempfile::TempDir;
 
 use super::default_firmware;
 use super::drive::{self, DriveSearch, Drives, Written};
-use super::steps::{Computer, FlashError, Flashed, Greeting, flash};
+use super::steps::{Computer, FlashError, Flashed, Greeting, choose, flash};
 
 const GREETING: Greeting =
     Greeting { provenance: Provenance::EMULATED, start: Some(StartCause::Requested) };
@@ -87,7 +87,7 @@ impl Fake {
 
     fn flash(&mut self, named: Option<&str>) -> Result<Flashed, FlashError> {
         let named = named.map(|port| self.board_at(port.to_owned()));
-        flash(&firmware(), named, self)
+        flash(&firmware(), choose(named, self)?, self)
     }
 }
 

@@ -1,14 +1,13 @@
 //! A program without the files of other programs.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
 
 use super::super::output::CameraFile;
 use super::ImportOptions;
-use crate::commands::{Failure, bad_input};
+use crate::commands::{Failure, Work, failed};
 
 /// Reason to refuse the option.
 const ABSENT: &str = "this program was built without the calibrations of others; build it with \
@@ -20,11 +19,11 @@ pub(super) fn file(_: &str) -> Result<PathBuf, String> {
 }
 
 /// Imports nothing: the option was refused.
-pub(in super::super) fn import(
+pub(in super::super) fn prepare(
     _: (&Path, &ImportOptions),
     _: (&Path, &Rig, &Camera),
-    _: &CameraFile<'_>,
+    _: CameraFile,
     _: (bool, bool),
-) -> Result<ExitCode, Failure> {
-    Err(bad_input(ABSENT))
+) -> Result<Work, Failure> {
+    Err(failed(ABSENT))
 }

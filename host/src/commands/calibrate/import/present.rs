@@ -1,7 +1,6 @@
 //! Reads the calibration of another program, and writes it into the camera file.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use plumb_calibrate::camera_text::{with_lens, with_pose};
 use plumb_cameras::camera_file;
@@ -16,9 +15,8 @@ use serde::Serialize;
 
 use super::super::output::{self, CameraFile};
 use super::ImportOptions;
-use crate::commands::old_file::OldFile;
 use crate::commands::print::tell;
-use crate::commands::{Failure, bad_input};
+use crate::commands::{Failure, Work, failed};
 
 /// Result as a line of JSON.
 #[derive(Serialize)]
@@ -37,25 +35,25 @@ pub(super) fn file(text: &str) -> Result<PathBuf, String> {
     Ok(text.into())
 }
 
-/// Takes the lens or the pose of the calibration file, and writes it into the camera file of `rig`,
-/// if the user agrees. `file` is the rig file. `is_agreed` answers for him; `is_json` ends with a
-/// line of JSON.
+/// Takes the lens or the pose of the calibration file. The work writes it into the camera file of
+/// `rig`, if the user agrees. `file` is the rig file. `is_agreed` answers for him; `is_json` ends
+/// with a line of JSON.
 ///
 /// # Errors
 /// Where the file cannot be read, is of no known program, or has a lens or a pose that a camera
 /// file cannot have.
-pub(in super::super) fn import(
+pub(in super::super) fn prepare(
     (path, options): (&Path, &ImportOptions),
     (file, rig, camera): (&Path, &Rig, &Camera),
-    camera_file: &CameraFile<'_>,
+    camera_file: CameraFile,
     (is_agreed, is_json): (bool, bool),
-) -> Result<ExitCode, Failure> {
+) -> Result<Work, Failure> {
     let choice = options.import_camera.as_deref().map_or(Choice::Only, Choice::Named);
-    let in_file = |error| bad_input(format!("{}: {error}", path.display()));
+    let in_file = |error| failed(format!("{}: {error}", path.display()));
     let model = options.import_model.as_deref();
     let imported = read(&read_text(path, MAX_BYTES)?, choice, model).map_err(in_file)?;
     let comment = format!("plumb calibrate --import: {}", imported.program);
-    let old = camera_file.text;
+    let old = &camera_file.text;
     let (content, text) = match &imported.content {
         Content::Lens(lens) => {
             let size = lens.size.or(options.import_size).ok_or_else(|| without_size(path))?;
@@ -63,7 +61,7 @@ pub(in super::super) fn import(
         }
         Content::Pose(pose) => ("pose", with_pose(old, &pose.pose, &comment)?),
     };
-    let new = camera_file::parse(camera_file.path, &text)?;
+    let new = camera_file::parse(&camera_file.path, &text)?;
     let mut findings: Vec<String> =
         implausible(rig, &text, &new).iter().map(ToString::to_string).collect();
     if let Content::Lens(_) = imported.content {
@@ -71,17 +69,18 @@ pub(in super::super) fn import(
     }
     let mut report = Report::new(&imported, content, findings);
     report.tell(&imported.content, options.import_size);
-    let old_file = OldFile { path: camera_file.path, text: old };
-    let written = old_file.offer(&text, &format!("the {content}"), is_agreed);
-    output::conclude(written, is_json, |is_written| {
-        report.written = is_written;
-        Ok(serde_json::to_string(&report)?)
-    })
+    Ok(Box::new(move || {
+        let written = camera_file.replace(&text, &format!("the {content}"), is_agreed);
+        output::conclude(written, is_json, |is_written| {
+            report.written = is_written;
+            Ok(serde_json::to_string(&report)?)
+        })
+    }))
 }
 
 /// Returns the failure of a lens for pictures of an unknown size.
 fn without_size(path: &Path) -> Failure {
-    bad_input(format!(
+    failed(format!(
         "{}: the size of the pictures is not in the file, and a lens is wrong for another one: say \
          it with --import-size, such as 1280x720",
         path.display()

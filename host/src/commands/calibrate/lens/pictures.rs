@@ -20,7 +20,7 @@ use plumb_vision::image::{ColourImage, ImageSize};
 use super::super::view::{Stage, View};
 use crate::commands::print::tell;
 use crate::commands::progress::{ProgressLine, is_shown};
-use crate::commands::{Failure, bad_input};
+use crate::commands::{Failure, failed};
 
 /// Least mean movement of the board's corners from every picture that is kept, in widths of the
 /// picture.
@@ -59,7 +59,7 @@ fn shown(picture: ColourImage, name: String) -> Result<Result<Shown, String>, Fa
 /// Reads the pictures of a folder in the order of their names. A file that is no picture, a picture
 /// of another size than most, and one that does not show the board are left out, and named.
 pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
-    let unreadable = |error| bad_input(format!("{}: {error}", folder.display()));
+    let unreadable = |error| failed(format!("{}: {error}", folder.display()));
     let mut paths: Vec<PathBuf> = fs::read_dir(folder)
         .map_err(unreadable)?
         .map(|entry| entry.map(|entry| entry.path()))
@@ -71,7 +71,7 @@ pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
     });
     paths.sort();
     if paths.is_empty() {
-        return Err(bad_input(format!(
+        return Err(failed(format!(
             "{}: has no picture (.png, .jpg, .pgm or .ppm)",
             folder.display()
         )));

@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 
 use plumb_cameras::camera_file;
 use plumb_config::reference::{Key, keys};
-use plumb_runtime::rig;
+use plumb_protocol::Wiring;
+use plumb_runtime::rig::{self, LawSettings};
+use plumb_sim::cosim::{Cosim, Request};
+use plumb_sim::limits::RigLimits;
 use tempfile::TempDir;
 use toml::{Table, Value};
 
 use super::watch::Watch;
 use super::{NO_PORT, NUMBERS, begin_line};
-use crate::commands::cosim;
 
 /// A file whose keys a page lists.
 struct Format {
@@ -270,6 +272,13 @@ fn no_number_of_another_file_breaks_a_start() {
     watch.end();
 }
 
+fn cosim() -> Cosim {
+    let law = LawSettings::default();
+    let mean = law.mean().config("mean").unwrap();
+    let config = RigLimits::default().config(law.config().unwrap(), mean, 0.010);
+    Cosim::new(Wiring::example(), config).unwrap()
+}
+
 #[test]
 fn no_number_of_a_request_breaks_a_co_simulation() {
     let mut watch = Watch::begin();
@@ -279,7 +288,11 @@ fn no_number_of_a_request_breaks_a_co_simulation() {
     for number in NUMBERS {
         for (place, text) in with(request, number).into_iter().enumerate() {
             let name = format!("cosim number {place} = {number}");
-            watch.start(&name, move || cosim::begin_request(&text).err().map(|it| it.message()));
+            let mut cosim = cosim();
+            watch.start(&name, move || {
+                let request = serde_json::from_str::<Request>(&text);
+                request.ok().map(|request| cosim.step(&request, 1).map_err(|it| it.to_string()))
+            });
             count += 1;
         }
     }
