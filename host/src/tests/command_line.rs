@@ -184,6 +184,7 @@ impl Number {
     /// commas between them.
     fn written(&self, value: &str) -> Vec<String> {
         let shapes: &[&str] = match (self.value_name.split(',').count(), self.name.as_str()) {
+            (2, _) => &["V,0.5", "0.1,V"],
             (3, _) => &["V,0.5,0.5", "0.5,V,0.5", "0.5,0.5,V"],
             (_, "distance") => &["V", "Vmm"],
             (_, "--import-size") => &["Vx480", "640xV"],

@@ -170,8 +170,8 @@ fn every_picture_counts_over_a_slow_link() {
     assert!(path.error.max_mm <= 50.0, "{path:?}");
 }
 
-/// `plumb-lab verify` proves d|e|/dt <= -0.22 g |e| for the paper's rig; the gain g is 4 /s. The path
-/// goes on without the ball.
+/// `plumb-lab verify` proves d|e|/dt <= -0.22 g |e| for the paper's rig; the gain g is 4 /s. The
+/// path goes on without the ball.
 #[test]
 fn the_lag_of_law_sign_is_within_its_proved_bound() {
     for speed in [0.01, 0.02, 0.03] {
