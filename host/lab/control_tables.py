@@ -208,13 +208,6 @@ TABLES = [
         render=by_target,
     ),
     Table(
-        "Fixed point against f64",
-        "The laws in `f64` run through the same planner. Fixed point costs nothing in the median\n"
-        "(within 1 %, a test).",
-        300,
-        "interval,interval-f64,sign,sign-f64,adaptive,adaptive-f64",
-    ),
-    Table(
         "The paper's task",
         "P0 to PT on the paper's rig with the camera's noise; the oracle takes 1.97 s.",
         100,

@@ -14,16 +14,15 @@
 
 mod common;
 
-use std::error::Error;
-
 use common::Suite;
 use plumb_bench::vision::{GroundTruth, LabelledFrame, each_frame};
+use plumb_frame::source::BoxedError;
 use plumb_vision::detect::ball::ShapeDetector;
 use plumb_vision::detect::shape::{
     CandidateTrace, ColourFeatures, Curvature, DepthFeatures, Features, FreeFitResidual,
 };
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), BoxedError> {
     let Suite { camera, recorded, options, detector } = Suite::from_arguments()?;
     let mut failed = None;
     each_frame(&camera, &recorded, &options, &mut |name, labelled| {
@@ -37,7 +36,7 @@ fn print(
     mut detector: ShapeDetector,
     name: &str,
     labelled: &LabelledFrame,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<(), BoxedError> {
     let (_, trace) = detector.detect_traced(&labelled.frame);
     println!("{} {name}", if labelled.ball.is_some() { "ball" } else { "empty" });
     for candidate in trace.searches.iter().flat_map(|search| &search.candidates) {

@@ -14,17 +14,17 @@
 
 mod common;
 
-use std::error::Error;
 use std::io::{self, BufWriter, Write};
 
 use common::Suite;
 use plumb_bench::vision::{LabelledFrame, each_frame, suite_camera};
+use plumb_frame::source::BoxedError;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::ball::ShapeDetector;
 use plumb_vision::detect::shape::{Disc, SearchTrace};
 use serde_json::json;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), BoxedError> {
     let Suite { camera, recorded, options, detector } = Suite::from_arguments()?;
     let seen = suite_camera(options.suite, &camera);
     let mut out = BufWriter::new(io::stdout().lock());

@@ -2,14 +2,14 @@
 //! in virtual time.
 //!
 //! The board's laws run on the board's own code: encoded frames in, step counts out, in the chip's
-//! arithmetic. Baselines and references compute in `f64`.
+//! arithmetic. Baselines compute in `f64`.
 
 mod baselines;
 mod board_controller;
 mod bounce;
 mod controller;
 mod curves;
-mod f64_reference;
+mod float;
 mod following;
 mod frame_error;
 mod kinematic;
@@ -44,7 +44,7 @@ pub use controller::ControllerKind;
 pub use curves::draw as draw_curves;
 pub use following::{Loss, PathReport, PathSuite, Quantiles, follow_paths};
 pub use frame_error::FrameError;
-pub use paper::{ControlError, PAPER_GAMMAS, PaperSuite, paper};
+pub use paper::{PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
 pub(crate) use report::quantile;
 pub use simulate::RunEnd;

@@ -18,6 +18,49 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+/// Defines an enum whose variants have a name in options, reports and JSON, and a description.
+macro_rules! named {
+    ($(#[$about:meta])* $kind:ident: $($variant:ident $name:literal $text:literal;)+) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $kind {
+            $(#[doc = $text] $variant,)+
+        }
+
+        impl $kind {
+            /// All of them.
+            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
+
+            /// Returns the name in options, reports and JSON.
+            #[must_use]
+            pub const fn as_str(self) -> &'static str {
+                match self { $(Self::$variant => $name,)+ }
+            }
+
+            /// Returns a description for people.
+            #[must_use]
+            pub const fn about(self) -> &'static str {
+                match self { $(Self::$variant => $text,)+ }
+            }
+        }
+
+        impl std::fmt::Display for $kind {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.as_str())
+            }
+        }
+
+        impl std::str::FromStr for $kind {
+            type Err = $crate::UnknownName;
+
+            fn from_str(text: &str) -> Result<Self, $crate::UnknownName> {
+                let known = || $crate::UnknownName::new(Self::ALL);
+                Self::ALL.into_iter().find(|it| it.as_str() == text).ok_or_else(known)
+            }
+        }
+    };
+}
+
 pub mod calibration;
 pub mod control;
 mod run_id;

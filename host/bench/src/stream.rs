@@ -5,18 +5,16 @@ mod sender;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use std::{fmt, io, thread};
+use std::{fmt, thread};
 
-use plumb_cameras::open::{OpenError, OpenedCamera, open_camera};
+use plumb_cameras::open::{OpenedCamera, open_camera};
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_cameras::stream::{StreamAddress, StreamError};
 use plumb_frame::source::{BoxedError, CameraSource, SourceError};
-use plumb_sim::synthetic::SyntheticError;
 use plumb_vision::camera::{Camera, Intrinsics};
-use plumb_vision::detect::{DetectError, DetectorKind};
+use plumb_vision::detect::DetectorKind;
 use plumb_vision::image::ImageSize;
 use serde::Serialize;
-use thiserror::Error;
 
 use crate::control::quantile;
 use sender::{SenderReport, encoded_frames, send};
@@ -68,30 +66,6 @@ pub struct Ages {
     pub p99: f64,
     /// Largest.
     pub max: f64,
-}
-
-/// Failure of a measurement.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum StreamBenchError {
-    /// A picture cannot be rendered.
-    #[error("a picture cannot be rendered")]
-    Render(#[from] SyntheticError),
-    /// A picture cannot be encoded.
-    #[error("a picture cannot be encoded")]
-    Encode(#[source] BoxedError),
-    /// The stream cannot be opened.
-    #[error("the stream cannot be opened")]
-    Open(#[from] OpenError),
-    /// The ball cannot be searched for.
-    #[error("a frame cannot be searched")]
-    Detect(#[from] DetectError),
-    /// The sender fails.
-    #[error("the sender fails")]
-    Send(#[from] io::Error),
-    /// The sender has panicked.
-    #[error("the sender has panicked")]
-    Panicked,
 }
 
 impl StreamReport {
@@ -152,7 +126,7 @@ pub fn measure(
     paper: &Camera,
     folder: &Path,
     options: &StreamOptions,
-) -> Result<StreamReport, StreamBenchError> {
+) -> Result<StreamReport, BoxedError> {
     let camera = camera(paper, options.size);
     let frames = encoded_frames(&camera, options)?;
     let path = folder.join("camera.sock");
@@ -160,7 +134,7 @@ pub fn measure(
         let sender = scope.spawn(|| send(&path, &frames, options));
         let received = receive(&path, camera.clone(), || sender.is_finished());
         // The sender ends by itself: the stream is closed.
-        let sent = sender.join().map_err(|_| StreamBenchError::Panicked)?;
+        let sent = sender.join().map_err(|_| "the sender has panicked")?;
         Ok(report(received?, &sent?))
     })
 }
@@ -181,7 +155,7 @@ fn receive(
     path: &Path,
     camera: Camera,
     has_ended: impl Fn() -> bool,
-) -> Result<Received, StreamBenchError> {
+) -> Result<Received, BoxedError> {
     let settings = CameraSettings {
         source: Some(SourceName::Stream),
         stream: Some(StreamAddress::Unix(PathBuf::from(path))),

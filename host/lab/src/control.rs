@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use clap::{Parser, ValueEnum, value_parser};
+use clap::{Parser, value_parser};
 use plumb_bench::UnknownName;
 use plumb_bench::control::{
     self, Clock, ControllerKind, PAPER_GAMMAS, PathReport, PathSuite, Report, Suite, SuiteName,
@@ -30,17 +30,17 @@ const MAX_FAILED_LISTED: usize = 12;
 
 /// Speed of the laws on simulated rigs, with the board's own arithmetic
 ///
-/// Laws: interval, sign, adaptive, taut; their references in f64 (sign-f64); baselines: broyden
-/// (uncalibrated servoing), model-5, model-10, model-20 (inverse kinematics, with that error of
-/// the geometry in percent); limits: oracle, reference (slack-free). Times are multiples of the
-/// time of an oracle with a perfect model. Suites: paper (frames to 10 mm of the paper's task for
-/// several γ), quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, ages, latency,
-/// drift, unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, stiff, warm800,
-/// warm150, warm-moved, warm-pulleys (each further target is a run of its own), edge, high, fine,
-/// frame5, frame10, frame20 (positions turned about the target), calibrated-board,
-/// calibrated-motors, calibrated-ball (the camera's pose by that way of `plumb calibrate`),
-/// paper-task. The ball follows paths at 2, 5, 10 and 20 cm/s: path (rigid cables), path-elastic;
-/// with the laws, broyden, the models and oracle.
+/// Laws: interval, sign, adaptive, taut; baselines: broyden (uncalibrated servoing), model-5,
+/// model-10, model-20 (inverse kinematics, with that error of the geometry in percent); limits:
+/// oracle, reference (slack-free). Times are multiples of the time of an oracle with a perfect
+/// model. Suites: paper (frames to 10 mm of the paper's task for several γ), quasi-static, yaw,
+/// tilt, tilt20, radii, heights, noise, outliers, ages, latency, drift, unilateral, bounce4,
+/// bounce3, bounce2, elastic, elastic800, elastic150, stiff, warm800, warm150, warm-moved,
+/// warm-pulleys (each further target is a run of its own), edge, high, fine, frame5, frame10,
+/// frame20 (positions turned about the target), calibrated-board, calibrated-motors,
+/// calibrated-ball (the camera's pose by that way of `plumb calibrate`), paper-task. The ball
+/// follows paths at 2, 5, 10 and 20 cm/s: path (rigid cables), path-elastic; with the laws,
+/// broyden, the models and oracle.
 ///
 /// Columns of a suite with targets: converged (share of the runs in which the ball arrived and
 /// stayed), median, p90, p99 and max (time to the target over the oracle's), slack (share of the
@@ -85,8 +85,8 @@ pub(crate) struct Args {
     targets: u64,
     /// Start of the clock: arrival of the first frame (picture), or 1 to 2 frames earlier, when the
     /// target is set (target)
-    #[arg(long, value_enum, default_value = "picture")]
-    clock: ClockName,
+    #[arg(long, default_value = "picture")]
+    clock: Clock,
     /// Draw the share of runs that have reached the target over time into this SVG file
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
@@ -126,13 +126,6 @@ impl FromStr for SuiteArg {
             text.parse().map(Self::Rigs).map_err(error)
         })
     }
-}
-
-/// Value of `--clock`.
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum ClockName {
-    Picture,
-    Target,
 }
 
 pub(crate) fn main(args: &Args) -> Result<(), Failure> {
@@ -176,7 +169,7 @@ fn check(args: &Args) -> Result<(), Failure> {
     }
     let given = [
         ("--targets", args.targets != 1),
-        ("--clock", args.clock != ClockName::Picture),
+        ("--clock", args.clock != Clock::Picture),
         ("--svg", args.svg.is_some()),
         ("--law", is_paper && !args.law.is_empty()),
         ("--gamma", is_paper && args.gamma.is_some()),
@@ -209,11 +202,7 @@ fn bench_rigs(
     controllers: &[ControllerKind],
     args: &Args,
 ) -> Result<Vec<Report>, Failure> {
-    let clock = match args.clock {
-        ClockName::Picture => Clock::Picture,
-        ClockName::Target => Clock::Target,
-    };
-    let suite = Suite { clock, targets: args.targets as usize, ..Suite::new(name) };
+    let suite = Suite { clock: args.clock, targets: args.targets as usize, ..Suite::new(name) };
     tell!("{name}: {}\n{}", name.about(), Report::HEADING);
     let mut all = Vec::new();
     for controller in controllers {

@@ -1,6 +1,5 @@
 //! Output: results to standard output, progress and errors to standard error.
 
-use std::error::Error;
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write, stderr, stdout};
 use std::process::{ExitCode, exit};
@@ -9,6 +8,7 @@ use std::time::{Duration, Instant};
 use plumb_bench::control::BenchError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::escape::escaped;
+use plumb_frame::source::BoxedError;
 use serde::Serialize;
 use serde_json::json;
 
@@ -21,16 +21,16 @@ pub(crate) const BAD_INPUT: u8 = 2;
 /// Error that ends the program, and its exit code.
 pub(crate) struct Failure {
     code: u8,
-    error: Box<dyn Error>,
+    error: BoxedError,
 }
 
 /// Returns the failure for a mistake in the input.
-pub(crate) fn bad_input(error: impl Into<Box<dyn Error>>) -> Failure {
+pub(crate) fn bad_input(error: impl Into<BoxedError>) -> Failure {
     Failure { code: BAD_INPUT, error: error.into() }
 }
 
 /// Returns the failure of work that could not be done.
-pub(crate) fn failed(error: impl Into<Box<dyn Error>>) -> Failure {
+pub(crate) fn failed(error: impl Into<BoxedError>) -> Failure {
     Failure { code: FAILED, error: error.into() }
 }
 

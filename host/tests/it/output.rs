@@ -115,8 +115,8 @@ fn a_full_pipe_that_does_not_wait_is_waited_for() {
     let (mut reader, writer) = full_pipe();
     let (_, no_room) = full_pipe();
     let folder = folder();
-    let mut demo = program(&SHORT_DEMO, folder.path());
-    let mut demo = demo.stdout(writer).stderr(no_room).spawn().unwrap();
+    let mut demo =
+        program(&SHORT_DEMO, folder.path()).stdout(writer).stderr(no_room).spawn().unwrap();
     let mut text = String::new();
     reader.read_to_string(&mut text).unwrap();
     assert_eq!(demo.wait().unwrap().code(), Some(1));

@@ -3,8 +3,11 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The reals from `lo` to `hi`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+use serde::Serialize;
+
+/// The reals from `lo` to `hi`: [lo, hi] in JSON.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(into = "[f64; 2]")]
 pub struct Interval {
     /// The lower bound.
     pub lo: f64,
@@ -86,6 +89,12 @@ impl Interval {
     pub fn sqrt(self) -> Self {
         let root = outward(self.lo.max(0.0).sqrt(), self.hi.max(0.0).sqrt());
         Self { lo: root.lo.max(0.0), hi: root.hi }
+    }
+}
+
+impl From<Interval> for [f64; 2] {
+    fn from(it: Interval) -> Self {
+        [it.lo, it.hi]
     }
 }
 

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::ops::{Add, Mul, Sub};
 
 use plumb_protocol::{AXES, MOTORS, PerAxis, PerMotor};
+use serde::Serialize;
 
 /// Exponents of the |J_ik|, row by row.
 type Exponents = [u8; AXES * MOTORS];
@@ -79,7 +80,7 @@ type Matrix = PerAxis<PerAxis<Polynomial>>;
 /// The characteristic polynomial of B = |det Σ| J Σ⁻¹ (= 4 J Σ⁻¹) is
 /// s³ - tr s² + E₂ s - det. All eigenvalues have positive real parts if tr, det
 /// and tr E₂ - det are positive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct RouthHurwitz {
     /// tr B.
     pub trace: usize,

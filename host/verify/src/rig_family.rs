@@ -2,6 +2,7 @@
 //! a box, with D = 1.
 
 use plumb_protocol::{PerAxis, PerMotor};
+use serde::Serialize;
 use thiserror::Error;
 
 use crate::Interval;
@@ -12,7 +13,7 @@ const MOTOR_PRECISION_M: f64 = 1e-6;
 /// A box of rigs and of ball positions in them.
 ///
 /// J depends on ratios of lengths only, so that a rig at another scale has the same J.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RigFamily {
     /// D = y_A - y_B, m, above 0.
     pub depth: Interval,

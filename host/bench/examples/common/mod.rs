@@ -2,13 +2,12 @@
 //! search that no candidate ends.
 
 use std::env;
-use std::error::Error;
 use std::path::Path;
 
 use plumb_bench::vision::{VisionOptions, is_held_out, suite_camera};
 use plumb_cameras::camera_file;
 use plumb_cameras::tum::TumFolder;
-use plumb_frame::source::CameraSource;
+use plumb_frame::source::{BoxedError, CameraSource};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::ball::ShapeDetector;
 use plumb_vision::detect::shape::ShapeParameters;
@@ -31,7 +30,7 @@ pub(crate) struct Suite {
 
 impl Suite {
     /// Reads the program's arguments, SUITE SEED FRAMES EMPTY FOLDER..., and the recorded frames.
-    pub(crate) fn from_arguments() -> Result<Self, Box<dyn Error>> {
+    pub(crate) fn from_arguments() -> Result<Self, BoxedError> {
         let arguments: Vec<String> = env::args().skip(1).collect();
         let [suite, seed, frames, empty, folders @ ..] = arguments.as_slice() else {
             return Err("give SUITE SEED FRAMES EMPTY FOLDER...".into());
@@ -48,7 +47,7 @@ impl Suite {
 }
 
 /// Reads the frames of `folders` that are not held out.
-fn recorded(folders: &[String], camera: &Camera) -> Result<Vec<RgbdFrame>, Box<dyn Error>> {
+fn recorded(folders: &[String], camera: &Camera) -> Result<Vec<RgbdFrame>, BoxedError> {
     let mut frames = Vec::new();
     for folder in folders {
         let mut source = TumFolder::open(Path::new(folder), camera.intrinsics)?;

@@ -20,7 +20,7 @@ use super::law_controller::LawController;
 use super::plan_controller::PlanController;
 use super::simulate::Controller;
 use super::suite::Suite;
-use super::{BenchError, f64_reference, oracle, slack_free};
+use super::{BenchError, oracle, slack_free};
 use crate::UnknownName;
 use crate::run_id::RunId;
 
@@ -29,8 +29,6 @@ use crate::run_id::RunId;
 pub enum ControllerKind {
     /// A law of the board, on the board's own code.
     Board(LawSettings),
-    /// The same law in `f64`, with the board's servo and planner.
-    F64(LawSettings),
     /// Uncalibrated visual servoing: Broyden's updates of J with damped Gauss-Newton steps.
     Broyden,
     /// Inverse kinematics with geometry and pulley radius wrong by this percentage.
@@ -55,16 +53,12 @@ const BASELINES: [ControllerKind; 6] = [
     ControllerKind::Reference,
 ];
 
-/// Suffix of a law's name for its `f64` reference.
-const F64_SUFFIX: &str = "-f64";
-
 impl ControllerKind {
     /// Returns every controller. Laws have the parameters of the paper's rig.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let board = LawName::ALL.into_iter().map(|name| Self::Board(name.into()));
-        let f64_reference = f64_reference::LAWS.into_iter().map(|name| Self::F64(name.into()));
-        board.chain(f64_reference).chain(BASELINES).collect()
+        board.chain(BASELINES).collect()
     }
 
     /// Returns the name in options, reports and JSON.
@@ -72,7 +66,6 @@ impl ControllerKind {
     pub fn name(&self) -> String {
         match self {
             Self::Board(law) => law.name().to_string(),
-            Self::F64(law) => format!("{}{F64_SUFFIX}", law.name()),
             Self::Broyden => "broyden".to_owned(),
             Self::Model(percent) => format!("model-{percent}"),
             Self::Oracle => "oracle".to_owned(),
@@ -83,7 +76,7 @@ impl ControllerKind {
     /// Returns the parameters of the law; `None` for a baseline.
     pub fn settings_mut(&mut self) -> Option<&mut LawSettings> {
         match self {
-            Self::Board(law) | Self::F64(law) => Some(law),
+            Self::Board(law) => Some(law),
             _ => None,
         }
     }
@@ -91,7 +84,7 @@ impl ControllerKind {
     /// Returns whether the controller can follow a path.
     #[must_use]
     pub const fn can_follow(&self) -> bool {
-        !matches!(self, Self::F64(_) | Self::Reference)
+        !matches!(self, Self::Reference)
     }
 
     /// Returns whether the controller can drive to a further target.
@@ -123,10 +116,6 @@ impl ControllerKind {
             Self::Board(law) => {
                 let (config, _) = checked(law, suite)?;
                 Box::new(BoardController::new(config, task.target))
-            }
-            Self::F64(law) => {
-                let law_of = |params: &Params| f64_reference::of(law, params, limits);
-                Box::new(by_law(law, suite, task, law_of)?)
             }
             Self::Broyden => Box::new(broyden(suite, task)?),
             Self::Model(percent) => Box::new(model(*percent, suite, task, id)?),

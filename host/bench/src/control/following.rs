@@ -12,9 +12,7 @@ mod open_loop;
 mod report;
 mod simulate;
 
-use std::fmt;
 use std::ops::Range;
-use std::str::FromStr;
 
 use plumb_emulator::plant::Task;
 use plumb_path::shape::{Shape, ShapeKind};
@@ -22,7 +20,6 @@ use plumb_path::shape::{Shape, ShapeKind};
 use super::controller::{self, ControllerKind};
 use super::suite::{Suite, SuiteName};
 use super::{BenchError, in_parallel};
-use crate::UnknownName;
 use crate::run_id::RunId;
 use board_follower::BoardFollower;
 use course::{Course, SHAPES, SPEEDS_M_S, place};
@@ -35,58 +32,20 @@ use simulate::Outcome;
 pub use report::{PathReport, Quantiles};
 pub use simulate::Loss;
 
-/// Suite in which the ball follows paths.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PathSuite {
-    /// The rigs and the camera of [`SuiteName::QuasiStatic`].
-    Rigid,
-    /// The rigs and the camera of [`SuiteName::Elastic`].
-    Elastic,
+named! {
+    /// Suite in which the ball follows paths.
+    PathSuite:
+    Rigid "path" "circle, square, eight and spline on rigid cables";
+    Elastic "path-elastic" "circle, square, eight and spline on 800 and 150 N/m in turn";
 }
 
 impl PathSuite {
-    /// Every suite.
-    pub const ALL: [Self; 2] = [Self::Rigid, Self::Elastic];
-
-    /// Returns the name in options, reports and JSON.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Rigid => "path",
-            Self::Elastic => "path-elastic",
-        }
-    }
-
-    /// Returns a description for people.
-    #[must_use]
-    pub const fn about(self) -> &'static str {
-        match self {
-            Self::Rigid => "circle, square, eight and spline on rigid cables",
-            Self::Elastic => "circle, square, eight and spline on 800 and 150 N/m in turn",
-        }
-    }
-
     /// Returns the rigs, the camera and the physics.
     fn conditions(self) -> Suite {
         Suite::new(match self {
             Self::Rigid => SuiteName::QuasiStatic,
             Self::Elastic => SuiteName::Elastic,
         })
-    }
-}
-
-impl fmt::Display for PathSuite {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.as_str())
-    }
-}
-
-impl FromStr for PathSuite {
-    type Err = UnknownName;
-
-    fn from_str(text: &str) -> Result<Self, UnknownName> {
-        let known = || UnknownName::new(Self::ALL);
-        Self::ALL.into_iter().find(|suite| suite.as_str() == text).ok_or_else(known)
     }
 }
 
@@ -193,9 +152,7 @@ fn build<'a>(
         ControllerKind::Oracle => {
             Box::new(OpenLoop::new(course, task.geometry, conditions.elasticity(id)))
         }
-        ControllerKind::F64(_) | ControllerKind::Reference => {
-            return Err(BenchError::CannotFollow(kind.name()));
-        }
+        ControllerKind::Reference => return Err(BenchError::CannotFollow(kind.name())),
     })
 }
 

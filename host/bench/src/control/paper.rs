@@ -4,16 +4,14 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use plumb_config::quantity::NumberError;
-use plumb_config::toml_file::TomlFileError;
-use plumb_emulator::plant::{QuasiStatic, RigError, Task};
+use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_frame::source::BoxedError;
 use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::link::{Link, LinkError};
-use plumb_runtime::rig::{LawName, OutOfRange, Rig};
+use plumb_runtime::rig::{LawName, Rig};
 use plumb_sim::memory::Memory;
 use serde::Serialize;
-use thiserror::Error;
 
 /// Gains of the suite `paper`, 1/s.
 pub const PAPER_GAMMAS: [f64; 4] = [10.0, 20.0, 40.0, 80.0];
@@ -41,38 +39,12 @@ pub struct PaperSuite {
     pub frames: Vec<u32>,
 }
 
-/// Reason that the suite `paper` gave no result.
-#[derive(Debug, Error)]
-pub enum ControlError {
-    /// The paper's rig file is invalid.
-    #[error(transparent)]
-    Rig(#[from] TomlFileError),
-    /// An invalid gain.
-    #[error(transparent)]
-    Number(#[from] NumberError),
-    /// A parameter outside the range of the protocol.
-    #[error(transparent)]
-    Range(#[from] OutOfRange),
-    /// The board refused a command or stopped.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-    /// The simulated rig cannot follow its motors.
-    #[error("the simulated rig cannot follow its motors")]
-    Plant(#[from] RigError),
-    /// The ball did not arrive within the frame limit.
-    #[error("γ = {gamma} /s: not within 10 mm after {MAX_FRAMES} frames")]
-    NotReached {
-        /// The gain.
-        gamma: f64,
-    },
-}
-
 /// Runs the paper's task with the paper's law, without noise or latency, for each of `gammas`
 /// (1/s).
 ///
 /// # Errors
 /// If the ball does not arrive.
-pub fn paper(gammas: &[f64]) -> Result<PaperSuite, ControlError> {
+pub fn paper(gammas: &[f64]) -> Result<PaperSuite, BoxedError> {
     let frames = gammas.iter().map(|&gamma| paper_frames(gamma)).collect::<Result<_, _>>()?;
     Ok(PaperSuite { suite: "paper", law: "interval", gamma: gammas.to_vec(), frames })
 }
@@ -83,7 +55,7 @@ const MAX_RATE: f64 = 4_000.0;
 const MAX_ACCELERATION: f64 = 400_000.0;
 
 /// Returns the number of frames to 10 mm with gain `gamma` (1/s).
-fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
+fn paper_frames(gamma: f64) -> Result<u32, BoxedError> {
     let mut rig = Rig { law: LawName::Interval.into(), ..Rig::paper()? };
     rig.law.set_gamma(gamma)?;
     rig.motors.max_rate = MAX_RATE.try_into()?;
@@ -111,7 +83,7 @@ fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
             return Err(LinkError::Fault(fault).into());
         }
     }
-    Err(ControlError::NotReached { gamma })
+    Err(format!("γ = {gamma} /s: not within 10 mm after {MAX_FRAMES} frames").into())
 }
 
 #[cfg(test)]

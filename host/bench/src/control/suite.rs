@@ -69,14 +69,11 @@ const PULLEY_FACTOR: f64 = 1.5;
 /// Stream of the random numbers that give the direction in which a motor is moved.
 const MOVED_STREAM: u64 = 1 << 42;
 
-/// Start of a run's clock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Clock {
-    /// Arrival of the first frame, with or without a ball: no controller without a model can act
-    /// earlier.
-    Picture,
-    /// Capture of the first frame, at which the board gets its target.
-    Target,
+named! {
+    /// Start of a run's clock. No controller without a model can act before the first frame.
+    Clock:
+    Picture "picture" "arrival of the first frame, with or without a ball";
+    Target "target" "capture of the first frame, at which the board gets its target";
 }
 
 /// Model of the ball's motion.

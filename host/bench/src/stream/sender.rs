@@ -8,11 +8,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use nalgebra::{Point3, Vector3};
+use plumb_frame::source::BoxedError;
 use plumb_pictures::jpeg;
 use plumb_sim::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera};
 use plumb_vision::camera::Camera;
 
-use super::{StreamBenchError, StreamOptions};
+use super::StreamOptions;
 
 /// Number of different pictures: the ball goes round once.
 const PICTURES: usize = 60;
@@ -52,7 +53,7 @@ pub(super) struct SenderReport {
 pub(super) fn encoded_frames(
     camera: &Camera,
     options: &StreamOptions,
-) -> Result<Vec<EncodedFrame>, StreamBenchError> {
+) -> Result<Vec<EncodedFrame>, BoxedError> {
     let [width, height] =
         [options.size.width, options.size.height].map(|side| side.try_into().unwrap_or(u16::MAX));
     let render = RenderOptions { width, height, ..RenderOptions::default() };
@@ -66,11 +67,11 @@ fn encoded_frame(
     synthetic: &mut SyntheticCamera,
     number: usize,
     has_depth: bool,
-) -> Result<EncodedFrame, StreamBenchError> {
+) -> Result<EncodedFrame, BoxedError> {
     let angle = TAU * number as f64 / PICTURES as f64;
     let ball = Point3::from(MIDDLE) + Vector3::new(0.0, angle.cos(), angle.sin()) * CIRCLE_RADIUS_M;
     let frame = synthetic.render(0.0, &Scene { ball: Some(ball), ..Scene::default() })?;
-    let mut pictures = jpeg::encode(frame.colour(), QUALITY).map_err(StreamBenchError::Encode)?;
+    let mut pictures = jpeg::encode(frame.colour(), QUALITY)?;
     let size = frame.colour().size();
     let mut header = format!(
         r#""width": {}, "height": {}, "colour": "jpeg", "colour_bytes": {}"#,

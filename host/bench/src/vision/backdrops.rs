@@ -8,7 +8,7 @@ use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 
 use super::scene_kind::Backdrop;
-use super::{VisionError, VisionOptions};
+use super::{BoxedError, VisionOptions};
 
 /// Returns `camera` at the pose that the scenes assume: level, at (1.737, 0.286, 0.225) m of the
 /// rig frame, looking along -x.
@@ -25,7 +25,7 @@ pub(super) fn cameras(
     camera: &Camera,
     recorded: &[RgbdFrame],
     options: &VisionOptions,
-) -> Result<Vec<SyntheticCamera>, VisionError> {
+) -> Result<Vec<SyntheticCamera>, BoxedError> {
     let camera = placed(camera);
     let rendering =
         RenderOptions { width: options.width, height: options.height, ..RenderOptions::default() };

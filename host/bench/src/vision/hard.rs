@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::labelled::LabelledFrame;
 use super::placer::{Distractor, Placer, Reach};
-use super::{FrameSuite, VisionError, VisionOptions, suite_camera};
+use super::{BoxedError, FrameSuite, VisionOptions, suite_camera};
 use plumb_sim::synthetic::Light;
 use plumb_sim::synthetic::compositor::{Compositor, Exposure};
 
@@ -110,7 +110,7 @@ impl<'a> HardFrames<'a> {
     }
 
     /// Returns the next frame; `None` if there is no recorded frame.
-    pub(super) fn next(&mut self) -> Result<Option<LabelledFrame>, VisionError> {
+    pub(super) fn next(&mut self) -> Result<Option<LabelledFrame>, BoxedError> {
         if self.recorded.is_empty() {
             return Ok(None);
         }

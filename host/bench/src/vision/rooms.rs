@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::labelled::LabelledFrame;
 use super::placer::{BallPlacement, DIAMETER, Distractor, Placer, Reach};
-use super::{FrameSuite, VisionError, VisionOptions, suite_camera};
+use super::{BoxedError, FrameSuite, VisionOptions, suite_camera};
 use interior::Palette;
 pub use kind::FrameGroup;
 use kind::{Condition, DepthState};
@@ -43,9 +43,9 @@ impl<'a> Backgrounds<'a> {
         camera: &Camera,
         recorded: &'a [RgbdFrame],
         options: &VisionOptions,
-    ) -> Result<Self, VisionError> {
+    ) -> Result<Self, BoxedError> {
         let camera = suite_camera(FrameSuite::Rooms, camera);
-        let render = |palette, first: u64| -> Result<Vec<RgbdFrame>, VisionError> {
+        let render = |palette, first: u64| -> Result<Vec<RgbdFrame>, BoxedError> {
             let numbers = first..first + INTERIORS;
             numbers
                 .map(|k| interior::picture(palette, &camera, options, stream(options, u32::MAX, k)))
@@ -101,7 +101,7 @@ impl<'a> RoomFrames<'a> {
     }
 
     /// Returns the next frame.
-    pub(super) fn next(&mut self) -> Result<LabelledFrame, VisionError> {
+    pub(super) fn next(&mut self) -> Result<LabelledFrame, BoxedError> {
         let random = stream(self.options, self.number, self.count);
         let placer = Placer { camera: self.camera.clone(), random };
         let mut frame = RoomFrame { kind: self.kind, placer };
@@ -119,7 +119,7 @@ struct RoomFrame {
 
 impl RoomFrame {
     /// Returns the frame, taken at `time`.
-    fn make(&mut self, backgrounds: &Backgrounds, time: f64) -> Result<LabelledFrame, VisionError> {
+    fn make(&mut self, backgrounds: &Backgrounds, time: f64) -> Result<LabelledFrame, BoxedError> {
         let (mut compositor, place) = self.room_for_ball(backgrounds)?;
         if let Some(paint) = self.paint(&place) {
             compositor.repaint(&paint);
@@ -143,7 +143,7 @@ impl RoomFrame {
     fn room_for_ball(
         &mut self,
         backgrounds: &Backgrounds,
-    ) -> Result<(Compositor, BallPlacement), VisionError> {
+    ) -> Result<(Compositor, BallPlacement), BoxedError> {
         let reach = self.reach();
         let mut tries = 0;
         loop {
@@ -168,7 +168,7 @@ impl RoomFrame {
     }
 
     /// Returns a random background with random objects.
-    fn furnished(&mut self, backgrounds: &Backgrounds) -> Result<Compositor, VisionError> {
+    fn furnished(&mut self, backgrounds: &Backgrounds) -> Result<Compositor, BoxedError> {
         let condition = self.kind.condition;
         let behind = backgrounds.draw(condition, &mut self.placer.random);
         let gains = self.illuminant();
@@ -256,7 +256,7 @@ impl RoomFrame {
         &mut self,
         compositor: &mut Compositor,
         place: &BallPlacement,
-    ) -> Result<(), VisionError> {
+    ) -> Result<(), BoxedError> {
         let appearance = self.appearance(place.radius);
         let placer = &mut self.placer;
         placer.add_own_cables(compositor, place);

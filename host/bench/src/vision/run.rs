@@ -2,6 +2,7 @@
 
 use std::hint::black_box;
 
+use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::frame::{Frame, encode};
 use plumb_protocol::message::{Command, Position, ToBoard};
 use plumb_protocol::units as wire;
@@ -12,7 +13,7 @@ use super::labelled::LabelledFrame;
 use super::stats::{DetectorStats, FrameTime, percentile};
 use super::suites::{FrameKind, NextFrame};
 use super::timing::{computed, milliseconds, red_difference_of_gaussians};
-use super::{VisionError, VisionOptions, VisionReport};
+use super::{BoxedError, VisionOptions, VisionReport};
 
 /// Number of frames for each timing of the reference.
 const REFERENCE_INTERVAL: usize = 4;
@@ -46,7 +47,7 @@ impl<'a> Comparison<'a> {
         &mut self,
         FrameKind { name, group, count }: FrameKind,
         next: &mut NextFrame,
-    ) -> Result<(), VisionError> {
+    ) -> Result<(), BoxedError> {
         (self.progress)(name);
         self.stats.iter_mut().for_each(DetectorStats::begin_scene);
         for _ in 0..count {
@@ -58,7 +59,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// Runs every detector, and the reference at times, on one frame and measures their times.
-    fn round(&mut self, labelled: &LabelledFrame, name: &'static str) -> Result<(), VisionError> {
+    fn round(&mut self, labelled: &LabelledFrame, name: &'static str) -> Result<(), BoxedError> {
         if self.count.is_multiple_of(REFERENCE_INTERVAL) {
             let start = computed();
             red_difference_of_gaussians(&labelled.frame)?;
@@ -67,7 +68,9 @@ impl<'a> Comparison<'a> {
         self.count += 1;
         for (detector, stats) in self.detectors.iter_mut().zip(&mut self.stats) {
             let detector_name = detector.name();
-            let failed = |error| VisionError::Detect { name: detector_name, scene: name, error };
+            let failed = |error| {
+                format!("detector {detector_name}, scene \"{name}\": {}", ErrorChain(&error))
+            };
             detector.reset();
             let start = computed();
             let found = detector.detect(&labelled.frame).map_err(failed)?;

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::labelled::{GroundTruth, LabelledFrame};
 use super::scene_kind::{Addition, Backdrop, RED, SceneKind};
-use super::{VisionError, VisionOptions};
+use super::{BoxedError, VisionOptions};
 
 /// Generator of the frames of one kind of scene.
 pub(super) struct SceneFrames<'a> {
@@ -39,7 +39,7 @@ impl<'a> SceneFrames<'a> {
     }
 
     /// Returns the next frame; `None` if there is no background for this kind.
-    pub(super) fn next(&mut self) -> Result<Option<LabelledFrame>, VisionError> {
+    pub(super) fn next(&mut self) -> Result<Option<LabelledFrame>, BoxedError> {
         if self.cameras.is_empty() {
             return Ok(None);
         }

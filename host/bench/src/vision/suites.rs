@@ -10,7 +10,7 @@ use super::labelled::LabelledFrame;
 use super::rooms::{self, Backgrounds, FrameGroup, RoomFrames};
 use super::scene_kind::{Backdrop, KINDS, SceneKind};
 use super::scenes::SceneFrames;
-use super::{FrameSuite, VisionError, VisionOptions};
+use super::{BoxedError, FrameSuite, VisionOptions};
 
 /// A kind of frames of a suite.
 #[derive(Debug, Clone, Copy)]
@@ -23,10 +23,10 @@ pub(super) struct FrameKind {
 }
 
 /// Returns the next frame of a kind; `None` after the last one.
-pub(super) type NextFrame<'a> = dyn FnMut() -> Result<Option<LabelledFrame>, VisionError> + 'a;
+pub(super) type NextFrame<'a> = dyn FnMut() -> Result<Option<LabelledFrame>, BoxedError> + 'a;
 
 /// Takes a kind and its frames.
-type Visit<'a> = dyn FnMut(FrameKind, &mut NextFrame) -> Result<(), VisionError> + 'a;
+type Visit<'a> = dyn FnMut(FrameKind, &mut NextFrame) -> Result<(), BoxedError> + 'a;
 
 /// Calls `visit` with each kind of the suite that `options` name, in their order.
 ///
@@ -37,7 +37,7 @@ pub(super) fn each_kind(
     recorded: &[RgbdFrame],
     options: &VisionOptions,
     visit: &mut Visit,
-) -> Result<(), VisionError> {
+) -> Result<(), BoxedError> {
     match options.suite {
         FrameSuite::Scenes => scenes(camera, recorded, options, visit),
         FrameSuite::Hard => hard(camera, recorded, options, visit),
@@ -55,7 +55,7 @@ fn scenes(
     recorded: &[RgbdFrame],
     options: &VisionOptions,
     visit: &mut Visit,
-) -> Result<(), VisionError> {
+) -> Result<(), BoxedError> {
     let mut known: Vec<(Backdrop, Vec<SyntheticCamera>)> = Vec::new();
     for (number, kind) in (0..).zip(KINDS) {
         let unwanted = kind.ball && options.suite == FrameSuite::Empty;
@@ -90,7 +90,7 @@ fn hard(
     recorded: &[RgbdFrame],
     options: &VisionOptions,
     visit: &mut Visit,
-) -> Result<(), VisionError> {
+) -> Result<(), BoxedError> {
     for (number, kind) in (0..).zip(hard::CASES) {
         if kind.ball && options.suite == FrameSuite::Empty {
             continue;
@@ -108,7 +108,7 @@ fn rooms(
     recorded: &[RgbdFrame],
     options: &VisionOptions,
     visit: &mut Visit,
-) -> Result<(), VisionError> {
+) -> Result<(), BoxedError> {
     let backgrounds = Backgrounds::new(camera, recorded, options)?;
     for (number, kind) in (0..).zip(rooms::KINDS) {
         let mut frames = RoomFrames::new((number, kind), camera, &backgrounds, options);

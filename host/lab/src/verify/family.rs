@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plumb_config::toml_file::read_toml;
-use plumb_verify::{Nonsingularity, Polytope, PolytopeError, Robustness};
+use plumb_verify::{Interval, Nonsingularity, Polytope, PolytopeError, Robustness};
 use serde::{Deserialize, Serialize};
 
 use crate::output::{self, Failure, bad_input};
@@ -36,7 +36,7 @@ struct Line {
     /// `null` if undecided.
     nonsingular: Option<bool>,
     /// Lower and upper bound of the minimum of |v|/|e|.
-    min_v: [f64; 2],
+    min_v: Interval,
     direction: [f64; 3],
     patches: usize,
 }
@@ -50,7 +50,7 @@ impl Line {
                 Nonsingularity::Refuted => Some(false),
                 Nonsingularity::Undecided => None,
             },
-            min_v: [found.min_v.lo, found.min_v.hi],
+            min_v: found.min_v,
             direction: found.direction,
             patches: found.patches,
         }
@@ -63,7 +63,7 @@ impl Line {
             Some(false) => "one is singular: two have determinants of opposite signs",
             None => "undecided whether one is singular",
         };
-        let [lo, hi] = self.min_v;
+        let Interval { lo, hi } = self.min_v;
         tell!("convex hull of {} matrices: {said}", self.vertices);
         tell!(
             "  minimum of |v|/|e| of problem (8): {lo:.5} to {hi:.5}, at e = {:.3?}",

@@ -60,30 +60,11 @@ struct PathLine {
     bounds: BoundsLine,
 }
 
-/// Number of monomials of each Routh-Hurwitz condition.
-#[derive(Serialize)]
-struct Monomials {
-    trace: usize,
-    minors: usize,
-    determinant: usize,
-    difference: usize,
-}
-
-impl From<RouthHurwitz> for Monomials {
-    fn from(found: RouthHurwitz) -> Self {
-        let RouthHurwitz { trace, minors, determinant, difference } = found;
-        Self { trace, minors, determinant, difference }
-    }
-}
-
 /// Report on a family of rigs.
 #[derive(Serialize)]
 pub(super) struct Report {
-    depth: [f64; 2],
-    width: [f64; 2],
-    apex: [f64; 2],
-    min_lambda: f64,
-    below: [f64; 2],
+    #[serde(flatten)]
+    rigs: RigFamily,
     #[serde(flatten)]
     exact: BoundsLine,
     closed_form: BoundsLine,
@@ -92,9 +73,9 @@ pub(super) struct Report {
     /// Absent if α is 0: there is no interval family then.
     nonsingular: Option<bool>,
     /// Lower and upper bound of the minimum of |v|/|e| under law `interval`; absent if α is 0.
-    min_v: Option<[f64; 2]>,
+    min_v: Option<Interval>,
     /// Absent if a condition has a monomial with a negative coefficient.
-    routh_hurwitz: Option<Monomials>,
+    routh_hurwitz: Option<RouthHurwitz>,
     /// `null` if undecided.
     sign_descends: Option<bool>,
     /// μ with d|e|/dt <= -g μ |e| under law `sign`; absent if none is found.
@@ -106,7 +87,6 @@ impl Report {
     /// Computes everything in the report, with at most `max_cells` cells for law `sign`.
     pub(super) fn new(scope: &Scope, max_cells: usize) -> Self {
         let rigs = &scope.rigs;
-        let bounds = |side: Interval| [side.lo, side.hi];
         let exact = bounds_over_rigs(rigs);
         let family =
             (exact.alpha > 0.0).then(|| IntervalMatrix::with_signs(exact.alpha, exact.beta));
@@ -116,18 +96,14 @@ impl Report {
             Descent::Undecided(cells) => (None, cells),
         };
         Self {
-            depth: bounds(rigs.depth),
-            width: bounds(rigs.width),
-            apex: bounds(rigs.apex),
-            min_lambda: rigs.min_lambda,
-            below: bounds(rigs.below),
+            rigs: *rigs,
             exact: exact.into(),
             closed_form: closed_form_bounds(rigs).into(),
             workspace: lambda_lines(scope),
             paths: path_lines(&scope.paths),
             nonsingular: family.map(|family| family.is_nonsingular()),
-            min_v: family.map(|family| bounds(family.min_v())),
-            routh_hurwitz: routh_hurwitz(SIGNS, SIGNS).map(Into::into),
+            min_v: family.map(|family| family.min_v()),
+            routh_hurwitz: routh_hurwitz(SIGNS, SIGNS),
             sign_descends,
             sign_decay: (sign_descends == Some(true))
                 .then(|| sign_decay(rigs, max_cells.min(DECAY_CELLS)))
@@ -155,16 +131,17 @@ impl Report {
     }
 
     fn print_bounds(&self) {
-        let span = |[lo, hi]: [f64; 2]| {
-            if hi - lo < 1e-9 { format!("{lo:.3}") } else { format!("{lo:.3}-{hi:.3}") }
+        let span = |side: Interval| match side.width() < 1e-9 {
+            true => format!("{:.3}", side.lo),
+            false => format!("{:.3}-{:.3}", side.lo, side.hi),
         };
+        let RigFamily { depth, width, apex, min_lambda, below } = self.rigs;
         tell!(
-            "rigs with D {} m, W {} m, t {}; the ball where λ >= {}, h {} m:",
-            span(self.depth),
-            span(self.width),
-            span(self.apex),
-            self.min_lambda,
-            span(self.below),
+            "rigs with D {} m, W {} m, t {}; the ball where λ >= {min_lambda}, h {} m:",
+            span(depth),
+            span(width),
+            span(apex),
+            span(below),
         );
         tell!("  |dp/du|: {} (closed form: {})", self.exact, self.closed_form);
         for PathLine { target: [x, y, z], bounds } in &self.paths {
@@ -179,7 +156,7 @@ impl Report {
     }
 
     fn print_interval_proofs(&self) {
-        let (Some(nonsingular), Some([lo, hi])) = (self.nonsingular, self.min_v) else {
+        let (Some(nonsingular), Some(Interval { lo, hi })) = (self.nonsingular, self.min_v) else {
             tell!("no family for law `interval`: |dp/du| may be 0");
             return;
         };
@@ -197,7 +174,7 @@ impl Report {
     fn print_sign_proofs(&self) {
         tell!("for every Jacobian with the signs (12) of any size:");
         match &self.routh_hurwitz {
-            Some(Monomials { trace, minors, determinant, difference }) => tell!(
+            Some(RouthHurwitz { trace, minors, determinant, difference }) => tell!(
                 "  law `sign` is stable: proved (B = 4 J Σ⁻¹: tr, E2, det and tr E2 - det have \
                  {trace}, {minors}, {determinant} and {difference} positive monomials)"
             ),

@@ -9,7 +9,7 @@ use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::config::SIGNS;
 use plumb_sim::limits::RigLimits;
 
-use super::super::f64_reference::{FloatMeasurement, along, ramp_down, setpoint};
+use super::super::float::{FloatMeasurement, along, ramp_down, setpoint};
 
 /// Initial |J|, mm/step, from docs/understand/method.md.
 const INITIAL_J: f64 = 0.188;

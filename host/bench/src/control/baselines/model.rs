@@ -8,7 +8,7 @@ use plumb_sim::limits::RigLimits;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::super::f64_reference::{FloatMeasurement, along, ramp_down, setpoint};
+use super::super::float::{FloatMeasurement, along, ramp_down, setpoint};
 use crate::run_id::RunId;
 
 /// Gain of the filter for the remaining steps: fraction of the innovation.

@@ -4,7 +4,7 @@ use plumb_sim::synthetic::compositor::{Appearance, Compositor};
 use rand::RngExt;
 
 use super::{Condition, HardFrames};
-use crate::vision::VisionError;
+use crate::vision::BoxedError;
 use crate::vision::placer::BallPlacement;
 
 impl HardFrames<'_> {
@@ -13,7 +13,7 @@ impl HardFrames<'_> {
         &mut self,
         compositor: &mut Compositor,
         place: &BallPlacement,
-    ) -> Result<(), VisionError> {
+    ) -> Result<(), BoxedError> {
         let appearance = self.ball_appearance(place.radius);
         let placer = &mut self.placer;
         placer.add_own_cables(compositor, place);

@@ -5,7 +5,7 @@ use plumb_sim::synthetic::{Material, Object, Shape};
 use rand::RngExt;
 
 use super::{BallPlacement, DIAMETER, Placer};
-use crate::vision::VisionError;
+use crate::vision::BoxedError;
 
 impl Placer {
     /// Adds up to three cables that hold the ball.
@@ -33,7 +33,7 @@ impl Placer {
         place: &BallPlacement,
         material: Material,
         appearance: &Appearance,
-    ) -> Result<(), VisionError> {
+    ) -> Result<(), BoxedError> {
         let centre = self.deproject(place.u, place.v, place.z);
         let shape = Shape::Sphere { centre, radius: DIAMETER / 2.0 };
         Ok(compositor.add(&Object::new(shape, material), appearance, &mut self.random)?)

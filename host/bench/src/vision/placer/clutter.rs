@@ -6,7 +6,7 @@ use plumb_sim::synthetic::{Material, Object, Shape};
 use rand::RngExt;
 
 use super::{BallPlacement, DIAMETER, Placer};
-use crate::vision::VisionError;
+use crate::vision::BoxedError;
 
 impl Placer {
     /// Adds a cable across the ball, with a width in the range `widths` of the ball's radius.
@@ -35,7 +35,7 @@ impl Placer {
         &mut self,
         compositor: &mut Compositor,
         place: &BallPlacement,
-    ) -> Result<(), VisionError> {
+    ) -> Result<(), BoxedError> {
         let z = place.z - self.random.random_range(0.06..0.2);
         let hidden = self.random.random_range(0.12..0.5);
         let side = if self.random.random_bool(0.5) { 1.0 } else { -1.0 };
@@ -59,7 +59,7 @@ impl Placer {
         &mut self,
         compositor: &mut Compositor,
         place: &BallPlacement,
-    ) -> Result<(), VisionError> {
+    ) -> Result<(), BoxedError> {
         let half = self.random.random_range(0.02..0.06);
         let way = (DIAMETER / 2.0 + half) * self.camera.intrinsics.fx / place.z;
         let (du, dv) = [(way, 0.0), (-way, 0.0), (0.0, way)][self.random.random_range(0..3)];
@@ -78,7 +78,7 @@ impl Placer {
         &mut self,
         compositor: &mut Compositor,
         thing: Object,
-    ) -> Result<(), VisionError> {
+    ) -> Result<(), BoxedError> {
         let appearance =
             Appearance { blur: 0.6, motion: (0.0, 0.0), rolling: 0.0, holes: 0.01, linear: true };
         Ok(compositor.add(&thing, &appearance, &mut self.random)?)

@@ -7,7 +7,7 @@ use rand::RngExt;
 
 use super::clutter::srgb;
 use super::{DIAMETER, Placer};
-use crate::vision::VisionError;
+use crate::vision::BoxedError;
 
 /// Kind of distractor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,7 +83,7 @@ impl Placer {
         &mut self,
         compositor: &mut Compositor,
         kinds: &[Distractor],
-    ) -> Result<bool, VisionError> {
+    ) -> Result<bool, BoxedError> {
         let red = self.red();
         let kind = kinds[self.random.random_range(0..kinds.len())];
         let size = self.distractor_size(kind);

@@ -10,7 +10,7 @@ use plumb_vision::frame::RgbdFrame;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::vision::{VisionError, VisionOptions};
+use crate::vision::{BoxedError, VisionOptions};
 
 /// Range of colours of a room.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,7 +89,7 @@ pub(super) fn picture(
     camera: &Camera,
     options: &VisionOptions,
     mut random: ChaCha8Rng,
-) -> Result<RgbdFrame, VisionError> {
+) -> Result<RgbdFrame, BoxedError> {
     let seed = random.random();
     let rendering =
         RenderOptions { width: options.width, height: options.height, ..RenderOptions::default() };

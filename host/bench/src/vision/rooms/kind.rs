@@ -1,6 +1,6 @@
 //! The kinds of frames of the suite `rooms`.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// A kind of frame.
 #[derive(Debug, Clone, Copy)]
@@ -65,36 +65,18 @@ pub(super) enum DepthState {
     Missing,
 }
 
-/// Group of kinds with one target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum FrameGroup {
-    /// Frames with a ball, with depth.
-    #[serde(rename = "with depth")]
-    WithDepth,
-    /// Frames with a whole ball, without depth.
-    #[serde(rename = "without depth")]
-    WithoutDepth,
-    /// Frames with a partly covered ball, without depth.
-    #[serde(rename = "covered, without depth")]
-    CoveredWithoutDepth,
-    /// Frames without a ball.
-    #[serde(rename = "no ball")]
-    Empty,
+named! {
+    /// Group of kinds with one target.
+    FrameGroup:
+    WithDepth "with depth" "frames with a ball, with depth";
+    WithoutDepth "without depth" "frames with a whole ball, without depth";
+    CoveredWithoutDepth "covered, without depth" "frames with a covered ball, without depth";
+    Empty "no ball" "frames without a ball";
 }
 
-impl FrameGroup {
-    /// Every group.
-    pub const ALL: [Self; 4] =
-        [Self::WithDepth, Self::WithoutDepth, Self::CoveredWithoutDepth, Self::Empty];
-
-    /// Returns the name in the report.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::WithDepth => "with depth",
-            Self::WithoutDepth => "without depth",
-            Self::CoveredWithoutDepth => "covered, without depth",
-            Self::Empty => "no ball",
-        }
+impl Serialize for FrameGroup {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.as_str())
     }
 }
 

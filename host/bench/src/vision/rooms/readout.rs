@@ -8,15 +8,15 @@ use plumb_vision::image::{ColourImage, DepthImage, Image};
 use rand::{Rng, RngExt};
 
 use super::kind::DepthState;
-use crate::vision::VisionError;
+use crate::vision::BoxedError;
 
 /// Size of the patches of missing depth, pixels.
 const PATCH: usize = 40;
 
 /// Returns `frame` with its colour compressed to a JPEG of `quality` (1 to 100) and back.
-pub(super) fn compressed(frame: &RgbdFrame, quality: u8) -> Result<RgbdFrame, VisionError> {
-    let bytes = jpeg::encode(frame.colour(), quality).map_err(VisionError::Compress)?;
-    let colour = decode::colour(&bytes).map_err(|error| VisionError::Compress(error.into()))?;
+pub(super) fn compressed(frame: &RgbdFrame, quality: u8) -> Result<RgbdFrame, BoxedError> {
+    let bytes = jpeg::encode(frame.colour(), quality)?;
+    let colour = decode::colour(&bytes)?;
     made(frame.time(), colour, frame.depth().clone(), *frame.intrinsics())
 }
 
@@ -26,7 +26,7 @@ pub(super) fn depleted(
     frame: RgbdFrame,
     state: DepthState,
     random: &mut impl Rng,
-) -> Result<RgbdFrame, VisionError> {
+) -> Result<RgbdFrame, BoxedError> {
     let (width, height) = (frame.depth().width(), frame.depth().height());
     let (lens, colour) = (*frame.intrinsics(), frame.colour().clone());
     match state {
@@ -62,6 +62,6 @@ fn made(
     colour: ColourImage,
     depth: DepthImage,
     lens: Intrinsics,
-) -> Result<RgbdFrame, VisionError> {
+) -> Result<RgbdFrame, BoxedError> {
     Ok(RgbdFrame::new(time, colour, depth, lens).map_err(SyntheticError::from)?)
 }

@@ -1,17 +1,49 @@
-//! The board's fixed point against `f64`.
+//! The board's fixed point against its laws in `f64`, written from their equations.
+
+mod adaptive;
+mod interval;
+mod sign;
 
 use nalgebra::Point3;
+use plumb_core::law::{DeferredLaw, Law, LawSelection};
+use plumb_core::params::Params;
 use plumb_protocol::units::Micros;
 use plumb_protocol::{MOTORS, PerMotor};
+use plumb_runtime::rig::{LawName, LawSettings};
 use plumb_sim::limits::RigLimits;
 
 use super::super::controller::{ControllerKind, by_law};
-use super::super::oracle;
 use super::super::simulate::{self, Controller, Leg, Outcome};
-use super::super::tests::run_one_target;
-use super::*;
-use crate::control::{Suite, SuiteName};
+use super::super::{in_parallel, oracle};
+use super::run_one_target;
+use crate::control::{Report, Suite, SuiteName};
 use crate::run_id::RunId;
+use adaptive::Adaptive;
+use interval::Interval;
+use sign::Sign;
+
+/// Names of the laws with a reference. The law `taut` uses floating point on the board, too.
+const LAWS: [LawName; 3] = [LawName::Interval, LawName::Sign, LawName::Adaptive];
+
+/// Returns the law in `f64`; of `taut` the board's own.
+fn in_f64(law: &LawSettings, params: &Params) -> Box<dyn Law> {
+    match law {
+        LawSettings::Interval { gamma, alpha, beta, signs, .. } => {
+            Box::new(Interval::new(gamma.get(), (alpha.get(), beta.get()), signs))
+        }
+        LawSettings::Sign { gain, .. } => Box::new(Sign::new(gain.get())),
+        LawSettings::Adaptive(_) => Box::new(Adaptive::new(RigLimits::default())),
+        LawSettings::Taut(_) => boards_own(params),
+    }
+}
+
+/// Returns the law of a board with these parameters.
+fn boards_own(params: &Params) -> Box<dyn Law> {
+    match params.law() {
+        LawSelection::Inline(law) => Box::new(law),
+        LawSelection::Deferred(kind) => Box::new(DeferredLaw::new(kind, params.limits())),
+    }
+}
 
 /// Returns a law with the gain of docs/understand/method.md.
 fn settings(name: LawName) -> LawSettings {
@@ -50,25 +82,43 @@ impl Controller for Recorded {
     }
 }
 
-/// Runs `controller` or, if it is `None`, the board's own law in
-/// [`LawController`](super::super::law_controller::LawController). Returns the motor positions,
-/// too.
-fn whole_run(
-    controller: Option<&ControllerKind>,
-    law: &LawSettings,
-    suite: &Suite,
-    id: RunId,
-) -> (Outcome, Vec<PerMotor<f64>>) {
+/// A law on the board, or in [`LawController`](super::super::law_controller::LawController).
+type Build<'a> = &'a dyn Fn(&Suite, &super::Task, RunId) -> Box<dyn Controller>;
+
+/// Result of a run, its motor positions, and the oracle's time.
+struct WholeRun {
+    outcome: Outcome,
+    rows: Vec<PerMotor<f64>>,
+    oracle_s: f64,
+}
+
+/// Runs a controller.
+fn whole_run(build: Build, suite: &Suite, id: RunId) -> WholeRun {
     let task = suite.task(id).unwrap();
-    let inner = match controller {
-        Some(controller) => controller.build(suite, &task, id).unwrap(),
-        None => Box::new(by_law(law, suite, &task, boards_own).unwrap()),
-    };
-    let mut controller = Recorded { inner, rows: Vec::new() };
+    let mut controller = Recorded { inner: build(suite, &task, id), rows: Vec::new() };
     let oracle_s = oracle::time_s(&task, &RigLimits::default(), suite.threshold_m).unwrap();
     let leg = Leg { target: task.target, oracle_s, changed: None };
     let mut outcomes = simulate::run(&mut controller, suite, &task, id, &[leg]).unwrap();
-    (outcomes.remove(0), controller.rows)
+    WholeRun { outcome: outcomes.remove(0), rows: controller.rows, oracle_s }
+}
+
+/// Runs the law on the board.
+fn on_board(law: &LawSettings, suite: &Suite, id: RunId) -> WholeRun {
+    let kind = ControllerKind::Board(law.clone());
+    whole_run(&|suite, task, id| kind.build(suite, task, id).unwrap(), suite, id)
+}
+
+/// Runs the law that `of` makes in the harness.
+fn in_harness(
+    law: &LawSettings,
+    of: fn(&LawSettings, &Params) -> Box<dyn Law>,
+    suite: &Suite,
+    id: RunId,
+) -> WholeRun {
+    let build = |suite: &Suite, task: &super::Task, _| -> Box<dyn Controller> {
+        Box::new(by_law(law, suite, task, |params| of(law, params)).unwrap())
+    };
+    whole_run(&build, suite, id)
 }
 
 /// With the board's own law the harness of the `f64` laws gives the board's run, up to rounding:
@@ -80,23 +130,22 @@ fn the_harness_is_the_board() {
         let law = LawSettings::from(name);
         for (suite, seed, rig) in [(&plain, 5, 101), (&plain, 5, 7), (&elastic, 8, 2)] {
             let id = RunId { seed, rig };
-            let board = whole_run(Some(&ControllerKind::Board(law.clone())), &law, suite, id);
-            let harness = whole_run(None, &law, suite, id);
-            let apart = farthest(&board.1, &harness.1);
+            let board = on_board(&law, suite, id);
+            let harness = in_harness(&law, |_, params| boards_own(params), suite, id);
+            let apart = farthest(&board.rows, &harness.rows);
             eprintln!("{name} {} {id:?} {apart}", suite.name);
             assert!(apart <= 0.5, "{name}, {}, {id:?}: {apart} steps apart", suite.name);
         }
     }
-    let lost = whole_run(None, &settings(LawName::Sign), &plain, RunId { seed: 5, rig: 101 }).0;
-    assert!(lost.resumed, "this run is here because it loses the ball");
+    let (law, id) = (settings(LawName::Sign), RunId { seed: 5, rig: 101 });
+    let lost = in_harness(&law, |_, params| boards_own(params), &plain, id);
+    assert!(lost.outcome.resumed, "this run is here because it loses the ball");
 }
 
 /// By how many steps any motor is at most apart from where `f64` has it, in a whole run with the
 /// same noise.
 fn apart(law: &LawSettings, suite: &Suite, id: RunId) -> f64 {
-    let [board, reference] = [ControllerKind::Board(law.clone()), ControllerKind::F64(law.clone())]
-        .map(|controller| whole_run(Some(&controller), law, suite, id).1);
-    farthest(&board, &reference)
+    farthest(&on_board(law, suite, id).rows, &in_harness(law, in_f64, suite, id).rows)
 }
 
 /// By how many steps any motor is at most apart in two runs.
@@ -128,8 +177,14 @@ fn fixed_point_is_as_fast_as_f64() {
     let suite = Suite::new(SuiteName::QuasiStatic);
     for name in LAWS {
         let law = settings(name);
-        let [board, reference] = [ControllerKind::Board(law.clone()), ControllerKind::F64(law)]
-            .map(|controller| run_one_target(&controller, &suite, 0..300, 31));
+        let board = run_one_target(&ControllerKind::Board(law.clone()), &suite, 0..300, 31);
+        let run = |rig| {
+            let run = in_harness(&law, in_f64, &suite, RunId { seed: 31, rig });
+            Ok((run.outcome, run.oracle_s))
+        };
+        let runs = in_parallel(0..300, run, &mut |_| ()).unwrap();
+        let first = RunId { seed: 31, rig: 0 };
+        let reference = Report::new((format!("{name} in f64"), 1), suite.name, first, &runs);
         assert!((board.median / reference.median - 1.0).abs() < 0.01, "{board}\n{reference}");
         assert!((board.converged - reference.converged).abs() < 0.005, "{board}\n{reference}");
     }

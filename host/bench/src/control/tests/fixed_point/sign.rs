@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use plumb_core::law::{Law, Measurement, Setpoint};
 
-use super::{FloatMeasurement, setpoint};
+use crate::control::float::{FloatMeasurement, setpoint};
 use plumb_runtime::rig::NOMINAL_STEP_M;
 
 /// Least error that counts as an overshoot, mm. Smaller errors are noise.

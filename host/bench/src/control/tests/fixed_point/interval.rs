@@ -3,7 +3,7 @@
 use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::{AXES, PerAxis, PerMotor};
 
-use super::{FloatMeasurement, setpoint};
+use crate::control::float::{FloatMeasurement, setpoint};
 use plumb_runtime::rig::NOMINAL_STEP_M;
 
 /// Law u̇ = -γ v, where v_k is the point nearest to zero in column k's interval of e'J.

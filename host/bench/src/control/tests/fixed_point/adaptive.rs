@@ -8,7 +8,7 @@ use plumb_protocol::{AXES, PerAxis, PerMotor};
 use plumb_sim::limits::RigLimits;
 
 use super::sign::direction;
-use super::{FloatMeasurement, setpoint};
+use crate::control::float::{FloatMeasurement, setpoint};
 
 /// Initial |J|, mm/step.
 const INITIAL_J: PerAxis<PerMotor<f64>> =

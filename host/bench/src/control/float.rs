@@ -1,45 +1,10 @@
-//! The board's laws in `f64`, written from their equations. The difference to the board's results
-//! is the cost of fixed point.
-
-mod adaptive;
-mod interval;
-mod sign;
+//! Measurements and setpoints in `f64`, for the baselines.
 
 use nalgebra::Vector3;
 use plumb_core::MotorRates;
-use plumb_core::law::{DeferredLaw, Law, LawSelection, Measurement, Setpoint};
-use plumb_core::params::Params;
-use plumb_runtime::rig::{LawName, LawSettings};
-use plumb_sim::limits::RigLimits;
-
-use adaptive::Adaptive;
-use interval::Interval;
+use plumb_core::law::{Measurement, Setpoint};
 use plumb_protocol::{PerAxis, PerMotor};
-use sign::Sign;
-
-/// Names of the laws with a reference. The law `taut` uses floating point on the board, too.
-pub(super) const LAWS: [LawName; 3] = [LawName::Interval, LawName::Sign, LawName::Adaptive];
-
-/// Returns the `f64` reference of a law for motors of these limits. For a law that uses floating
-/// point on the board, this is the board's own law with `params`.
-pub(super) fn of(law: &LawSettings, params: &Params, limits: RigLimits) -> Box<dyn Law> {
-    match law {
-        LawSettings::Interval { gamma, alpha, beta, signs, .. } => {
-            Box::new(Interval::new(gamma.get(), (alpha.get(), beta.get()), signs))
-        }
-        LawSettings::Sign { gain, .. } => Box::new(Sign::new(gain.get())),
-        LawSettings::Adaptive(_) => Box::new(Adaptive::new(limits)),
-        LawSettings::Taut(_) => boards_own(params),
-    }
-}
-
-/// Returns the law of a board with these parameters.
-pub(super) fn boards_own(params: &Params) -> Box<dyn Law> {
-    match params.law() {
-        LawSelection::Inline(law) => Box::new(law),
-        LawSelection::Deferred(kind) => Box::new(DeferredLaw::new(kind, params.limits())),
-    }
-}
+use plumb_sim::limits::RigLimits;
 
 /// A [`Measurement`] in millimetres and full steps.
 pub(super) struct FloatMeasurement {
@@ -98,6 +63,3 @@ pub(super) fn along(steps: Vector3<f64>, limits: &RigLimits) -> Vector3<f64> {
 pub(super) fn ramp_down(rates: Vector3<f64>, limits: &RigLimits) -> Vector3<f64> {
     rates.component_mul(&rates.abs()) / (2.0 * limits.acceleration)
 }
-
-#[cfg(test)]
-mod tests;
