@@ -166,7 +166,7 @@ fn results_without_room_are_a_failure_and_messages_are_none() {
     assert!(stderr(&output).contains(CAUSE), "{}", stderr(&output));
     // A log that has no room is no failure of the run.
     let rig = rig_file(folder.path(), |text| text);
-    let verbose = ["check", &rig, "--file-only", "-vvv"];
+    let verbose = ["check", "--rig", &rig, "--file-only", "-vvv"];
     let output = limited(&verbose, folder.path(), 0, "2> log");
     assert_eq!(output.status.code(), Some(0));
 }
