@@ -133,7 +133,7 @@ fn folders_and_devices_in_the_place_of_files_are_named() {
         (&["init", "--yes", "--height", "66"], "is it in centimetres?"),
         (
             &["check", "--rig", "absent.toml", "--file-only"],
-            "absent.toml: error: cannot be read: No such",
+            "absent.toml: error: absent.toml: cannot be read: No such",
         ),
     ] {
         let text = refusal(arguments, path);

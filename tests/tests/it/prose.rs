@@ -40,7 +40,7 @@ fn looks_into_prose(line: &str) -> bool {
 fn is_sentence(text: &str) -> bool {
     let is_word = |word: &&str| word.len() >= 2 && word.chars().all(char::is_alphabetic);
     let words: Vec<&str> = text.split(' ').collect();
-    words.windows(2).any(|pair| pair.iter().all(|word| is_word(&word)))
+    words.windows(2).any(|pair| pair.iter().all(is_word))
 }
 
 #[test]
