@@ -8,7 +8,6 @@ mod baselines;
 mod board_controller;
 mod bounce;
 mod controller;
-mod curves;
 mod float;
 mod following;
 mod frame_error;
@@ -41,7 +40,6 @@ use simulate::{Leg, Outcome};
 
 pub use crate::run_id::RunId;
 pub use controller::ControllerKind;
-pub use curves::draw as draw_curves;
 pub use following::{Loss, PathReport, PathSuite, Quantiles, follow_paths};
 pub use frame_error::FrameError;
 pub use paper::{PAPER_GAMMAS, PaperSuite, paper};

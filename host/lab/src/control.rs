@@ -1,8 +1,6 @@
 //! `plumb-lab control`: speed of the laws on simulated rigs.
 
-use std::fs::{self, File};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Parser, value_parser};
@@ -87,9 +85,6 @@ pub(crate) struct Args {
     /// target is set (target)
     #[arg(long, default_value = "picture")]
     clock: Clock,
-    /// Draw the share of runs that have reached the target over time into this SVG file
-    #[arg(long, value_name = "FILE")]
-    svg: Option<PathBuf>,
     /// End with a line of JSON on standard output for each law and suite; endless times are null
     #[arg(long)]
     json: bool,
@@ -134,25 +129,12 @@ pub(crate) fn main(args: &Args) -> Result<(), Failure> {
         return bench_paper(args.json);
     }
     let controllers = controllers(args)?;
-    // The file is created before the runs, so that an error shows at once.
-    if let Some(file) = &args.svg {
-        create_svg(file)?;
-    }
-    let mut reports = Vec::new();
     for suite in &args.suite {
         match suite {
-            SuiteArg::Rigs(name) => reports.extend(bench_rigs(*name, &controllers, args)?),
+            SuiteArg::Rigs(name) => bench_rigs(*name, &controllers, args)?,
             SuiteArg::Paths(suite) => bench_paths(*suite, &controllers, args)?,
             SuiteArg::Paper => {}
         }
-    }
-    if let Some(file) = &args.svg {
-        let curves = control::draw_curves(&reports).map_err(failed)?;
-        fs::write(file, curves).map_err(|error| {
-            let _absent = fs::remove_file(file);
-            failed(format!("{}: {error}", file.display()))
-        })?;
-        tell!("curves: {}", file.display());
     }
     Ok(())
 }
@@ -170,7 +152,6 @@ fn check(args: &Args) -> Result<(), Failure> {
     let given = [
         ("--targets", args.targets != 1),
         ("--clock", args.clock != Clock::Picture),
-        ("--svg", args.svg.is_some()),
         ("--law", is_paper && !args.law.is_empty()),
         ("--gamma", is_paper && args.gamma.is_some()),
         ("--rigs", is_paper && args.rigs != DEFAULT_RIGS),
@@ -197,14 +178,9 @@ fn check(args: &Args) -> Result<(), Failure> {
 }
 
 /// Runs the controllers on a suite whose rigs have targets, and prints the results.
-fn bench_rigs(
-    name: SuiteName,
-    controllers: &[ControllerKind],
-    args: &Args,
-) -> Result<Vec<Report>, Failure> {
+fn bench_rigs(name: SuiteName, controllers: &[ControllerKind], args: &Args) -> Result<(), Failure> {
     let suite = Suite { clock: args.clock, targets: args.targets as usize, ..Suite::new(name) };
     tell!("{name}: {}\n{}", name.about(), Report::HEADING);
-    let mut all = Vec::new();
     for controller in controllers {
         let mut progress = progress(controller, args.rigs);
         let reports = control::run(controller, &suite, args.rigs(), args.seed, &mut progress)?;
@@ -216,14 +192,11 @@ fn bench_rigs(
                 tell!("  stopped for a lost position and were started again: {count}");
             }
         }
-        for report in reports {
-            if args.json {
-                output::print(&report)?;
-            }
-            all.push(report);
+        if args.json {
+            reports.iter().try_for_each(output::print)?;
         }
     }
-    Ok(all)
+    Ok(())
 }
 
 /// Runs the controllers on a suite whose rigs have paths, and prints the results.
@@ -254,15 +227,6 @@ fn list(what: &str, runs: impl Iterator<Item = String>) {
     if !first.is_empty() {
         tell!("  {what}: {}", first.join(", "));
     }
-}
-
-/// Creates the file of the figure.
-fn create_svg(file: &Path) -> Result<(), Failure> {
-    let name = file.display();
-    if file.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("svg")) {
-        return Err(bad_input(format!("{name}: must end in .svg: the figure is an SVG")));
-    }
-    File::create(file).map(drop).map_err(|error| bad_input(format!("{name}: {error}")))
 }
 
 /// Returns the controllers of the options, with the law parameters of the options.

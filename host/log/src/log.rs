@@ -39,9 +39,9 @@ impl FigureSettings {
 /// Observer that writes the log of a run. Every row is handed to the operating system when it is
 /// recorded. The end of the run adds the other files.
 ///
-/// Behind a [`BoundedObserver`](crate::bounded_observer::BoundedObserver), `run.csv` is complete up
-/// to the last frame, also where the run fails or panics. A process that is killed (SIGKILL) loses
-/// the rows in the queue.
+/// Behind a [`BoundedObserver`](plumb_runtime::bounded_observer::BoundedObserver), `run.csv` is
+/// complete up to the last frame, also where the run fails or panics. A process that is killed
+/// (SIGKILL) loses the rows in the queue.
 #[derive(Debug)]
 pub struct RunLog {
     path: PathBuf,

@@ -1,4 +1,4 @@
-//! Places from files: tables of numbers, or [G-code](crate::gcode).
+//! Places from files: tables of numbers, or G-code with straight motions.
 //!
 //! The columns of a table decide what it is, in any order. `x,y,z` are a path, also without names;
 //! `t,x,y,z` are places with times; with `dwell` or `tolerance` the ball stops at each place.

@@ -16,7 +16,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("firmware/emulator", 2100),
     ("firmware/image", 450),
     ("host", 8100),
-    ("host/bench", 5500),
+    ("host/bench", 5450),
     ("host/calibrate", 2600),
     ("host/calibrate/import", 700),
     ("host/cameras", 3100),

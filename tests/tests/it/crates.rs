@@ -163,7 +163,6 @@ const CRATES: &[Rule] = &[
             "plumb-core",
             "plumb-emulator",
             "plumb-frame",
-            "plumb-log",
             "plumb-path",
             "plumb-pictures",
             "plumb-protocol",

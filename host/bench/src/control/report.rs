@@ -52,9 +52,6 @@ pub struct Report {
     pub hold_p99_mm: f64,
     /// Share of the runs that reported "reached" with the ball outside the threshold.
     pub false_reached: f64,
-    /// Time ratio of every run, ascending, for the curves.
-    #[serde(skip)]
-    pub ratios: Vec<f64>,
     /// Median time to the threshold, seconds.
     #[serde(skip)]
     pub median_s: f64,
@@ -130,7 +127,6 @@ impl Report {
             ),
             hold_p99_mm: round(quantile(&hold, 0.99) * 1e3),
             false_reached: share(runs.iter().filter(|(run, _)| run.false_reached).count()),
-            ratios,
             median_s: quantile(&times, 0.5),
             failed,
             resumed: runs.iter().filter(|(run, _)| run.resumed).count(),

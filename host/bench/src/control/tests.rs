@@ -152,13 +152,6 @@ fn json_has_these_fields_and_no_others() {
 }
 
 #[test]
-fn curves_name_every_controller() {
-    let report = quick(&ControllerKind::Reference, SuiteName::QuasiStatic, 3);
-    let svg = draw_curves(&[report]).unwrap();
-    assert!(svg.contains("reference, quasi-static") && svg.contains("<polyline"));
-}
-
-#[test]
 fn every_suite_is_parsed_from_its_name_and_has_rigs() {
     let id = RunId { seed: 3, rig: 5 };
     for name in SuiteName::ALL {
@@ -216,9 +209,8 @@ fn sign_reduces_a_gain_that_oscillates() {
 #[test]
 fn a_rig_can_be_run_alone() {
     let (controller, suite) = (controller("sign"), Suite::new(SuiteName::QuasiStatic));
-    let alone = run_one_target(&controller, &suite, 5..6, 11);
-    let among = run_one_target(&controller, &suite, 3..7, 11);
-    assert!(alone.rigs == 1 && among.ratios.contains(&alone.ratios[0]), "{alone} {among}");
+    let max = |rigs| run_one_target(&controller, &suite, rigs, 11).max;
+    assert_eq!(max(5..7), max(5..6).max(max(6..7)));
 }
 
 /// A law that knows its rig after the first target loses less time to the later ones.

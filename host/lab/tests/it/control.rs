@@ -27,12 +27,12 @@ fn the_papers_suite_takes_the_papers_frames() {
 
 #[test]
 fn an_option_without_effect_is_bad_input() {
-    for option in ["--law sign", "--gamma 999", "--rigs 5", "--seed 2", "--svg curves.svg"] {
+    for option in ["--law sign", "--gamma 999", "--rigs 5", "--seed 2", "--targets 2"] {
         let error = refusal(&format!("--suite paper {option}"));
         let name = option.split(' ').next().unwrap();
         assert!(error.starts_with(name) && error.contains("no effect"), "{error}");
     }
-    for option in ["--clock target", "--svg curves.svg"] {
+    for option in ["--clock target", "--targets 2"] {
         let error = refusal(&format!("--suite path {option}"));
         assert!(error.contains("no effect"), "{error}");
     }
@@ -40,15 +40,4 @@ fn an_option_without_effect_is_bad_input() {
     assert!(error.contains("--gamma") && error.contains("interval"), "{error}");
     let error = refusal("--suite path-elastic --law reference");
     assert!(error.contains("reference cannot follow a path"), "{error}");
-    assert!(refusal("--svg all.pdf").contains("all.pdf: must end in .svg"));
-}
-
-#[test]
-fn the_curves_are_drawn_into_a_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let line = ["control", "--rigs", "1", "--law", "oracle", "--svg", "curves.svg"];
-    let output = lab(&line, folder.path());
-    assert!(output.status.success(), "{}", stderr(&output));
-    let text = std::fs::read_to_string(folder.path().join("curves.svg")).unwrap();
-    assert!(text.starts_with("<svg") && text.contains("oracle, quasi-static"));
 }
