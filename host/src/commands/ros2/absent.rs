@@ -62,7 +62,7 @@ pub(in super::super) struct Ros2;
 impl Ros2Options {
     /// Refuses the option.
     pub(in super::super) fn start(&self, _: &Camera, _: &OperatorSender) -> Result<Ros2, Failure> {
-        if self.ros2 { Err(bad_input(ABSENT)) } else { Ok(Ros2) }
+        if self.ros2 { Err(failed(ABSENT)) } else { Ok(Ros2) }
     }
 }
 

@@ -5,7 +5,7 @@ use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
 
-use super::super::{Failure, bad_input};
+use super::super::{Failure, failed};
 use super::ViewerOptions;
 
 /// Reason to refuse the options.
@@ -24,7 +24,7 @@ impl ViewerOptions {
         _: Overflow,
     ) -> Result<Viewers, Failure> {
         match self.mcap.is_some() || self.foxglove {
-            true => Err(bad_input(ABSENT)),
+            true => Err(failed(ABSENT)),
             false => Ok(Viewers),
         }
     }
