@@ -133,17 +133,9 @@ mod tests {
             drivers,
         };
         let record = FrameRecord {
-            number: 0,
-            time: 0.0,
-            frame: None,
-            observation: None,
             target: Some(Point3::origin()),
             board: Some(board),
-            fault_cause: None,
-            state: None,
-            filtered_error: None,
-            ground_truth: None,
-            path: None,
+            ..FrameRecord::default()
         };
         to_value(TelemetryMessage::new(&record, &board)).unwrap()
     }

@@ -170,15 +170,8 @@ mod tests {
         FrameRecord {
             number,
             time: number as f64,
-            frame: None,
-            observation: None,
             target: Some(Point3::new(0.4, 0.4, 0.15)),
-            board: None,
-            fault_cause: None,
-            state: None,
-            filtered_error: None,
-            ground_truth: None,
-            path: None,
+            ..FrameRecord::default()
         }
     }
 

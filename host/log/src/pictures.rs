@@ -75,19 +75,7 @@ mod tests {
         let intrinsics = camera_file::paper().unwrap().intrinsics;
         let (colour, depth) = (Image::filled(16, 16, [level; 3]), Image::filled(16, 16, 0));
         let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();
-        FrameRecord {
-            number: 0,
-            time: 0.0,
-            frame: Some(Arc::new(frame)),
-            observation: None,
-            target: None,
-            board: None,
-            fault_cause: None,
-            state: None,
-            filtered_error: None,
-            ground_truth: None,
-            path: None,
-        }
+        FrameRecord { frame: Some(Arc::new(frame)), ..FrameRecord::default() }
     }
 
     #[test]

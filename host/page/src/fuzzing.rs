@@ -60,17 +60,9 @@ fn record(camera: &Camera) -> Option<FrameRecord> {
     depth.pixels_mut()[..20 * width].fill(0);
     let frame = RgbdFrame::new(0.0, colour, depth, camera.intrinsics).ok()?;
     Some(FrameRecord {
-        number: 0,
-        time: 0.0,
         frame: Some(Arc::new(frame)),
-        observation: None,
         target: Some(Point3::new(0.4, 0.4, 0.15)),
-        board: None,
-        fault_cause: None,
-        state: None,
-        filtered_error: None,
-        ground_truth: None,
-        path: None,
+        ..FrameRecord::default()
     })
 }
 

@@ -65,14 +65,8 @@ fn record(number: u64, images: &(ColourImage, DepthImage)) -> FrameRecord {
         number,
         time,
         frame: Some(frame(time, images)),
-        observation: None,
         target: Some(Point3::origin()),
-        board: None,
-        fault_cause: None,
-        state: None,
-        filtered_error: None,
-        ground_truth: None,
-        path: None,
+        ..FrameRecord::default()
     }
 }
 

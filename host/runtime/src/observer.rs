@@ -73,8 +73,9 @@ impl<O: Observer> Observer for Option<O> {
     }
 }
 
-/// Everything that is known about one frame.
-#[derive(Debug, Clone)]
+/// Everything that is known about one frame. The default is the first frame of a run, of which
+/// nothing is known.
+#[derive(Debug, Clone, Default)]
 pub struct FrameRecord {
     /// Number of the frame in the run, from 0.
     pub number: u64,
@@ -178,20 +179,10 @@ pub(crate) mod tests {
         let intrinsics = camera_file::paper().unwrap().intrinsics;
         let (colour, depth) = (Image::filled(4, 4, [0; 3]), Image::filled(4, 4, 0));
         let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();
-        let (observation, board, state) = (None, None, None);
-        let (number, time, target) = (0, 0.0, Some(Point3::origin()));
         FrameRecord {
-            number,
-            time,
             frame: Some(Arc::new(frame)),
-            observation,
-            target,
-            board,
-            fault_cause: None,
-            state,
-            filtered_error: None,
-            ground_truth: None,
-            path: None,
+            target: Some(Point3::origin()),
+            ..FrameRecord::default()
         }
     }
 

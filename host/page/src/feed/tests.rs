@@ -30,15 +30,8 @@ fn record(number: u64) -> FrameRecord {
     FrameRecord {
         number,
         time: number as f64 / 30.0,
-        frame: None,
-        observation: None,
         target: Some(Point3::new(0.4, 0.4, 0.15)),
-        board: None,
-        fault_cause: None,
-        state: None,
-        filtered_error: None,
-        ground_truth: None,
-        path: None,
+        ..FrameRecord::default()
     }
 }
 

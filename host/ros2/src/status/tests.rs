@@ -21,19 +21,7 @@ fn command(command: OperatorCommand, outcome: CommandOutcome) -> RunEvent {
 }
 
 fn record(state: Option<State>) -> FrameRecord {
-    FrameRecord {
-        number: 0,
-        time: 0.0,
-        frame: None,
-        observation: None,
-        target: Some(target(0.4)),
-        board: None,
-        fault_cause: None,
-        state,
-        filtered_error: None,
-        ground_truth: None,
-        path: None,
-    }
+    FrameRecord { target: Some(target(0.4)), state, ..FrameRecord::default() }
 }
 
 #[test]

@@ -94,15 +94,9 @@ mod tests {
         FrameRecord {
             number: 123,
             time: 4.1,
-            frame: None,
-            observation: None,
             target: Some(Point3::origin()),
-            board: None,
-            fault_cause: None,
             state: Some(State::Seeking),
-            filtered_error: None,
-            ground_truth: None,
-            path: None,
+            ..FrameRecord::default()
         }
     }
 
