@@ -239,13 +239,7 @@ impl Demo {
             .transpose()?;
         let (is_operated, operator) = (steering.is_operated(), steering.take_operator());
         let mut run = Run::connect(&rig, transport)?;
-        match self.goal {
-            Goal::Path(plan) => run.set_path(*plan)?,
-            Goal::Waypoints(waypoints, is_repeated) => {
-                run.set_waypoints(&waypoints, is_repeated)?
-            }
-            Goal::Targets | Goal::PresentPlace | Goal::Moving(_) => {}
-        }
+        self.goal.set(&mut run)?;
         let log = RunLog::create(&self.output_dir, FigureSettings::of(&rig))?;
         let targets = run.target_count();
         let mut outputs =

@@ -9,7 +9,9 @@ use nalgebra::Point3;
 use plumb_cameras::stream::{AddressError, StreamAddress};
 use plumb_path::file::{Kind, Place, Places};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
-use plumb_path::trajectory::{DEFAULT_ACCELERATION, DEFAULT_JERK, MotionLimits, Run, Trajectory};
+use plumb_path::trajectory::{
+    DEFAULT_ACCELERATION, DEFAULT_JERK, MotionLimits, PathError, Run, Trajectory,
+};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{FollowFile, PathPlan, misplaced};
 use plumb_runtime::targets::TargetOrigin;
@@ -173,48 +175,56 @@ impl PathOptions {
     pub(super) fn goal(&self, what: &What, rig: &Rig, is_loop: bool) -> Result<Goal, Failure> {
         let run = if is_loop { Run::Loop } else { Run::Once };
         let limits = self.limits(rig)?;
-        let (name, trajectory, places) = match what {
+        match what {
             What::Shape(kind) => {
                 self.check_effect(Course::Shape(*kind), is_loop)?;
-                (kind.name().to_owned(), self.shape(*kind, rig).trajectory(&limits, run), None)
+                let trajectory = self.shape(*kind, rig).trajectory(&limits, run);
+                self.path(kind.name(), trajectory, None, rig)
             }
             What::Program(address) => {
                 self.check_effect(Course::Moving, is_loop)?;
-                return Ok(Goal::Moving(TargetOrigin::Program(address.clone())));
+                Ok(Goal::Moving(TargetOrigin::Program(address.clone())))
             }
             What::File(path) => match FollowFile::read(path, &rig.motion_rules())? {
                 FollowFile::Path(places) => {
                     self.check_effect(Course::Places(places.kind), is_loop)?;
                     tell_slower(&places.speeds, limits.speed);
                     let trajectory = places.trajectory(&limits, self.tolerance(), run);
-                    (path.display().to_string(), trajectory, Some((path, places)))
+                    self.path(path.display(), trajectory, Some((path, &places)), rig)
                 }
                 FollowFile::Stops(waypoints) => {
                     self.check_effect(Course::Places(Kind::Stops), is_loop)?;
-                    return Ok(Goal::Waypoints(waypoints, is_loop));
+                    Ok(Goal::Waypoints(waypoints, is_loop))
                 }
                 FollowFile::Targets(targets) => {
                     self.check_effect(Course::Moving, is_loop)?;
                     let span_s = targets.last().map_or(0.0, |last| last.time_s);
                     let (count, doubt) = (targets.len(), time_doubt(targets.len(), span_s));
                     note!("targets: {}, {count} in {span_s:.1} s{doubt}", path.display());
-                    return Ok(Goal::Moving(TargetOrigin::File(targets)));
+                    Ok(Goal::Moving(TargetOrigin::File(targets)))
                 }
             },
-        };
+        }
+    }
+
+    /// Returns the path of that `name` as a goal, checked against the rig. Where its file has places
+    /// that the rig does not allow, the error lists them with their lines.
+    fn path(
+        &self,
+        name: impl fmt::Display,
+        trajectory: Result<Trajectory, PathError>,
+        file: Option<(&Path, &Places)>,
+        rig: &Rig,
+    ) -> Result<Goal, Failure> {
         let trajectory = trajectory.map_err(|error| failed(format!("{name}: {error}")))?;
         let plan = PathPlan::new(trajectory, !self.no_wait, rig).map_err(|error| {
-            let of_file = |(path, places): &(&PathBuf, Places)| {
-                let mistakes = misplaced(path, places, &rig.motion_rules());
-                (!mistakes.mistakes.is_empty()).then_some(mistakes)
-            };
-            match places.as_ref().and_then(of_file) {
-                Some(mistakes) => failed(mistakes),
-                None => failed(format!("{name}: {error}: {}", error.rule)),
+            let rules = rig.motion_rules();
+            match file.map(|(path, places)| misplaced(path, places, &rules)) {
+                Some(wrong) if !wrong.mistakes.is_empty() => failed(wrong),
+                _ => failed(format!("{name}: {error}: {}", error.rule)),
             }
         })?;
-        let places = places.map_or_else(Vec::new, |(_, places)| places.places);
-        note_size(plan.trajectory(), &places);
+        note_size(plan.trajectory(), file.map_or(&[], |(_, places)| &places.places));
         Ok(Goal::Path(Box::new(plan)))
     }
 

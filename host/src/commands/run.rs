@@ -11,7 +11,7 @@ use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::{MAX_BYTES, TomlFileError};
 use plumb_log::{FigureSettings, RunLog};
-use plumb_runtime::link::Serial;
+use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::operator;
 use plumb_runtime::rig::check::wrong_targets;
@@ -31,7 +31,7 @@ use super::real_time::RealTime;
 use super::rig_args::PortArgs;
 use super::rig_path::{RigArg, rig_option};
 use super::run_camera::{RunCamera, read_camera, record_folder};
-use super::{Failure, Physics, Work, bad_input, law, numbers};
+use super::{Failure, Physics, Work, failed, law, numbers};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -98,7 +98,7 @@ pub(crate) fn run(args: RunArgs) -> Result<Work, Failure> {
     let text = read_text(&file, MAX_BYTES).map_err(TomlFileError::from)?;
     let rig = Rig::parse(&file, &text)?;
     if let Some(finding) = wrong_targets(&file, &text, &rig).first() {
-        return Err(bad_input(finding));
+        return Err(failed(finding));
     }
     args.options.port.note(&file, &rig);
     drive(&file, rig, Goal::Targets, args.options)
@@ -174,11 +174,7 @@ pub(super) fn drive(
     if let Some(fault) = run.cleared_fault() {
         tell!("an earlier run left the board in a fault, cleared: {fault}");
     }
-    match &goal {
-        Goal::Waypoints(waypoints, is_repeated) => run.set_waypoints(waypoints, *is_repeated)?,
-        Goal::Path(plan) => run.set_path((**plan).clone())?,
-        Goal::Targets | Goal::PresentPlace | Goal::Moving(_) => {}
-    }
+    goal.set(&mut run)?;
     let motors = run.motors()?;
     let mut camera = match chosen {
         SourceName::Simulated => {
@@ -267,13 +263,22 @@ impl Goal {
         }
     }
 
+    /// Gives waypoints or a path to `run`; it has the other goals from elsewhere.
+    pub(super) fn set<T: Transport>(&self, run: &mut Run<T>) -> Result<(), RunError> {
+        match self {
+            Self::Waypoints(waypoints, is_repeated) => run.set_waypoints(waypoints, *is_repeated),
+            Self::Path(plan) => run.set_path((**plan).clone()),
+            Self::Targets | Self::PresentPlace | Self::Moving(_) => Ok(()),
+        }
+    }
+
     /// Starts to read the targets that move, where these are the goal.
     fn stream(&self, rig: &Rig, sender: TargetSender) -> Result<Option<TargetStream>, Failure> {
         let Self::Moving(origin) = self else { return Ok(None) };
         if let TargetOrigin::Program(address) = origin {
             if rig.camera.stream.as_ref() == Some(address) {
                 let why = "`camera.stream` of the rig file is the same; give one of them a socket";
-                return Err(bad_input(format!("targets from {address}: {why}")));
+                return Err(failed(format!("targets from {address}: {why}")));
             }
             note!("targets: from {address}");
         }
@@ -323,10 +328,10 @@ impl PreparedRun {
 /// Returns the source of the frames that `rig` of `file` chooses.
 fn source_name(file: &Path, rig: &Rig, options: &Common) -> Result<SourceName, Failure> {
     let chosen = rig.camera.source(rig.simulation.is_some());
-    let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))?;
+    let chosen = chosen.map_err(|error| failed(format!("{}: {error}", file.display())))?;
     if options.physics.is_some() && chosen != SourceName::Simulated {
         let why = "--physics is of a simulated rig, but the camera of this rig file is real";
-        return Err(bad_input(format!("{}: {why}", file.display())));
+        return Err(failed(format!("{}: {why}", file.display())));
     }
     Ok(chosen)
 }
