@@ -24,11 +24,6 @@ impl Range {
         Self { low, is_open: false, high, unit }
     }
 
-    /// Returns the unit; empty where there is none.
-    pub const fn unit(&self) -> &'static str {
-        self.unit
-    }
-
     /// Returns the usual other units of such a number.
     fn other_units(&self) -> impl Iterator<Item = OtherUnit> + use<> {
         let unit = self.unit;
@@ -52,6 +47,15 @@ impl Range {
     /// Where it is not.
     pub const fn check(&self, x: f64) -> Result<f64, NumberError> {
         if self.contains(x) { Ok(x) } else { Err(NumberError { value: x, range: *self }) }
+    }
+
+    /// Reads a number of the range from a command line.
+    ///
+    /// # Errors
+    /// Where the text is no number, or one out of the range, in words.
+    pub fn parse(&self, text: &str) -> Result<f64, String> {
+        let number = text.parse().map_err(|_| format!("must be a number, {self}"))?;
+        self.check(number).map_err(|error| error.to_string())
     }
 
     /// Returns the whole number `n`, if it is in the range.

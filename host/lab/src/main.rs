@@ -60,15 +60,9 @@ fn main() -> ExitCode {
     }
 }
 
-/// Parses a number of a range.
-fn number(text: &str, range: &Range) -> Result<f64, String> {
-    let number = text.parse().map_err(|_| format!("must be a number, {range}"))?;
-    range.check(number).map_err(|error| error.to_string())
-}
-
 /// Returns the parser of a number of a range.
 fn within(range: Range) -> impl TypedValueParser<Value = f64> {
-    move |text: &str| number(text, &range)
+    move |text: &str| range.parse(text)
 }
 
 #[cfg(test)]

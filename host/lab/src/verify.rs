@@ -13,7 +13,7 @@ use plumb_verify::{BallPath, Interval, RigFamily};
 
 use self::report::Report;
 use crate::output::{self, Failure, bad_input};
-use crate::{number, within};
+use crate::within;
 
 /// Proofs about the control laws, for a family of rigs or for a family of Jacobians
 ///
@@ -114,7 +114,7 @@ const LAMBDA: Range = Range::new(0.0, 0.33, "");
 fn range(range: Range) -> impl TypedValueParser<Value = Interval> {
     move |text: &str| {
         let numbers: Result<Vec<f64>, String> =
-            text.split(',').map(|part| number(part.trim(), &range)).collect();
+            text.split(',').map(|part| range.parse(part.trim())).collect();
         match numbers?[..] {
             [lo, hi] if lo <= hi => Ok(Interval::new(lo, hi)),
             [lo, hi] => Err(format!("{lo} is above {hi}: write LOW,HIGH")),

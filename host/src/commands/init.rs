@@ -108,7 +108,7 @@ pub(crate) struct Args {
 fn ball_diameter(text: &str) -> Result<f64, String> {
     let is_colour = text.parse::<f64>().is_err() && colour::hue(text).is_ok();
     let option = if is_colour { "; the ball's colour is --colour" } else { "" };
-    numbers::parse(text, &numbers::BALL).map_err(|error| format!("{error}{option}"))
+    numbers::BALL.parse(text).map_err(|error| format!("{error}{option}"))
 }
 
 /// Name of a motor driver.

@@ -14,8 +14,7 @@ fn of_words<'a, const N: usize>(
     words: impl Iterator<Item = &'a str>,
     range: &Range,
 ) -> Result<[f64; N], String> {
-    let numbers: Vec<f64> =
-        words.map(|word| numbers::parse(word.trim(), range)).collect::<Result<_, _>>()?;
+    let numbers: Vec<f64> = words.map(|word| range.parse(word.trim())).collect::<Result<_, _>>()?;
     let count = numbers.len();
     numbers.try_into().map_err(|_| format!("needs {N} numbers, each {range}; given: {count}"))
 }

@@ -52,15 +52,9 @@ const fn of([low, high]: [f64; 2]) -> Range {
     Range::new(low, high, "m")
 }
 
-/// Parses a number of a range.
-pub(super) fn parse(text: &str, range: &Range) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| format!("must be a number, {range}"))?;
-    range.check(number).map_err(|error| error.to_string())
-}
-
 /// Returns the parser of a number of a range.
 pub(super) fn within(range: Range) -> impl TypedValueParser<Value = f64> {
-    move |text: &str| parse(text, &range)
+    move |text: &str| range.parse(text)
 }
 
 /// Returns the parser of a whole number of a range.
@@ -96,17 +90,17 @@ mod tests {
 
     #[test]
     fn numbers_out_of_their_range_are_refused_with_it() {
-        assert_eq!((parse("0.5", &TIME), parse("-2", &COORDINATE)), (Ok(0.5), Ok(-2.0)));
-        assert_eq!(["0", "0.25", "1"].map(|it| parse(it, &SHARE)), [Ok(0.0), Ok(0.25), Ok(1.0)]);
+        assert_eq!((TIME.parse("0.5"), COORDINATE.parse("-2")), (Ok(0.5), Ok(-2.0)));
+        assert_eq!(["0", "0.25", "1"].map(|it| SHARE.parse(it)), [Ok(0.0), Ok(0.25), Ok(1.0)]);
         for text in [
             "nan", "inf", "-inf", "0", "-1", "-0.0", "1e999", "", "x", "2e9", "1,5", "1.000,5",
             "250ms", "2min", "0.65 s", "0.65,", "1,2,3", ",",
         ] {
-            let error = parse(text, &TIME).unwrap_err();
+            let error = TIME.parse(text).unwrap_err();
             assert!(error.contains("above 0, to 1e9 s"), "{text}: {error}");
         }
         for text in ["nan", "-0.1", "1.1", "inf", "5%"] {
-            assert!(parse(text, &SHARE).is_err(), "{text}");
+            assert!(SHARE.parse(text).is_err(), "{text}");
         }
         for text in ["1,5", "1.5", "1e16", "nan", "-1.0", "1x", "1e3", "5.0"] {
             let error = parse_whole::<u64>(text, &SEED).unwrap_err();

@@ -23,7 +23,7 @@ fn pixel(text: &str) -> Result<Point2<f64>, String> {
 
 /// Parses the side of a square, millimetres.
 fn square(text: &str) -> Result<CharucoSheet, String> {
-    let side = numbers::parse(text, &numbers::SQUARE)?;
+    let side = numbers::SQUARE.parse(text)?;
     CharucoSheet::with_square(side * 1e-3).ok_or_else(|| format!("must be {}", numbers::SQUARE))
 }
 

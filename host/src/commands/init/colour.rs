@@ -2,8 +2,6 @@
 
 use plumb_config::quantity::Range;
 
-use crate::commands::numbers;
-
 /// Hue of a ball.
 const HUE: Range = Range::new(0.0, 360.0, "degrees");
 
@@ -36,7 +34,7 @@ pub(super) fn hue(text: &str) -> Result<f64, String> {
     if let Some((_, hue)) = COLOURS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)) {
         return Ok(*hue);
     }
-    numbers::parse(text, &HUE).map_err(|error| format!("{error}, or one of {}", names()))
+    HUE.parse(text).map_err(|error| format!("{error}, or one of {}", names()))
 }
 
 #[cfg(test)]

@@ -137,7 +137,7 @@ fn length<I: BufRead, O: Write>(
         Some(length) => Ok(length),
         None => {
             let question = format!("{question}, m");
-            dialogue.ask(&question, &default.to_string(), |text| numbers::parse(text, range))
+            dialogue.ask(&question, &default.to_string(), |text| range.parse(text))
         }
     }
 }
