@@ -16,7 +16,7 @@ use plumb_cameras::recording::own_camera_file;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_config::whole_writes::write_new;
-use plumb_runtime::rig::Stiffness;
+use plumb_runtime::rig::{BoardName, Stiffness};
 use plumb_setup::new_rig::{DriverKind, NewCamera, NewFiles, NewRig};
 use serde::Serialize;
 
@@ -25,7 +25,6 @@ use self::dialogue::Dialogue;
 use super::exit::Unwritten;
 use super::number_list::sides;
 use super::print::{self, Questions, note};
-use super::rig_args::BoardOption;
 use super::{Failure, Work, failed, numbers};
 
 /// Write a rig file and a camera file for a new rig
@@ -47,11 +46,11 @@ pub(crate) struct Args {
     simulated: bool,
     /// Kind of the board
     #[arg(long, value_enum, ignore_case = true)]
-    board: Option<BoardOption>,
+    board: Option<BoardName>,
     /// Motor drivers; for another one with STEP and DIR choose a4988, and write its times as
     /// `driver = { step-dir = ... }` into the rig file
     #[arg(long, value_enum, ignore_case = true)]
-    driver: Option<DriverName>,
+    driver: Option<DriverKind>,
     /// Microsteps in a full step, 1 to 16 microsteps: 1, 2, 4, 8 or 16, as the driver has them
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::whole::<u8>(1.0, 16.0, "microsteps"))]
@@ -74,7 +73,7 @@ pub(crate) struct Args {
     cable_per_turn: Option<f64>,
     /// How much the cables stretch
     #[arg(long, value_enum, ignore_case = true)]
-    cables: Option<CablesName>,
+    cables: Option<Stiffness>,
     /// Diameter of the ball, 0.02 to 0.3 m
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     #[arg(value_parser = ball_diameter)]
@@ -109,63 +108,6 @@ fn ball_diameter(text: &str) -> Result<f64, String> {
     let is_colour = text.parse::<f64>().is_err() && colour::hue(text).is_ok();
     let option = if is_colour { "; the ball's colour is --colour" } else { "" };
     numbers::BALL.parse(text).map_err(|error| format!("{error}{option}"))
-}
-
-/// Name of a motor driver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum DriverName {
-    /// Allegro A4988
-    A4988,
-    /// Texas Instruments DRV8825
-    Drv8825,
-    /// Trinamic TMC2209, set by its straps
-    Tmc2209,
-    /// Trinamic TMC2209 on a UART
-    Tmc2209Uart,
-    /// Toshiba TB6600HG, behind opto-couplers
-    Tb6600,
-    /// Leadshine DM542 and its like
-    Dm542,
-    /// Two H-bridges for each motor
-    Coils,
-    /// Two Adafruit Motor HATs
-    MotorHats,
-}
-
-impl From<DriverName> for DriverKind {
-    fn from(name: DriverName) -> Self {
-        match name {
-            DriverName::A4988 => Self::A4988,
-            DriverName::Drv8825 => Self::Drv8825,
-            DriverName::Tmc2209 => Self::Tmc2209,
-            DriverName::Tmc2209Uart => Self::Tmc2209Uart,
-            DriverName::Tb6600 => Self::Tb6600,
-            DriverName::Dm542 => Self::Dm542,
-            DriverName::Coils => Self::Coils,
-            DriverName::MotorHats => Self::MotorHats,
-        }
-    }
-}
-
-/// Name of a stiffness of cables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum CablesName {
-    /// Steel wire or braided line
-    Stiff,
-    /// Nylon or elastic line
-    Soft,
-    /// Not sure: treated as soft
-    Unknown,
-}
-
-impl From<CablesName> for Stiffness {
-    fn from(name: CablesName) -> Self {
-        match name {
-            CablesName::Stiff => Self::Stiff,
-            CablesName::Soft => Self::Soft,
-            CablesName::Unknown => Self::Unknown,
-        }
-    }
 }
 
 /// Name of a source of pictures.

@@ -1,9 +1,9 @@
-//! Arguments that commands share: the port of the board, and its kind.
+//! Arguments that commands share: the port of the board.
 
 use std::fmt;
 use std::path::Path;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::link::{LinkError, Serial, boards, is_pseudo_terminal, other_port};
 use plumb_runtime::rig::quantity::BAUD;
@@ -148,27 +148,6 @@ fn not_open(error: LinkError, rig: Option<&Rig>) -> Failure {
             format!("{port}: there is no such serial port. This rig is simulated: {EMULATION}"),
         ),
         error => error.into(),
-    }
-}
-
-/// Kind of a board, as an option.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum BoardOption {
-    /// Raspberry Pi Pico
-    Pico,
-    /// Raspberry Pi Pico 2
-    Pico2,
-    /// BIGTREETECH SKR Pico
-    SkrPico,
-}
-
-impl From<BoardOption> for BoardName {
-    fn from(option: BoardOption) -> Self {
-        match option {
-            BoardOption::Pico => Self::Pico,
-            BoardOption::Pico2 => Self::Pico2,
-            BoardOption::SkrPico => Self::SkrPico,
-        }
     }
 }
 

@@ -49,6 +49,7 @@ fn default_baud() -> u32 {
 
 /// Kind of a board, as a rig file names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum BoardName {
     /// Raspberry Pi Pico.
     #[default]

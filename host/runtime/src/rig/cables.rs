@@ -19,15 +19,16 @@ pub struct CableSettings {
 
 /// How much cables stretch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Stiffness {
-    /// Nobody knows: treated as soft.
-    #[default]
-    Unknown,
     /// Steel wire or braided line.
     Stiff,
     /// Nylon or elastic line.
     Soft,
+    /// Not sure: treated as soft.
+    #[default]
+    Unknown,
 }
 
 impl Stiffness {

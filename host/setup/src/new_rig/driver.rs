@@ -7,16 +7,17 @@ use thiserror::Error;
 
 /// Kind of the motor drivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum DriverKind {
     /// Allegro A4988.
     A4988,
     /// Texas Instruments DRV8825.
     Drv8825,
-    /// Trinamic TMC2209 with its UART unconnected.
+    /// Trinamic TMC2209, set by its straps.
     Tmc2209,
     /// Trinamic TMC2209 on a UART.
     Tmc2209Uart,
-    /// Toshiba TB6600HG behind opto-couplers.
+    /// Toshiba TB6600HG, behind opto-couplers.
     Tb6600,
     /// Leadshine DM542 and its like.
     Dm542,

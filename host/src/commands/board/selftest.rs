@@ -13,7 +13,7 @@ use serde_json::json;
 use super::{chip_counts, firmware_line};
 use crate::commands::old_file::{ask, write};
 use crate::commands::print::tell;
-use crate::commands::rig_args::{BoardArgs, BoardOption};
+use crate::commands::rig_args::BoardArgs;
 use crate::commands::{FAILED, Failure, Work, failed, print};
 
 #[derive(Parser)]
@@ -23,7 +23,7 @@ pub(super) struct Args {
     /// Kind of the board, whose STEP and DIR pins are tested [default: that of the rig file; pico
     /// without one]
     #[arg(long, value_enum, ignore_case = true)]
-    kind: Option<BoardOption>,
+    kind: Option<BoardName>,
     /// The motors' supply is off: do not ask
     #[arg(long)]
     yes: bool,
@@ -74,7 +74,7 @@ fn test(args: &Args, kind: BoardName) -> Result<ExitCode, Failure> {
 /// Returns the kind of the board: of the option, or of the rig file. A Pico without both.
 fn kind(args: &Args) -> Result<BoardName, Failure> {
     match args.kind {
-        Some(kind) => Ok(kind.into()),
+        Some(kind) => Ok(kind),
         None => Ok(args.board.kind()?.unwrap_or_default()),
     }
 }

@@ -15,8 +15,7 @@ use plumb_setup::new_rig::{BALL_RANGE_M, DriverKind, NewCamera, NewRig, Triangle
 use plumb_vision::camera::Camera;
 
 use super::dialogue::{Dialogue, DialogueError};
-use super::{Args, CablesName, CameraName, DriverName, colour};
-use crate::commands::rig_args::BoardOption;
+use super::{Args, CameraName, colour};
 use crate::commands::{Failure, failed, numbers};
 
 /// Returns the rig of the options, and of the answers to questions about the others.
@@ -184,15 +183,14 @@ fn board<I: BufRead, O: Write>(
     usual: &NewRig,
     dialogue: &mut Dialogue<I, O>,
 ) -> Result<BoardName, Failure> {
-    if let Some(option) = args.board {
-        return Ok(option.into());
+    if let Some(board) = args.board {
+        return Ok(board);
     }
     let names = BoardName::ALL.map(|name| name.board().name).join(", ");
-    let parse = |text: &str| {
-        BoardOption::from_str(text, true).map_err(|_| format!("must be one of {names}"))
-    };
+    let parse =
+        |text: &str| BoardName::from_str(text, true).map_err(|_| format!("must be one of {names}"));
     let usual = usual.board.board().name;
-    Ok(dialogue.ask(&format!("Board ({names})"), usual, parse)?.into())
+    Ok(dialogue.ask(&format!("Board ({names})"), usual, parse)?)
 }
 
 /// Returns the drivers and their microsteps. A board with drivers of its own has no others.
@@ -202,16 +200,16 @@ fn motors<I: BufRead, O: Write>(
     usual: &NewRig,
     dialogue: &mut Dialogue<I, O>,
 ) -> Result<(DriverKind, u8), Failure> {
-    let driver: DriverKind = match args.driver {
-        Some(name) => name.into(),
+    let driver = match args.driver {
+        Some(driver) => driver,
         None if !board.board().has_free_drivers => DriverKind::Tmc2209Uart,
         None => {
             let names = DriverKind::ALL.map(DriverKind::name).join(", ");
             let question = format!("Motor drivers ({names})");
             let parse = |text: &str| {
-                DriverName::from_str(text, true).map_err(|_| format!("must be one of {names}"))
+                DriverKind::from_str(text, true).map_err(|_| format!("must be one of {names}"))
             };
-            dialogue.ask(&question, usual.driver.name(), parse)?.into()
+            dialogue.ask(&question, usual.driver.name(), parse)?
         }
     };
     let microsteps = match args.microsteps {
@@ -238,15 +236,15 @@ fn stiffness<I: BufRead, O: Write>(
     usual: &NewRig,
     dialogue: &mut Dialogue<I, O>,
 ) -> Result<Stiffness, Failure> {
-    if let Some(name) = args.cables {
-        return Ok(name.into());
+    if let Some(stiffness) = args.cables {
+        return Ok(stiffness);
     }
     let question =
         "Cables (steel or braided line: stiff; nylon or elastic: soft; not sure: unknown)";
     let parse = |text: &str| {
-        CablesName::from_str(text, true).map_err(|_| "must be stiff, soft or unknown".to_owned())
+        Stiffness::from_str(text, true).map_err(|_| "must be stiff, soft or unknown".to_owned())
     };
-    Ok(dialogue.ask(question, usual.stiffness.name(), parse)?.into())
+    Ok(dialogue.ask(question, usual.stiffness.name(), parse)?)
 }
 
 /// Returns the source of the pictures.
