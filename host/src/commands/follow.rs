@@ -207,8 +207,8 @@ impl PathOptions {
         }
     }
 
-    /// Returns the path of that `name` as a goal, checked against the rig. Where its file has places
-    /// that the rig does not allow, the error lists them with their lines.
+    /// Returns the path of that `name` as a goal, checked against the rig. Where its file has
+    /// places that the rig does not allow, the error lists them with their lines.
     fn path(
         &self,
         name: impl fmt::Display,
