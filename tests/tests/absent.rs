@@ -27,7 +27,7 @@ fn refusal(arguments: &[&str], folder: &Path) -> String {
 fn outputs_for_viewers() {
     let folder = tempfile::tempdir().unwrap();
     for option in ["--mcap=run.mcap", "--foxglove"] {
-        let demo = ["demo", option, "--out", "run"];
+        let demo = ["demo", "--virtual-time", option, "--out", "run"];
         let text = refusal(&demo, folder.path());
         assert!(text.contains("--features foxglove"), "{text}");
         assert!(!folder.path().join("run").exists(), "nothing moves");

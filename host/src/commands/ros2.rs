@@ -16,7 +16,7 @@ pub(super) use output::{Ros2, open_camera, open_recording};
 pub(super) struct Ros2Options {
     /// Join ROS 2: publish the ball, tf and diagnostics, take targets and a stop; the run goes on
     /// until Ctrl-C. Every computer in the domain that reaches this one can move the rig
-    #[arg(long)]
+    #[arg(long, value_parser = output::flag)]
     pub(super) ros2: bool,
     /// Namespace of the node, its topics and services
     #[arg(long, value_name = "NAMESPACE", requires = "ros2", default_value = "/plumb")]

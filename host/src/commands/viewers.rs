@@ -8,7 +8,6 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::Args;
-use plumb_cameras::recording::has_mcap_ending;
 
 use super::address::with_port;
 
@@ -17,10 +16,10 @@ pub(super) use output::{Viewers, close};
 #[derive(Args)]
 pub(super) struct ViewerOptions {
     /// Write the run to this MCAP file, which must not exist, for Foxglove, Lichtblick or Rerun
-    #[arg(long, value_name = "FILE", value_parser = file)]
+    #[arg(long, value_name = "FILE", value_parser = output::file)]
     pub(super) mcap: Option<PathBuf>,
     /// Show the run live in Foxglove or Lichtblick
-    #[arg(long)]
+    #[arg(long, value_parser = output::flag)]
     pub(super) foxglove: bool,
     /// Address, port or both for them. Whoever reaches it sees the run, also a web page in a
     /// browser on this computer
@@ -36,12 +35,3 @@ pub(super) struct ViewerOptions {
 
 /// Address of the live server if none is given: the one that the viewers offer.
 const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
-
-/// Reads the path of the MCAP file. Its name must be that of one: who reads it knows it by that.
-fn file(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match has_mcap_ending(&path) {
-        true => Ok(path),
-        false => Err("must end in .mcap: the file is an MCAP".to_owned()),
-    }
-}

@@ -158,5 +158,11 @@ export async function startRun(
   const port = await board.ready();
   const args = [command, "--port", port, "--page", "--page-address=127.0.0.1:0", "--out", "run"];
   const program = new Program([...args, ...options], folder.path, PAGE);
-  return { board, program, address: await program.ready() };
+  try {
+    return { board, program, address: await program.ready() };
+  } catch (error) {
+    // A board that goes on would keep the tests from their end.
+    await board.end();
+    throw error;
+  }
 }

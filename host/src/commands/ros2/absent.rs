@@ -19,6 +19,11 @@ use super::Ros2Options;
 const ABSENT: &str = "this program was built without ROS 2; build it with \
                       cargo build --release -p plumb --features ros2";
 
+/// Refuses the option `--ros2`.
+pub(super) fn flag(text: &str) -> Result<bool, &'static str> {
+    if text == "false" { Ok(false) } else { Err(ABSENT) }
+}
+
 /// Opens the camera that `settings` choose.
 ///
 /// # Errors
@@ -60,9 +65,9 @@ fn without_mcap(path: &Path) -> Failure {
 pub(in super::super) struct Ros2;
 
 impl Ros2Options {
-    /// Refuses the option.
+    /// Starts nothing: the option was refused.
     pub(in super::super) fn start(&self, _: &Camera, _: &OperatorSender) -> Result<Ros2, Failure> {
-        if self.ros2 { Err(failed(ABSENT)) } else { Ok(Ros2) }
+        Ok(Ros2)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The node of a run.
 
 use std::path::Path;
+use std::str::ParseBoolError;
 
 use plumb_cameras::open::{self, OpenedCamera, open_with};
 use plumb_cameras::recording::{self, is_mcap, played};
@@ -16,6 +17,11 @@ use plumb_vision::camera::Camera;
 use super::super::Failure;
 use super::super::print::{note, tell};
 use super::Ros2Options;
+
+/// Reads the option `--ros2`.
+pub(super) fn flag(text: &str) -> Result<bool, ParseBoolError> {
+    text.parse()
+}
 
 /// Opens the camera that `settings` choose, also one in ROS 2.
 pub(in super::super) fn open_camera(

@@ -1,32 +1,41 @@
 //! A program without the outputs for viewers.
 
+use std::path::PathBuf;
+
 use plumb_cameras::record::Overflow;
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
 
-use super::super::{Failure, failed};
+use super::super::Failure;
 use super::ViewerOptions;
 
 /// Reason to refuse the options.
 const ABSENT: &str = "this program was built without the outputs for viewers; build it with \
                       cargo build --release -p plumb --features foxglove";
 
+/// Refuses the option `--mcap`.
+pub(super) fn file(_: &str) -> Result<PathBuf, &'static str> {
+    Err(ABSENT)
+}
+
+/// Refuses the option `--foxglove`.
+pub(super) fn flag(text: &str) -> Result<bool, &'static str> {
+    if text == "false" { Ok(false) } else { Err(ABSENT) }
+}
+
 /// Observer without effect.
 pub(in super::super) struct Viewers;
 
 impl ViewerOptions {
-    /// Refuses the options.
+    /// Starts nothing: the options were refused.
     pub(in super::super) fn start(
         &self,
         _: &Rig,
         _: &Camera,
         _: Overflow,
     ) -> Result<Viewers, Failure> {
-        match self.mcap.is_some() || self.foxglove {
-            true => Err(failed(ABSENT)),
-            false => Ok(Viewers),
-        }
+        Ok(Viewers)
     }
 }
 

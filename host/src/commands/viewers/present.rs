@@ -1,8 +1,11 @@
 //! The outputs for viewers: an MCAP file, a live server, or both, behind a queue.
 
 use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::str::ParseBoolError;
 
 use plumb_cameras::record::Overflow;
+use plumb_cameras::recording::has_mcap_ending;
 use plumb_config::error_chain::ErrorChain;
 use plumb_foxglove::{FoxgloveOutput, FoxgloveSettings};
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
@@ -17,6 +20,20 @@ use super::ViewerOptions;
 
 /// Frames that may wait for the disk: a second at 30 Hz, some 45 MB.
 const CAPACITY: usize = 30;
+
+/// Reads the path of the MCAP file. Its name must be that of one: who reads it knows it by that.
+pub(super) fn file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match has_mcap_ending(&path) {
+        true => Ok(path),
+        false => Err("must end in .mcap: the file is an MCAP".to_owned()),
+    }
+}
+
+/// Reads the option `--foxglove`.
+pub(super) fn flag(text: &str) -> Result<bool, ParseBoolError> {
+    text.parse()
+}
 
 /// Observer for viewers; `None` where no option asks for one.
 pub(in super::super) type Viewers = Option<BoundedObserver<FoxgloveOutput>>;
