@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! run -> bounded queue -> FoxgloveOutput -> channels -> MCAP file
-//!                                                    -> live server -> a queue for each viewer
+//!                                            -> live server -> a queue for each viewer -> front
 //! ```
 //!
 //! docs/use/logs.md lists the topics and their messages. The pictures, the camera and the scene use
@@ -20,10 +20,11 @@ mod camera;
 mod channels;
 mod clock;
 mod file;
+mod front;
 mod message;
 mod scene;
 
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
@@ -42,13 +43,15 @@ use thiserror::Error;
 
 use channels::Channels;
 use file::McapFile;
+use front::Front;
 use message::{Observation, TelemetryMessage};
 use scene::Scene;
 
 /// Number of messages that may wait for a viewer: about a second. Older ones are dropped.
 const VIEWER_BACKLOG: usize = 200;
 
-/// Longest wait for the viewers' connections to close at the end of a run.
+/// Longest wait for the viewers' connections to close at the end of a run, on either side of the
+/// front.
 const CLOSING: Duration = Duration::from_millis(500);
 
 /// Quality of the JPEG: about 60 kB at 640x480.
@@ -104,13 +107,19 @@ pub enum FoxgloveError {
         source: foxglove::FoxgloveError,
     },
     /// The address cannot be listened at.
-    #[error("the live server for viewers cannot use the address {address}; {}", advice(.source))]
+    #[error(
+        "the live server for viewers cannot use the address {address}; {}",
+        other_address(.source)
+    )]
     Listen {
         /// The address.
         address: SocketAddr,
         /// Cause.
-        source: foxglove::FoxgloveError,
+        source: std::io::Error,
     },
+    /// The live server cannot be started.
+    #[error("cannot start the live server for viewers")]
+    Server(#[source] foxglove::FoxgloveError),
     /// A channel cannot be made.
     #[error("cannot describe the topic {topic} to viewers")]
     Channel {
@@ -122,14 +131,6 @@ pub enum FoxgloveError {
     /// A picture cannot be encoded as JPEG.
     #[error("cannot encode a picture for viewers")]
     Picture(#[source] BoxedError),
-}
-
-/// Returns which address to choose in place of one that cannot be listened at.
-fn advice(error: &foxglove::FoxgloveError) -> &'static str {
-    match error {
-        foxglove::FoxgloveError::Bind(error) => other_address(error),
-        _ => "choose another port, or 0 for a free one",
-    }
 }
 
 /// Observer that writes a run to an MCAP file, serves it to viewers, or both.
@@ -145,7 +146,7 @@ pub struct FoxgloveOutput {
     /// Board's time of the last telemetry that was sent.
     board_time: Option<f64>,
     file: Option<McapFile>,
-    server: Option<WebSocketServerHandle>,
+    server: Option<LiveServer>,
     failure: Option<FoxgloveError>,
     /// Owner of the channels.
     _context: Arc<Context>,
@@ -162,7 +163,8 @@ impl FoxgloveOutput {
         camera: &Camera,
     ) -> Result<Self, FoxgloveError> {
         let context = Context::new();
-        let server = settings.server.map(|address| listen(&context, address)).transpose()?;
+        let address = settings.server;
+        let server = address.map(|address| LiveServer::start(&context, address)).transpose()?;
         let path = settings.mcap.as_ref();
         let file = path.map(|path| McapFile::create(&context, path)).transpose()?;
         Ok(Self {
@@ -181,7 +183,7 @@ impl FoxgloveOutput {
 
     /// Returns the port of the live server; `None` without one.
     pub fn port(&self) -> Option<u16> {
-        self.server.as_ref().map(WebSocketServerHandle::port)
+        self.server.as_ref().map(|server| server.front.port())
     }
 
     /// Logs the picture and what is needed to draw on it.
@@ -248,7 +250,33 @@ impl Observer for FoxgloveOutput {
     }
 }
 
-impl Drop for FoxgloveOutput {
+/// Server of the channels to viewers.
+struct LiveServer {
+    /// `None` once it ends.
+    server: Option<WebSocketServerHandle>,
+    /// Ends after the server, whose last messages it still has.
+    front: Front,
+}
+
+impl LiveServer {
+    /// Begins to serve the channels of `context`. Viewers can only look: the server has no
+    /// capabilities.
+    fn start(context: &Arc<Context>, address: SocketAddr) -> Result<Self, FoxgloveError> {
+        let failed = |source| FoxgloveError::Listen { address, source };
+        let listener = TcpListener::bind(address).map_err(failed)?;
+        let server = context
+            .websocket_server()
+            .name("plumb")
+            .bind("127.0.0.1", 0)
+            .message_backlog_size(VIEWER_BACKLOG)
+            .start_blocking()
+            .map_err(FoxgloveError::Server)?;
+        let front = Front::start(listener, server.port(), CLOSING).map_err(failed)?;
+        Ok(Self { server: Some(server), front })
+    }
+}
+
+impl Drop for LiveServer {
     /// Ends the server. A viewer that does not close its connection is left after half a second.
     fn drop(&mut self) {
         let Some(server) = self.server.take() else { return };
@@ -262,19 +290,4 @@ impl Drop for FoxgloveOutput {
             let _ = closed.recv_timeout(CLOSING);
         }
     }
-}
-
-/// Begins to serve the channels of `context`. Viewers can only look: the server has no
-/// capabilities.
-fn listen(
-    context: &Arc<Context>,
-    address: SocketAddr,
-) -> Result<WebSocketServerHandle, FoxgloveError> {
-    context
-        .websocket_server()
-        .name("plumb")
-        .bind(address.ip().to_string(), address.port())
-        .message_backlog_size(VIEWER_BACKLOG)
-        .start_blocking()
-        .map_err(|source| FoxgloveError::Listen { address, source })
 }

@@ -41,11 +41,13 @@ fn server() -> (FoxgloveOutput, SocketAddr) {
     (output, address)
 }
 
+/// Subprotocol of viewers, and its former name.
+const SUBPROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
+
 /// Returns the request of a viewer.
-fn handshake(address: SocketAddr) -> Request {
+fn handshake(address: SocketAddr, subprotocol: &str) -> Request {
     let mut request = format!("ws://{address}/").into_client_request().unwrap();
-    let protocol = "foxglove.sdk.v1".parse().unwrap();
-    request.headers_mut().insert("Sec-WebSocket-Protocol", protocol);
+    request.headers_mut().insert("Sec-WebSocket-Protocol", subprotocol.parse().unwrap());
     request
 }
 
@@ -67,10 +69,12 @@ struct Viewer {
 
 impl Viewer {
     /// Connects and subscribes to every topic.
-    fn subscribe(address: SocketAddr) -> Self {
+    fn subscribe(address: SocketAddr, subprotocol: &str) -> Self {
         let stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let (socket, _) = tungstenite::client(handshake(address), stream).unwrap();
+        let request = handshake(address, subprotocol);
+        let (socket, answer) = tungstenite::client(request, stream).unwrap();
+        assert_eq!(answer.headers()["Sec-WebSocket-Protocol"], subprotocol);
         let mut viewer = Self { socket, topics: BTreeMap::new(), schemas: BTreeMap::new() };
         while viewer.topics.len() < 8 {
             viewer.subscribe_to_advertised();
@@ -118,8 +122,14 @@ impl Viewer {
 
 #[test]
 fn a_viewer_that_subscribes_receives_pictures_and_telemetry() {
+    for subprotocol in SUBPROTOCOLS {
+        receives_pictures_and_telemetry(subprotocol);
+    }
+}
+
+fn receives_pictures_and_telemetry(subprotocol: &str) {
     let (mut output, address) = server();
-    let mut viewer = Viewer::subscribe(address);
+    let mut viewer = Viewer::subscribe(address, subprotocol);
     for (topic, schema) in [
         ("/camera/image", "foxglove.CompressedImage"),
         ("/camera/calibration", "foxglove.CameraCalibration"),
@@ -195,7 +205,7 @@ fn viewers_that_never_read_change_no_bit_of_a_run() {
 
     let (output, address) = server();
     // They subscribe to everything and read nothing more: what is sent to them fills their sockets.
-    let dead: Vec<Viewer> = (0..3).map(|_| Viewer::subscribe(address)).collect();
+    let dead: Vec<Viewer> = (0..3).map(|_| Viewer::subscribe(address, SUBPROTOCOLS[0])).collect();
     let (name, overflow) = ("output for viewers", Overflow::Block);
     let queue = QueueSettings { name, capacity: 30, overflow, with_frames: true };
     let mut output = BoundedObserver::new(output, queue).unwrap();
@@ -227,7 +237,7 @@ fn only_a_viewer_is_answered_and_it_can_only_look() {
     let plain = format!("ws://{address}/").into_client_request().unwrap();
     assert!(tungstenite::client(plain, connect()).is_err());
     // The crate looks at no origin: a page of another site can be a viewer. It may do nothing.
-    let mut request = handshake(address);
+    let mut request = handshake(address, SUBPROTOCOLS[0]);
     request.headers_mut().insert("Origin", "http://stranger.example".parse().unwrap());
     let (mut socket, _) = tungstenite::client(request, connect()).unwrap();
     let info: Value = serde_json::from_str(socket.read().unwrap().to_text().unwrap()).unwrap();
