@@ -25,7 +25,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("host/cameras/realsense", 1700),
     ("host/cameras/webcam", 750),
     ("host/config", 1000),
-    ("host/foxglove", 650),
+    ("host/foxglove", 750),
     ("host/lab", 900),
     ("host/log", 2050),
     ("host/page", 2500),
