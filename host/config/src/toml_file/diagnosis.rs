@@ -16,6 +16,9 @@ use crate::mistake::{Kind, Mistake};
 /// Most repairs of a file.
 const MAX_REPAIRS: usize = 100;
 
+/// Most errors of syntax that are reported. Each is found in the text anew.
+const MAX_SYNTAX_ERRORS: usize = 100;
+
 /// Contents of a file and all its mistakes.
 #[derive(Debug)]
 pub struct Diagnosis<T> {
@@ -32,7 +35,7 @@ pub struct Diagnosis<T> {
 pub fn diagnose<T: DeserializeOwned>(text: &str, placeholders: &str) -> Diagnosis<T> {
     let (table, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
-        let errors = errors.iter();
+        let errors = errors.iter().take(MAX_SYNTAX_ERRORS);
         let mut mistakes: Vec<_> =
             errors.map(|error| Mistake::of_syntax(text, table.get_ref(), error)).collect();
         // Further errors in a line follow from its first.

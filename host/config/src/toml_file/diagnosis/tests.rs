@@ -103,3 +103,11 @@ fn errors_of_syntax_are_reported_by_line() {
     let lines: Vec<_> = errors.iter().map(|(line, ..)| *line).collect();
     assert_eq!(lines, [2, 3]);
 }
+
+/// With all of them the time grows with the square of the length: minutes for a file of 1 MB.
+#[test]
+fn errors_of_syntax_are_reported_up_to_a_limit() {
+    let found = mistakes(&"x y\n".repeat(20_000));
+    assert_eq!(found.len(), MAX_SYNTAX_ERRORS);
+    assert_eq!(found[99].0, 100);
+}
