@@ -4,7 +4,7 @@ PLUMB := cargo run --release --locked -p plumb --bin plumb --
 LAB := cargo run --release --locked -p plumb-lab --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour coverage
+.PHONY: help setup demo test test-all adversary faults fuzz chip bench links soak soak-hour coverage
 .PHONY: bench-chip bounce firmware flash lint quick docs sbom reproducible
 .PHONY: package package-check foreign-test release
 
@@ -17,8 +17,11 @@ setup: ## install missing packages (the other targets run this first)
 demo: setup ## drive the ball to its target without hardware (ARGS="--virtual-time")
 	@$(PLUMB) demo $(ARGS)
 
-test: setup ## build the firmware and run all tests
+test: setup ## build the firmware and run Plumb's own tests
 	@scripts/test $(ARGS)
+
+test-all: setup ## run the tests with other people's stacks: cameras, ROS 2, MCAP, MuJoCo, RP2350
+	@scripts/test-all
 
 adversary: setup ## search for broken invariants (ARGS="board --seeds 100000")
 	@cargo run --release --locked -p plumb-adversary -- $(or $(ARGS),board)
@@ -26,7 +29,7 @@ adversary: setup ## search for broken invariants (ARGS="board --seeds 100000")
 faults: setup firmware ## search for faults that are not noticed, or told wrongly
 	@scripts/chip
 	@cargo run --release --locked -p plumb-faults -- $(ARGS)
-	@PLUMB_KILLS=100 PLUMB_LONG=1 cargo test --release --locked --features plumb/full \
+	@PLUMB_KILLS=100 PLUMB_LONG=1 cargo test --release --locked \
 		--test it -- killed:: chip_steps:: chip_agrees::
 
 fuzz: setup ## call every parser and the board with random input (ARGS="board --seconds 600")
@@ -58,7 +61,7 @@ bench-chip: setup ## measure the firmware in the emulated chip (BOARD=pico2; ARG
 
 bounce: setup firmware ## press a bouncing emergency button 100 000 times, 500 in the whole chip
 	@scripts/chip node tests/chip/bounce.mjs $(ARGS)
-	@PLUMB_LONG=1 cargo test --release --locked --features plumb/full \
+	@PLUMB_LONG=1 cargo test --release --locked \
 		--test it -- --nocapture the_emergency_input_cuts_the_pulses
 
 firmware: ## build a board's firmware: target/firmware/plumb.uf2 (BOARD=pico2)

@@ -87,3 +87,15 @@ print_phases() {
     say "$(printf '%6d  %s' $((end - begin)) "${phases[i]#* }")"
   done
 }
+
+# cargo_test ARGUMENT...: runs tests, and keeps what they print in $log, with the time of each.
+cargo_test() {
+  cargo --config "target.'cfg(all())'.runner = '$PWD/scripts/timed'" \
+    test --release --locked --no-fail-fast "$@" | tee -a "$log"
+}
+
+# print_slowest: prints the ten slowest tests of cargo_test.
+print_slowest() {
+  say "The ten slowest tests:"
+  say "$(sed -nE 's/^test (.*) \.\.\. .*<([0-9.]+)s>$/\2 s  \1/p' "$log" | sort -rn | head -n 10)"
+}

@@ -104,7 +104,6 @@ fn what_others_wrote_is_printed_with_escapes() {
         &["demo", "--law", EVIL],
         &["demo", "--timeout", EVIL],
         &["demo", "--page", &format!("--page-address={EVIL}")],
-        &["demo", "--ros2", &format!("--ros2-namespace={EVIL}")],
         &["demo", "--out", EVIL],
         &["run", "--rig", &format!("{EVIL}/rig.toml")],
         &["run", "--port", EVIL],
@@ -121,12 +120,10 @@ fn what_others_wrote_is_printed_with_escapes() {
         &["replay", "name"],
         &["replay", "line"],
         &["replay", "name", "-v"],
-        &["replay", "a.mcap", "--camera", "camera.toml"],
         &["follow", "places.csv"],
         &["follow", "number.csv"],
         &["follow", "a.gcode"],
         &["follow", "a.jsonl"],
-        &["calibrate", "--import", "a.yaml"],
         &["calibrate", "--place", EVIL],
         &["plot", EVIL],
         &["report", "--run", EVIL],
@@ -135,6 +132,14 @@ fn what_others_wrote_is_printed_with_escapes() {
         &["init", &format!("{EVIL}new"), "--yes", "--json"],
         &["init", "asked", "--recording", EVIL, "--yes"],
     ] {
+        check(&arguments.join(" "), &run(arguments, "UNUSED", "", folder.path()));
+    }
+    let optional: &[&[&str]] = &[
+        &["demo", "--ros2", &format!("--ros2-namespace={EVIL}")],
+        &["replay", "a.mcap", "--camera", "camera.toml"],
+        &["calibrate", "--import", "a.yaml"],
+    ];
+    for arguments in optional.iter().filter(|_| cfg!(feature = "full")) {
         check(&arguments.join(" "), &run(arguments, "UNUSED", "", folder.path()));
     }
     check("PLUMB_RIG", &run(&["jog", "A", "1"], "PLUMB_RIG", "", folder.path()));

@@ -1,5 +1,7 @@
 //! The tests of the program `plumb`, which they run as a process.
 
+#[cfg(not(feature = "full"))]
+mod absent;
 mod book;
 mod calibrate;
 mod calibrate_lens;
@@ -12,7 +14,6 @@ mod emulate;
 mod errors;
 mod exit_codes;
 mod full_disk;
-mod import;
 mod init;
 mod inputs;
 mod killed;
@@ -22,21 +23,16 @@ mod mistaken_files;
 mod mistyped;
 mod motors;
 mod no_ball;
-mod openni;
 mod output;
 mod page;
 mod path;
 mod plot;
 mod program;
-mod realsense;
 mod record;
 mod replay;
 mod report;
-mod ros2;
 mod session;
 mod signals;
 mod stream;
 mod targets;
 mod verbose;
-mod viewers;
-mod webcam;

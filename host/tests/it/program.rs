@@ -140,14 +140,14 @@ fn a_tilde_that_no_shell_expanded_is_the_home_folder() {
     fs::create_dir(&home).unwrap();
     fs::create_dir(&work).unwrap();
     let short = ["demo", "--virtual-time", "--timeout", "0.1"];
-    let outputs = ["--out=~/runs/1", "--record", "~/rec", "--mcap=~/a.mcap"];
+    let outputs = ["--out=~/runs/1", "--record", "~/rec"];
     for (arguments, file) in [
         (&["init", "~/r", "--yes"][..], "r/rig.toml"),
         (&["check", "--rig", "~/r/rig.toml", "--file-only"], "r/rig.toml"),
         (&["man", "~/man"], "man/plumb.1"),
         (&["report", "--rig", "~/r/rig.toml", "--out=~/a.tar.gz"], "a.tar.gz"),
         (&["calibrate", "--print-board=~/board.png"], "board.png"),
-        (&[&short[..], &outputs].concat(), "a.mcap"),
+        (&[&short[..], &outputs].concat(), "runs/1/run.csv"),
         (&["plot", "~/runs/1"], "runs/1/figure4.svg"),
         (&["replay", "~/rec"], "rec/rgb.txt"),
     ] {

@@ -43,7 +43,7 @@ fn python_with_mcap() -> Option<PathBuf> {
 pub(crate) fn mcap_agrees(folder: &Path, options: &[&str]) -> Option<Output> {
     let python = python_with_mcap()?;
     let checked = Command::new(python)
-        .arg(repository().join("host/tests/it/mcap_agrees.py"))
+        .arg(repository().join("host/tests/stacks/mcap_agrees.py"))
         .args(["run.mcap", "run"])
         .args(options)
         .current_dir(folder)

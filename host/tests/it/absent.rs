@@ -1,31 +1,23 @@
 //! The program without its optional parts, as `make demo` builds it: each says how to build it.
-//!
-//! The program is the one that the variable `PLUMB_PROGRAM` names. Cargo would build it for a test
-//! of its own package with the features of the test's libraries, and most of its crates once more.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test stops at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
-/// The folder with the example rigs.
-fn rigs() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/rigs")
-}
+use crate::common::{folder, plumb, rigs, stderr};
 
 /// Runs the program in `folder`, expects that it refuses its input, and returns what it says.
 fn refusal(arguments: &[&str], folder: &Path) -> String {
-    let program = std::env::var_os("PLUMB_PROGRAM").expect("PLUMB_PROGRAM names the program");
-    let output = Command::new(program).args(arguments).current_dir(folder).output().unwrap();
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let output = plumb(arguments, folder);
+    let text = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
     text
 }
 
 #[test]
 fn outputs_for_viewers() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder();
     for option in ["--mcap=run.mcap", "--foxglove"] {
         let demo = ["demo", "--virtual-time", option, "--out", "run"];
         let text = refusal(&demo, folder.path());
@@ -36,14 +28,14 @@ fn outputs_for_viewers() {
 
 #[test]
 fn calibrations_of_other_programs() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder();
     let text = refusal(&["calibrate", "--rig", "rig.toml", "--import", "lens.yaml"], folder.path());
     assert!(text.contains("--features import"), "{text}");
 }
 
 #[test]
 fn ros_2() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder();
     let text = refusal(&["demo", "--ros2", "--out", "run"], folder.path());
     assert!(text.contains("--features ros2"), "{text}");
     assert!(!folder.path().join("run").exists(), "nothing moves");
@@ -57,7 +49,7 @@ fn ros_2() {
 
 #[test]
 fn webcams_and_video_files() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder();
     let rigs = rigs();
     fs::copy(rigs.join("camera.toml"), folder.path().join("camera.toml")).unwrap();
     let rig = fs::read_to_string(rigs.join("paper.toml")).unwrap();

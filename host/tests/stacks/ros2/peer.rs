@@ -57,7 +57,7 @@ impl Domain {
 
     /// Returns a command that runs a script beside this file in the domain.
     pub(crate) fn script(&self, name: &str, arguments: &[&str]) -> Command {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/ros2");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/stacks/ros2");
         let mut command = Command::new(&self.python);
         command.arg(folder.join(name)).arg(self.number.to_string()).args(arguments);
         command
