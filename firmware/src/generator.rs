@@ -6,8 +6,8 @@
 //! state machine lets go of the ENABLE lines, and sets a flag in the PIO that the others check
 //! before each pulse: no further pulse begins, whatever the processor does. It is never started
 //! again: it waits until the processor clears the flag, and then looks at the input again. An
-//! opening shorter than [`program::ESTOP_FILTER_US`] has no effect. An input that is open in two ticks in a
-//! row sets the flag too, whatever the state machine does.
+//! opening shorter than [`program::ESTOP_FILTER_US`] has no effect. An input that is open in two
+//! ticks in a row sets the flag too, whatever the state machine does.
 
 mod program;
 

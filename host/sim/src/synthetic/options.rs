@@ -6,7 +6,8 @@ use super::sensor::SensorOptions;
 /// Options of rendering.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderOptions {
-    /// Columns of the frame of a [`Background::Room`](super::Background::Room); a recorded one has its own size.
+    /// Columns of the frame of a [`Background::Room`](super::Background::Room); a recorded one has
+    /// its own size.
     pub width: u16,
     /// Rows of the frame of a [`Background::Room`](super::Background::Room).
     pub height: u16,
