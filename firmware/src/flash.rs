@@ -7,7 +7,7 @@
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use embassy_rp::Peri;
-use embassy_rp::flash::{self, Blocking, ERASE_SIZE, Flash};
+use embassy_rp::flash::{self, ERASE_SIZE, Flash};
 use embassy_rp::peripherals::FLASH;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -15,7 +15,7 @@ use embassy_time::Timer;
 use plumb_core::config_store::{ConfigStore, Stored};
 use plumb_core::law::KnownRig;
 
-use crate::chip::FLASH_SIZE as SIZE;
+use crate::chip::{ConfigFlash, FLASH_SIZE as SIZE};
 use crate::{law_worker, watchdog};
 
 /// Where the configuration is. The linker's memory leaves the last three sectors free.
@@ -26,9 +26,6 @@ const STORE: ConfigStore =
 const TESTED: u32 = (SIZE - 3 * ERASE_SIZE) as u32;
 /// Bytes that the test writes at a time.
 const PAGE: usize = 256;
-
-/// The flash driver.
-pub(crate) type ConfigFlash = Flash<'static, FLASH, Blocking, SIZE>;
 
 #[allow(clippy::large_enum_variant, reason = "there is one at a time, and no heap for it")]
 pub(crate) enum FlashWrite {

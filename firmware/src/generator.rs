@@ -6,8 +6,8 @@
 //! state machine lets go of the ENABLE lines, and sets a flag in the PIO that the others check
 //! before each pulse: no further pulse begins, whatever the processor does. It is never started
 //! again: it waits until the processor clears the flag, and then looks at the input again. An
-//! opening shorter than [`ESTOP_FILTER_US`] has no effect. An input that is open in two ticks in a
-//! row sets the flag too, whatever the state machine does.
+//! opening shorter than [`program::ESTOP_FILTER_US`] has no effect. An input that is open in two
+//! ticks in a row sets the flag too, whatever the state machine does.
 
 mod program;
 
@@ -29,9 +29,6 @@ use crate::interrupts::Interrupts;
 
 /// The state machines of the motors.
 const MACHINES: u8 = (1 << MOTORS) - 1;
-/// Time that the emergency input must be open to stop the pulses, µs. It is longer than a period of
-/// the coils' modulation (33 µs), so that noise from the motors' leads closes the input in between.
-const ESTOP_FILTER_US: u32 = 50;
 /// Deviation of a tick that shows another clock, µs: more than the timer's resolution and the look
 /// at three state machines. Clocks that the chip can be set to differ by 4 % and more from the
 /// planned one.

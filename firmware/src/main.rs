@@ -51,7 +51,7 @@ use watchdog::TickWatchdog;
 struct TaskResources {
     link: LinkResources,
     hats: HatResources,
-    flash: flash::ConfigFlash,
+    flash: chip::ConfigFlash,
 }
 
 #[embassy_executor::task]

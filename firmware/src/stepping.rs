@@ -5,7 +5,9 @@
 //! the board's behaviour depends only on which bytes came before which tick. Where a tick is late
 //! (while the flash is written), all later ticks are late by as much.
 
-use core::cell::{Cell, RefCell};
+pub(crate) mod driver_event;
+
+use core::cell::RefCell;
 
 use critical_section::Mutex;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
@@ -62,20 +64,6 @@ enum Commutated {
     Hats(HatCommand),
     /// Coils on the Motor HATs, whose current goes off before the bootloader starts.
     Leaving,
-}
-
-/// The last event of drivers on a UART.
-static DRIVER_EVENT: Mutex<Cell<Option<Event>>> = Mutex::new(Cell::new(None));
-
-/// Reports an event of drivers of a wiring with this number to the coming tick, unless another
-/// wiring is in force. The interrupt waits meanwhile: this code is in RAM.
-#[inline(never)]
-pub(crate) fn report_drivers(number: u32, event: Event) {
-    critical_section::with(|cs| {
-        if tmc2209::wiring_in_force() == number {
-            DRIVER_EVENT.borrow(cs).set(Some(event));
-        }
-    });
 }
 
 /// The state, until the interrupt takes it over.
@@ -323,7 +311,6 @@ impl Stepping {
         self.generator.connect(&wiring.pins);
         self.enable.connect(&wiring.pins);
         restart::keep_hats(matches!(wiring.drivers, Drivers::MotorHats(_)));
-        critical_section::with(|cs| DRIVER_EVENT.borrow(cs).set(None));
         tmc2209::begin(wiring, microsteps);
         match wiring.drivers {
             Drivers::StepDir(_) => {}
@@ -377,8 +364,7 @@ impl Stepping {
     /// Passes an event of drivers on a UART on to the board.
     #[inline(never)]
     fn take_driver_event(&mut self) {
-        let event = critical_section::with(|cs| DRIVER_EVENT.borrow(cs).take());
-        match event {
+        match driver_event::take() {
             None => {}
             Some(Event::Ready) => self.board.on_drivers_ready(),
             Some(Event::Failed(fault)) => {

@@ -4,7 +4,7 @@
 //! interrupt is used: the task gives the request, sleeps for [`EXCHANGE_US`], and takes what has
 //! arrived, its own echo first. The stepping interrupt, above it, gets the events.
 
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_rp::pac;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -15,7 +15,8 @@ use plumb_core::tmc2209::{BAUD, EXCHANGE_US, MAX_RECEIVED, Monitor, Settings};
 use plumb_protocol::dimension::PerMotor;
 use plumb_protocol::wiring::{Pin, Wiring};
 
-use crate::{pins, stepping};
+use crate::pins;
+use crate::stepping::driver_event::{self, wiring_in_force};
 
 /// Time after which the task looks whether a driver that failed is to be set up again.
 const PAUSE: Duration = Duration::from_millis(5);
@@ -31,8 +32,6 @@ struct Drivers {
 
 /// Drivers of the newest wiring with some.
 static DRIVERS: Signal<CriticalSectionRawMutex, Drivers> = Signal::new();
-/// Number of the wiring in force. What the task does for another one has no effect.
-static WIRING: AtomicU32 = AtomicU32::new(0);
 /// Whether drivers that failed are to be set up again.
 static SET_UP: AtomicBool = AtomicBool::new(false);
 
@@ -40,9 +39,7 @@ static SET_UP: AtomicBool = AtomicBool::new(false);
 /// of the last one. Called by the stepping interrupt, with the drivers off; never waits.
 #[cold]
 pub(crate) fn begin(wiring: &Wiring, microsteps: u8) {
-    // Only the stepping interrupt, which calls this, changes the number.
-    let number = WIRING.load(Ordering::Relaxed).wrapping_add(1);
-    WIRING.store(number, Ordering::Relaxed);
+    let number = driver_event::begin_wiring();
     let settings = wiring.drivers.tmc2209().and_then(|driver| Settings::new(driver, microsteps));
     if let Some(settings) = settings {
         let directions = wiring.pins.motors.map(|motor| motor.direction);
@@ -54,12 +51,6 @@ pub(crate) fn begin(wiring: &Wiring, microsteps: u8) {
 /// interrupt; never waits.
 pub(crate) fn request_set_up(is_wanted: bool) {
     SET_UP.store(is_wanted, Ordering::Relaxed);
-}
-
-/// Returns the number of the wiring in force.
-#[inline(always)]
-pub(crate) fn wiring_in_force() -> u32 {
-    WIRING.load(Ordering::Relaxed)
 }
 
 /// Sets up and watches the drivers of each wiring that has some.
@@ -96,7 +87,7 @@ async fn watch(drivers: &Drivers) {
         send(exchange.bytes());
         Timer::after_micros(EXCHANGE_US.into()).await;
         if let Some(event) = monitor.take(&receive()) {
-            stepping::report_drivers(drivers.number, event);
+            driver_event::report(drivers.number, event);
         }
     }
 }

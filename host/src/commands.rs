@@ -60,30 +60,15 @@ use print::note;
 pub(crate) use exit::{BAD_INPUT, FAILED, Failure, Work, report_usage};
 pub(crate) use interrupt::outlive_file_size_limit;
 
-/// Name of a detector.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DetectorName {
-    /// Depth and a network propose; edges, depth and two networks decide
-    Ball,
-    /// The paper's: difference of Gaussians on the red channel
-    Red,
-}
-
-impl DetectorName {
-    /// Makes the detector for `camera` and its ball.
-    fn detector(self, camera: &Camera) -> Box<dyn BallDetector> {
-        let kind = match self {
-            Self::Ball => DetectorKind::Ball,
-            Self::Red => {
-                note!(
-                    "detector red: the paper's, for comparison. It needs depth, and takes other \
-                     red things for the ball; the default is `ball`"
-                );
-                DetectorKind::Red
-            }
-        };
-        kind.build(camera)
+/// Makes the detector for `camera` and its ball.
+fn detector(kind: DetectorKind, camera: &Camera) -> Box<dyn BallDetector> {
+    if kind == DetectorKind::Red {
+        note!(
+            "detector red: the paper's, for comparison. It needs depth, and takes other red \
+             things for the ball; the default is `ball`"
+        );
     }
+    kind.build(camera)
 }
 
 /// Physics of the simulated rig.

@@ -2,9 +2,9 @@
 //! firmware read the same table.
 
 use crate::dimension::MOTORS;
+use crate::pins::{EnablePins, EnablePolarity, Line, MotorPins, Pin, PinError, Pins};
 use crate::provenance::BoardKind;
 use crate::units::Nanoseconds;
-use crate::wiring::{EnablePins, EnablePolarity, Line, MotorPins, Pin, PinError, Pins};
 
 /// Number of the chips' pins: GP0 to GP29.
 pub const PIN_COUNT: u8 = 30;

@@ -72,6 +72,7 @@ pub mod diagnostics;
 pub mod dimension;
 pub mod frame;
 pub mod message;
+mod pins;
 pub mod provenance;
 mod text;
 pub mod units;

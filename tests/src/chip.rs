@@ -29,7 +29,7 @@ pub const ENABLE: u8 = 14;
 /// Pin of a Pico's emergency input; low if the emergency loop is closed.
 pub const EMERGENCY: u8 = 15;
 /// Time that the emergency input must be open to stop the board, µs: `ESTOP_FILTER_US` in
-/// firmware/src/generator.rs.
+/// firmware/src/generator/program.rs.
 pub const EMERGENCY_FILTER_US: u64 = 50;
 
 /// Returns the path of the firmware image: `PLUMB_ELF`, or the result of `make firmware`. Returns

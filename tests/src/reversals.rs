@@ -21,6 +21,8 @@ use crate::plants::Miswired;
 use places::Places;
 use plain_rule::PlainRule;
 
+pub use places::RigKind;
+
 /// Longest run, frames.
 const MOST_FRAMES: u32 = 30 * RATE_HZ as u32;
 /// Frames in which reversals that come often end, so that the ball can reach the last target.
@@ -33,22 +35,6 @@ const PATH_SPEED: f64 = 0.2;
 const PATH_FRAME: u32 = 5;
 /// Time between two knots of a path, µs.
 const KNOT_US: u32 = 100_000;
-
-/// Rig of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RigKind {
-    /// The paper's, on rigid cables.
-    Paper,
-    /// The paper's, on elastic cables.
-    Elastic,
-    /// A random one, on rigid cables.
-    Random,
-}
-
-impl RigKind {
-    /// Every kind.
-    pub const ALL: [Self; 3] = [Self::Paper, Self::Elastic, Self::Random];
-}
 
 /// Wiring of the motors.
 #[derive(Debug, Clone, Copy, PartialEq)]

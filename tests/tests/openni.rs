@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::Path;
 
 use nalgebra::Point3;
-use plumb_openni::{IntrinsicsSource, OpenNi, OpenniSource, Settings, Target};
+use plumb_openni::{IntrinsicsSource, OpenNi, Settings, Target};
 use plumb_openni_driver::{Control, ControlFile};
 use plumb_runtime::run::Summary;
 use plumb_tests::in_time::in_time;
@@ -45,9 +45,13 @@ fn paper_task(library: &Path, folder: &Path) -> Result<(Summary, f64), Box<dyn E
 
     let openni = OpenNi::load_from(library)?;
     let settings = Settings { latency: 0.005, ..Settings::default() };
-    let mut source =
-        OpenniSource::open(&openni, &Target::Uri(uri), settings, IntrinsicsSource::FieldOfView)?;
-    let intrinsics = *source.intrinsics();
+    let mut source = plumb_openni::open_source(
+        &openni,
+        &Target::Uri(uri),
+        settings,
+        IntrinsicsSource::FieldOfView,
+    )?;
+    let intrinsics = source.intrinsics;
     let show = |ball| control.write(&scene(ball)).expect("the control file");
     rig.run(&mut source, intrinsics, show)
 }

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use plumb_realsense::{RealSense, RealsenseSource, Settings, Target};
+use plumb_realsense::{RealSense, Settings, Target};
 use plumb_realsense_device::{Control, Feeder, Model, SoftwareCamera, library};
 use plumb_runtime::run::Summary;
 use plumb_tests::in_time::in_time;
@@ -37,7 +37,7 @@ fn paper_task(library: &RealSense) -> Result<(Summary, f64), Box<dyn Error>> {
 
     let settings = Settings { latency: 0.005, ..Settings::default() };
     let target = Target::Serial("paper".to_owned());
-    let mut source = RealsenseSource::open(library, &target, settings, None)?;
-    let intrinsics = *source.intrinsics();
+    let mut source = plumb_realsense::open_source(library, &target, settings, None)?;
+    let intrinsics = source.intrinsics;
     rig.run(&mut source, intrinsics, |ball| feeder.show(scene(ball)))
 }

@@ -36,6 +36,7 @@
 
 mod admit;
 mod commands;
+mod deadlines;
 mod outbox;
 mod schedule;
 mod session;

@@ -11,7 +11,7 @@ use plumb_protocol::units::{Micrometres, Point};
 use plumb_protocol::wiring::{Coils, Drivers, Tmc2209};
 
 use crate::law::{DeferredLawKind, DeferredTicks, Interval, LawSelection, LawTicks, MotorLimits};
-use crate::timing::{DriverTiming, TICK_US};
+use crate::timing::{DriverTiming, MAX_MEAN_MS, TICK_US};
 use crate::tmc2209;
 
 /// Limits of the build, which no configuration can lift.
@@ -84,8 +84,6 @@ const MAX_PATH_SPEED: i32 = 2_000_000;
 const MAX_PATH_ACCELERATION: u16 = 20_000;
 /// Highest jerk of a reference, mm/s³.
 const MAX_PATH_JERK: u32 = 1_000_000;
-/// Longest span of the moving average over the step plan, ms.
-pub(crate) const MAX_MEAN_MS: u16 = 400;
 /// Least acceleration, steps/s²: eight units of the planner's rate a tick even without microsteps.
 pub(crate) const MIN_ACCELERATION: u32 = 40;
 /// Largest acceleration, steps/s²: 22 bits in the planner.

@@ -8,6 +8,9 @@ use plumb_protocol::wiring::StepDir;
 /// enough that planning takes a few percent of the chip.
 pub const TICK_US: u32 = 200;
 
+/// Longest span of the moving average over the step plan, ms.
+pub(crate) const MAX_MEAN_MS: u16 = 400;
+
 /// Chip whose clocks are counted.
 const CHIP: Chip = if cfg!(feature = "rp2350") { Chip::Rp2350 } else { Chip::Rp2040 };
 

@@ -1,19 +1,9 @@
-//! Budgets of flash, RAM and stack, and their use by the firmware.
+//! Use of flash, RAM and stack by the firmware, beside its budgets.
 
 use std::fmt;
 
+use crate::chip::Budgets;
 use crate::image::Image;
-
-/// Limits of the firmware's sizes, bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Budgets {
-    /// Largest use of the flash.
-    pub flash: u32,
-    /// Largest use of the RAM by variables and by code in RAM.
-    pub statics: u32,
-    /// Smallest RAM for the stack.
-    pub stack: u32,
-}
 
 /// Sizes of a firmware with their budgets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,16 @@
 
 use std::ops::Range;
 
-use crate::budget::Budgets;
+/// Limits of the firmware's sizes, bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Budgets {
+    /// Largest use of the flash.
+    pub flash: u32,
+    /// Largest use of the RAM by variables and by code in RAM.
+    pub statics: u32,
+    /// Smallest RAM for the stack.
+    pub stack: u32,
+}
 
 /// A chip with the flash of its board.
 #[derive(Debug, PartialEq, Eq)]

@@ -12,6 +12,7 @@ pub mod image;
 pub mod panics;
 pub mod uf2;
 
-pub use budget::{Budgets, Usage};
+pub use budget::Usage;
+pub use chip::Budgets;
 pub use image::{Image, ImageError};
 pub use panics::{PanicPlace, panic_places};

@@ -3,13 +3,13 @@
 use core::ffi::CStr;
 
 use embassy_rp::clocks::PllConfig;
+use embassy_rp::flash::{Blocking, Flash};
+use embassy_rp::peripherals::FLASH;
 use embassy_rp::{otp, pac, rom_data};
 use plumb_core::law::LawTicks;
 use plumb_protocol::boards::Chip;
 use plumb_protocol::message::StartCause;
 use plumb_protocol::provenance::BoardKind;
-
-use crate::flash::ConfigFlash;
 
 pub(crate) use embassy_rp::interrupt::{TIMER0_IRQ_0 as TIME_DRIVER, TIMER0_IRQ_1 as STEPPING};
 
@@ -29,6 +29,8 @@ pub(crate) const SYSTEM_PLL: PllConfig =
 pub(crate) const LAW_TICKS: LawTicks = LawTicks::RP2040;
 /// Size of the flash, bytes.
 pub(crate) const FLASH_SIZE: usize = 4 * 1024 * 1024;
+/// The flash driver.
+pub(crate) type ConfigFlash = Flash<'static, FLASH, Blocking, FLASH_SIZE>;
 /// The timer.
 pub(crate) const TIMER: pac::timer::Timer = pac::TIMER0;
 /// Everything but the oscillators, in the order of the power-on state machine (PSM's WDSEL), as the

@@ -11,8 +11,9 @@ use plumb_core::timing::{CLOCKS_PER_US, PulseWidth};
 use plumb_protocol::dimension::MOTORS;
 use plumb_protocol::wiring::MotorPins;
 
-use super::ESTOP_FILTER_US;
-
+/// Time that the emergency input must be open to stop the pulses, µs. It is longer than a period of
+/// the coils' modulation (33 µs), so that noise from the motors' leads closes the input in between.
+pub(super) const ESTOP_FILTER_US: u32 = 50;
 /// Address of `set x` for the pulse's width.
 const SET_WIDTH: usize = 12;
 /// Address of the loop for the pulse's width.

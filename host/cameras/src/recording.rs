@@ -8,10 +8,8 @@ use plumb_frame::camera::Camera;
 use plumb_frame::driver::{CameraDriver, OpenedSource};
 use plumb_frame::file_intrinsics::FileIntrinsics;
 use plumb_frame::source::BoxedError;
-use plumb_openni::{
-    IntrinsicsSource, OpenNi, OpenniSource, OpenniSourceError, Settings, Target, is_recording,
-};
-use plumb_realsense::{RealSense, RealsenseSource, RealsenseSourceError};
+use plumb_openni::{IntrinsicsSource, OpenNi, OpenniSourceError, Settings, Target, is_recording};
+use plumb_realsense::{RealSense, RealsenseSourceError};
 use plumb_webcam::VIDEO_ENDINGS;
 use thiserror::Error;
 
@@ -91,9 +89,9 @@ pub enum OpenRecordingError {
 /// librealsense2 its intrinsics too. A video file has no depth.
 ///
 /// # Errors
-/// As [`check_exists`], [`TumFolder::open`], [`OpenniSource::open`] and [`RealsenseSource::open`];
-/// where `path` is a file and its library cannot be loaded; where it is a video file and the
-/// program is built without them; where it is a file of another kind.
+/// As [`check_exists`], [`TumFolder::open`], [`plumb_openni::open_source`] and
+/// [`plumb_realsense::open_source`]; where `path` is a file and its library cannot be loaded; where
+/// it is a video file and the program is built without them; where it is a file of another kind.
 pub fn open_recording(
     path: &Path,
     intrinsics: impl Into<FileIntrinsics>,
@@ -114,8 +112,8 @@ pub fn open_recording(
     let openni = OpenNi::load().map_err(OpenniSourceError::from)?;
     let target = Target::Recording(path.to_owned());
     let intrinsics = IntrinsicsSource::Calibrated(intrinsics);
-    let source = OpenniSource::open(&openni, &target, Settings::default(), intrinsics)?;
-    let intrinsics = *source.intrinsics();
+    let source = plumb_openni::open_source(&openni, &target, Settings::default(), intrinsics)?;
+    let intrinsics = source.intrinsics;
     Ok(OpenedSource::new(source, intrinsics))
 }
 
@@ -284,7 +282,7 @@ fn open_realsense(path: &Path) -> Result<OpenedSource, OpenRecordingError> {
     let open = || {
         let library = RealSense::load()?;
         let target = plumb_realsense::Target::Recording(path.to_owned());
-        RealsenseSource::open(&library, &target, plumb_realsense::Settings::default(), None)
+        plumb_realsense::open_source(&library, &target, plumb_realsense::Settings::default(), None)
     };
     let source = open().map_err(|error| match error {
         RealsenseSourceError::Realsense(_) => {
@@ -292,7 +290,7 @@ fn open_realsense(path: &Path) -> Result<OpenedSource, OpenRecordingError> {
         }
         other => other.into(),
     })?;
-    let intrinsics = *source.intrinsics();
+    let intrinsics = source.intrinsics;
     Ok(OpenedSource::new(source, intrinsics))
 }
 

@@ -17,7 +17,7 @@
 use nalgebra::{Point3, Vector3};
 use plumb_config::mistake::Mistake;
 
-use crate::file::{Kind, Place, Places};
+use crate::places::{Kind, Place, Places};
 use crate::table::lines;
 
 /// Length of an inch, metres.

@@ -42,6 +42,7 @@ pub mod file;
 mod gcode;
 mod motion;
 pub mod moving;
+mod places;
 mod profile;
 mod quintic;
 pub mod shape;

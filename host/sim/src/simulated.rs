@@ -1,6 +1,7 @@
 //! A simulated rig as a camera source: synthetic frames of its ball in virtual or real time.
 
 mod clock;
+mod error;
 mod hil;
 mod virtual_board;
 mod wired;
@@ -14,55 +15,15 @@ use plumb_frame::clock::LiveClock;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::source::{CameraSource, SourceError};
 use plumb_protocol::{MOTORS, PerMotor};
-use plumb_runtime::link::LinkError;
-use plumb_runtime::rig::check::SimulationMistake;
 use plumb_runtime::rig::{Rig, Simulation};
-use thiserror::Error;
 
-use super::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera, SyntheticError};
+use super::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera};
 
 pub use clock::{RealTimeBall, RealTimeRig, Seen, ServedRig, SimClock, VirtualRig};
+pub use error::SimulationError;
 pub use hil::{BoardMotion, HilObserver, HilPlant, HilRig};
 pub use virtual_board::{DriveError, VirtualBoard};
 pub use wired::wired;
-
-/// Reason that a simulated rig gave no frame.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum SimulationError {
-    /// The rig cannot follow its motors. No further frame comes.
-    #[error("the simulated rig cannot follow its motors")]
-    Rig(#[from] RigError),
-    /// The frame could not be rendered.
-    #[error(transparent)]
-    Synthetic(#[from] SyntheticError),
-}
-
-impl From<SimulationError> for SimulationMistake {
-    fn from(error: SimulationError) -> Self {
-        let key = match error {
-            SimulationError::Rig(RigError::CannotHang { .. }) => "simulation.start",
-            SimulationError::Rig(RigError::Flat { .. }) => "simulation.motors",
-            _ => "simulation",
-        };
-        Self { key, error: error.into() }
-    }
-}
-
-impl From<SimulationError> for SourceError {
-    fn from(error: SimulationError) -> Self {
-        match error {
-            SimulationError::Rig(_) => Self::over(error),
-            SimulationError::Synthetic(_) => Self::new(error),
-        }
-    }
-}
-
-impl From<SimulationError> for LinkError {
-    fn from(error: SimulationError) -> Self {
-        Self::Other(error.into())
-    }
-}
 
 /// Checks that the rig of a rig file can be simulated, with pictures of `camera`: as a run does
 /// that begins with rigid cables.
@@ -217,6 +178,7 @@ mod tests {
     use plumb_emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic, Task};
 
     use super::*;
+    use crate::synthetic::SyntheticError;
 
     #[test]
     fn a_failed_rig_ends_the_frames_a_failed_frame_does_not() {

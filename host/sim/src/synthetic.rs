@@ -8,19 +8,20 @@ mod canvas;
 mod check;
 pub mod compositor;
 mod draw_list;
+mod error;
 mod light;
+mod options;
 mod room;
 mod scene;
 mod sensor;
 mod strand;
 
 use nalgebra::Isometry3;
-use plumb_frame::camera::{Camera, DistortionError};
-use plumb_frame::frame::{FrameError, RgbdFrame};
-use plumb_frame::image::{ColourImage, Image, ImageError};
+use plumb_frame::camera::Camera;
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::image::{ColourImage, Image};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use thiserror::Error;
 
 use ball::Style;
 use canvas::Canvas;
@@ -29,7 +30,9 @@ use draw_list::{Primitive, items};
 use light::{CameraLight, decode, encode};
 use sensor::{Disparity, Sensor};
 
+pub use error::SyntheticError;
 pub use light::{Light, Material};
+pub use options::RenderOptions;
 pub use room::{Object, Pattern, Room, Shape};
 pub use scene::{ExtraBall, Scene, Strand};
 pub use sensor::SensorOptions;
@@ -42,68 +45,6 @@ pub enum Background {
     Frame(RgbdFrame),
     /// A room, rendered once from the camera's pose. Its objects occlude the scene behind them.
     Room(Room),
-}
-
-/// Options of rendering.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RenderOptions {
-    /// Columns of the frame of a [`Background::Room`]; a recorded one has its own size.
-    pub width: u16,
-    /// Rows of the frame of a [`Background::Room`].
-    pub height: u16,
-    /// Light on the ball and the cables (a room is lit by its own lamp and window).
-    pub light: Light,
-    /// Noise model of the sensors.
-    pub sensor: SensorOptions,
-}
-
-impl Default for RenderOptions {
-    /// 640x480, the light and the sensor of their defaults.
-    fn default() -> Self {
-        Self { width: 640, height: 480, light: Light::default(), sensor: SensorOptions::default() }
-    }
-}
-
-/// Reason that a synthetic camera or its frame could not be made.
-#[derive(Debug, Error)]
-pub enum SyntheticError {
-    /// A number that cannot be.
-    #[error("synthetic camera: {what} is {value}, but must be {must}")]
-    Value {
-        /// Which number.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Its valid range.
-        must: &'static str,
-    },
-    /// The intrinsics are those of a frame of another size.
-    #[error(
-        "synthetic camera: its principal point ({cx}, {cy}) is not in a frame of \
-         {width}x{height}; give the background's own intrinsics"
-    )]
-    Intrinsics {
-        /// Principal point, pixels.
-        cx: f64,
-        /// Principal point, pixels.
-        cy: f64,
-        /// Columns of the background.
-        width: usize,
-        /// Rows of the background.
-        height: usize,
-    },
-    /// A part of the frame has no ray.
-    #[error("synthetic camera: the lens distortion does not fit the frame")]
-    Distortion(#[from] DistortionError),
-    /// The rendered frame is invalid (its time stamp).
-    #[error("synthetic camera: the rendered frame is invalid")]
-    Frame(#[from] FrameError),
-    /// The rendered pixels do not make an image of the frame's size.
-    #[error("synthetic camera: the rendered pixels do not make an image")]
-    Image(#[from] ImageError),
-    /// OpenCV refused an operation.
-    #[error("synthetic camera: OpenCV refused an operation")]
-    OpenCv(#[from] opencv::Error),
 }
 
 /// Renders frames of a [`Scene`].

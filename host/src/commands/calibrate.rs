@@ -25,6 +25,7 @@ use plumb_calibrate::places::pose_from_places;
 use plumb_calibrate::sheet::{self, Paper};
 use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Rig;
+use plumb_vision::detect::DetectorKind;
 use plumb_vision::frame::RgbdFrame;
 
 use super::exit::Unwritten;
@@ -33,7 +34,7 @@ use super::old_file::check_writable;
 use super::print::tell;
 use super::rig_path::RigArg;
 use super::run_camera::read_camera;
-use super::{DetectorName, FAILED, Failure, Work, failed, numbers};
+use super::{FAILED, Failure, Work, failed, numbers};
 use clicks::Clicks;
 use import::ImportOptions;
 use lens::LensOptions;
@@ -93,7 +94,7 @@ pub(crate) struct Args {
     frames: u16,
     /// Detector of the ball
     #[arg(long, value_enum, default_value = "ball")]
-    detector: DetectorName,
+    detector: DetectorKind,
     /// Write the camera file without asking
     #[arg(long)]
     yes: bool,

@@ -9,13 +9,14 @@ use clap::Parser;
 use plumb_runtime::rig::check::{Finding, Severity, SimulationMistake, check};
 use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
+use plumb_vision::detect::DetectorKind;
 use serde::Serialize;
 
 use super::hints::INIT;
 use super::print::{self, note, tell};
 use super::rig_args::PortArgs;
 use super::rig_path::RigArg;
-use super::{BAD_INPUT, DetectorName, FAILED, Failure, Physics, Work};
+use super::{BAD_INPUT, FAILED, Failure, Physics, Work};
 use commissioning::RigLine;
 
 /// Check a rig: its files, then its wiring, cables and camera with small jogs
@@ -44,7 +45,7 @@ pub(crate) struct Args {
     port: PortArgs,
     /// Detector of the ball
     #[arg(long, value_enum, default_value = "ball")]
-    detector: DetectorName,
+    detector: DetectorKind,
     /// Physics of the simulated rig, where the camera is simulated
     #[arg(long, value_enum, default_value = "quasi-static")]
     physics: Physics,

@@ -36,7 +36,7 @@ use super::print::{self, note};
 use super::run::Goal;
 use super::run_camera::record_folder;
 use super::viewers::Viewers;
-use super::{Failure, Physics, Work, failed, law, numbers};
+use super::{Failure, Physics, Work, detector, failed, law, numbers};
 
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
 /// simulated rig
@@ -248,7 +248,7 @@ impl Demo {
         observers.extend(steering.observers(source.clock()));
         let result = run.drive(RunParts {
             source,
-            detector: &mut *args.options.detector.detector(&camera),
+            detector: &mut *detector(args.options.detector, &camera),
             observers: &mut observers,
             operator,
             timeout: args.options.timeout,

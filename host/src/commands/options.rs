@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use plumb_log::OutputDir;
 use plumb_runtime::run::DEFAULT_TIMEOUT;
+use plumb_vision::detect::DetectorKind;
 
 use super::page::PageOptions;
 use super::ros2::Ros2Options;
 use super::viewers::ViewerOptions;
-use super::{DetectorName, Failure, failed, numbers};
+use super::{Failure, failed, numbers};
 
 /// Heading of the options of outputs.
 const OUTPUT: &str = "Output";
@@ -18,7 +19,7 @@ const OUTPUT: &str = "Output";
 pub(super) struct RunOptions {
     /// Detector
     #[arg(long, value_enum, default_value = "ball")]
-    pub(super) detector: DetectorName,
+    pub(super) detector: DetectorKind,
     /// Longest time for each target, above 0, to 1e9 s; if it passes, the run ends without the
     /// other targets (with --page or --ros2, the ball is stopped and the run goes on). `plumb hold`
     /// has targets only with one of these two

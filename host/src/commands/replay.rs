@@ -17,12 +17,13 @@ use plumb_frame::driver::OpenedSource;
 use plumb_frame::source::CameraSource;
 use plumb_log::replay::{DebugFolder, Problem, ReplayOutcome, replay};
 use plumb_vision::camera::Camera;
+use plumb_vision::detect::DetectorKind;
 
 use super::print::{self, note, tell};
 use super::progress::{ProgressLine, is_shown};
 use super::ros2::open_recording;
 use super::run_camera::other_depth_scale;
-use super::{DetectorName, FAILED, Failure, Work, failed};
+use super::{FAILED, Failure, Work, detector, failed};
 
 /// Detection and location on a recording (a TUM RGB-D folder, an .oni, .bag, .db3, .mcap or video
 /// file): a CSV row a frame
@@ -41,7 +42,7 @@ pub(crate) struct Args {
     camera: Option<PathBuf>,
     /// Detector
     #[arg(long, value_enum, default_value = "ball")]
-    detector: DetectorName,
+    detector: DetectorKind,
     /// Write an image of each of the detector's stages for each frame into this new folder
     #[arg(long, value_name = "DIR")]
     debug: Option<PathBuf>,
@@ -77,7 +78,7 @@ fn work(
 ) -> Result<ExitCode, Failure> {
     // Rows on the terminal are its progress.
     let line = RefCell::new(ProgressLine::shown_if(is_shown() && !stdout().is_terminal()));
-    let mut detector = args.detector.detector(camera);
+    let mut detector = detector(args.detector, camera);
     let report = |problem: &Problem| {
         line.borrow_mut().clear();
         tell!("plumb: {}", ErrorChain(problem));

@@ -31,7 +31,7 @@ use super::real_time::RealTime;
 use super::rig_args::PortArgs;
 use super::rig_path::{RigArg, rig_option};
 use super::run_camera::{RunCamera, read_camera, record_folder};
-use super::{Failure, Physics, Work, failed, law, numbers};
+use super::{Failure, Physics, Work, detector, failed, law, numbers};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -195,7 +195,7 @@ pub(super) fn drive(
         }
         let recorder = folder.map(|folder| folder.begin(&text, intrinsics, Overflow::Drop));
         let recorder = recorder.transpose()?;
-        let mut detector = options.run.detector.detector(&camera.camera);
+        let mut detector = detector(options.run.detector, &camera.camera);
         if let Goal::PresentPlace = goal {
             let target = find_ball(&mut *camera.source, &mut *detector, &interrupted)?;
             let waypoint = Waypoint { dwell_s: f64::INFINITY, ..Waypoint::new(target) };

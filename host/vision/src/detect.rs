@@ -18,10 +18,15 @@ pub use plumb_frame::detect::{BallDetector, DetectError, StageImage};
 
 /// The detectors of this crate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum DetectorKind {
-    /// [`ShapeDetector`]: depth and a network propose; edges, depth and two networks decide.
+    /// Depth and a network propose; edges, depth and two networks decide.
+    ///
+    /// See [`ShapeDetector`].
     Ball,
-    /// [`RedDetector`], the paper's: a difference of Gaussians on the red channel.
+    /// The paper's: difference of Gaussians on the red channel.
+    ///
+    /// See [`RedDetector`].
     Red,
 }
 

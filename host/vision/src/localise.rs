@@ -15,14 +15,14 @@
 //!
 //! Without depth, the size of the outline gives the position: see [`localise_by_outline`].
 
-use nalgebra::{Matrix3, Point3};
-
 use crate::camera::{Camera, Intrinsics};
 use crate::depth_view::DepthView;
 use crate::frame::RgbdFrame;
 use crate::observation::{BallObservation, Circle, Gaussian3, TwoDepths};
+use propagation::{across, in_rig_frame};
 
 mod outline;
+mod propagation;
 
 pub use outline::localise_by_outline;
 
@@ -113,23 +113,6 @@ pub fn localise(circle: &Circle, frame: &RgbdFrame, camera: &Camera) -> Option<G
     let along = point.coords / point.z * centre.error;
     let in_camera = across * circle.covariance * across.transpose() + along * along.transpose();
     Some(in_rig_frame(camera, &point, &in_camera))
-}
-
-/// Returns the derivatives of the centre's x and y (rows) at depth `z`, metres, by the circle's
-/// column and row; the other elements are 0. `None` where the distortion of the lens folds.
-fn across(circle: &Circle, z: f64, intrinsics: &Intrinsics) -> Option<Matrix3<f64>> {
-    let mut derivatives = Matrix3::zeros();
-    let plane = intrinsics.deproject_derivatives(circle.u, circle.v, z)?;
-    derivatives.fixed_view_mut::<2, 2>(0, 0).copy_from(&plane);
-    Some(derivatives)
-}
-
-/// Returns the distribution in the rig frame of a point in camera axes with the covariance
-/// `in_camera`, metres².
-fn in_rig_frame(camera: &Camera, point: &Point3<f64>, in_camera: &Matrix3<f64>) -> Gaussian3 {
-    let rotation = camera.pose.rotation.to_rotation_matrix();
-    let covariance = rotation * in_camera * rotation.transpose();
-    Gaussian3 { mean: camera.pose * point, covariance }
 }
 
 /// Returns the depth of the centre of a ball of radius `ball_radius` (metres) that is seen as

@@ -11,6 +11,7 @@
 
 pub mod campaign;
 pub mod corpus;
+mod fuzz_target;
 pub mod generator;
 #[cfg(feature = "host")]
 mod recording;

@@ -78,12 +78,6 @@ pub struct Outcome {
     pub at_rest: bool,
 }
 
-/// Returns the board's clock when the host opens its port. The phase of tick and frame depends on
-/// the seed.
-pub(super) fn start_time(seed: u64) -> Micros {
-    Micros(10_000 + seed % 20 * 1_700)
-}
-
 /// Runs in virtual time, with the board in memory.
 ///
 /// # Panics

@@ -8,8 +8,6 @@ use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
 use plumb_sim::simulated::VirtualBoard;
 
-use super::run::start_time;
-
 /// Expected result of a run over a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expected {
@@ -45,6 +43,12 @@ const RESTARTED: &[&str] = &["restart"];
 
 const fn case(name: &'static str, wire: fn(u64) -> Wire, expected: Expected) -> LinkCase {
     LinkCase { name, wire, expected }
+}
+
+/// Returns the board's clock when the host opens its port. The phase of tick and frame depends on
+/// the seed.
+fn start_time(seed: u64) -> Micros {
+    Micros(10_000 + seed % 20 * 1_700)
 }
 
 /// Returns every link of the campaigns.

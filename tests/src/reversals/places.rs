@@ -7,7 +7,21 @@ use plumb_protocol::units::Point;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::RigKind;
+/// Rig of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RigKind {
+    /// The paper's, on rigid cables.
+    Paper,
+    /// The paper's, on elastic cables.
+    Elastic,
+    /// A random one, on rigid cables.
+    Random,
+}
+
+impl RigKind {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::Paper, Self::Elastic, Self::Random];
+}
 
 /// Distance of the targets from the start, m.
 const DISTANCE_M: std::ops::Range<f64> = 0.08..0.25;

@@ -308,7 +308,7 @@ fn edge(from: &str, to: &str, tests_only: bool) -> Edge {
 }
 
 /// Runs `cargo metadata` and returns the workspace's packages.
-fn packages() -> Vec<Value> {
+pub(super) fn packages() -> Vec<Value> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)
         .args(["metadata", "--format-version", "1", "--no-deps", "--manifest-path"])
@@ -321,7 +321,7 @@ fn packages() -> Vec<Value> {
     metadata["packages"].as_array().expect("packages").clone()
 }
 
-fn name(entry: &Value) -> String {
+pub(super) fn name(entry: &Value) -> String {
     entry["name"].as_str().expect("a name").to_owned()
 }
 

@@ -9,17 +9,18 @@ mod filter;
 mod geometry;
 mod known_rig;
 mod multi_model;
+mod observation;
 #[cfg(test)]
 mod tests;
 
 use plumb_protocol::units::RelativeTension;
 
 use super::io::{Law, Measurement, MotorLimits, MotorRates, Setpoint};
-use crate::params::MAX_MEAN_MS;
+use crate::timing::MAX_MEAN_MS;
 use crate::vector::{per_axis, per_motor, plus};
-use filter::{Observation, millimetres, steps};
 use geometry::{Vector, along, dot, largest, length, scaled};
 use multi_model::{GRAVITY, Mixture, MultiModelFilter};
+use observation::{Observation, millimetres, steps};
 
 pub use known_rig::KnownRig;
 

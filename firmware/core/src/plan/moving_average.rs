@@ -12,8 +12,7 @@ use core::cmp::Ordering;
 
 use plumb_protocol::dimension::{MOTORS, PerMotor};
 
-use crate::params::MAX_MEAN_MS;
-use crate::timing::TICK_US;
+use crate::timing::{MAX_MEAN_MS, TICK_US};
 use crate::vector::per_motor;
 use crate::wide;
 

@@ -14,7 +14,7 @@ mod path;
 #[cfg(test)]
 mod tests;
 
-use clock::{Conditions, PathClock};
+use clock::{Conditions, PathClock, STEP_BITS, STEP_S, STEP_US};
 use path::{Motion, MotionLimits, Path};
 use plumb_protocol::message::{self, ReferenceState};
 use plumb_protocol::units::{Micrometres, Micros, Point};
@@ -23,13 +23,6 @@ use crate::law::Aim;
 use crate::params::Params;
 use crate::plan::mean_lag_us;
 use crate::vector::{length, per_axis, plus};
-
-/// Time between two states of the reference, µs: 16.4 ms. A power of two spares the chip divisions.
-const STEP_US: u32 = 1 << STEP_BITS;
-/// Its binary logarithm.
-const STEP_BITS: u32 = 14;
-/// The same in seconds.
-const STEP_S: f32 = STEP_US as f32 * 1e-6;
 
 /// Least time between the ticks that make states, µs: a path that begins needs many at once, and
 /// the chip has other work.

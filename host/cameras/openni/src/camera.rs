@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use plumb_pictures::pair::Pair;
+
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::picture::Pair;
 use crate::reader::Reader;
 use crate::settings::{Opened, Settings, Target, Timeouts};
 use crate::threads::OnThread;

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use crate::error::OpenniError;
 use crate::library::{DeviceInfo, OpenNi};
 use crate::settings::{Settings, Target};
-use crate::source::{IntrinsicsSource, OpenniSource};
+use crate::source::{IntrinsicsSource, open_source};
 
 /// Settings of a camera through OpenNI2: table `[camera.openni]` of a rig file. Every key may be
 /// left out.
@@ -79,10 +79,10 @@ impl CameraDriver for OpenniSettings {
             IntrinsicsFrom::Device => IntrinsicsSource::FieldOfView,
         };
         let settings = self.device_settings(recording.map(Path::to_owned));
-        let source = OpenniSource::open(&OpenNi::load()?, &self.target(), settings, intrinsics)?;
-        let opened = source.opened();
+        let source = open_source(&OpenNi::load()?, &self.target(), settings, intrinsics)?;
+        let opened = source.camera.opened();
         let description = Some(format!("{} ({}), {}", opened.name, opened.uri, opened.mode));
-        let (notes, intrinsics) = (opened.notes.clone(), *source.intrinsics());
+        let (notes, intrinsics) = (opened.notes.clone(), source.intrinsics);
         Ok(OpenedSource { description, notes, ..OpenedSource::new(source, intrinsics) })
     }
 }

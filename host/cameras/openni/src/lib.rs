@@ -1,7 +1,7 @@
 //! Cameras and recordings through OpenNI2, behind an interface without `unsafe`.
 //!
 //! [`OpenniSettings`] is the table `[camera.openni]` of a rig file, which opens a camera as a
-//! source of frames ([`OpenniSource`]).
+//! source of frames ([`open_source`]).
 //!
 //! The library (Debian's package libopenni2-0) is loaded at run time, so that a program also starts
 //! without it. A [`Camera`] has a thread of its own, which makes all calls into the library:
@@ -44,8 +44,8 @@ pub use driver::OpenniSettings;
 pub use error::OpenniError;
 pub use library::{DeviceInfo, OpenNi};
 pub use oni_file::{check_recording, is_recording};
-pub use picture::Pair;
 pub use plumb_frame::pairing::Sensor;
+pub use plumb_pictures::pair::Pair;
 pub use settings::{DepthUnit, Mode, Opened, Settings, Target, Timeouts};
-pub use source::{IntrinsicsSource, OpenniSource, OpenniSourceError};
+pub use source::{IntrinsicsSource, OpenniSourceError, open_source};
 pub use sys::LIBRARY_VARIABLE;

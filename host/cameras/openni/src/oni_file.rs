@@ -12,6 +12,7 @@
 //! index has an entry for each picture, after an empty one: time stamp, an unused number, position.
 
 mod node;
+mod record;
 mod streams;
 #[cfg(test)]
 mod tests;
@@ -22,6 +23,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
+use record::{END, INDEX, RECORD_HEADER, Record};
 use streams::Streams;
 
 /// First bytes of a file.
@@ -188,97 +190,5 @@ fn read(file: &mut impl Read, bytes: &mut [u8]) -> io::Result<bool> {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
         Err(error) => Err(error),
-    }
-}
-
-/// Most bytes of a name, with its final zero.
-const MAX_NAME: usize = 256;
-
-/// Rest of a record's fields. Each method takes a value from their beginning; `None` where the
-/// value does not fit.
-struct Fields<'a>(&'a [u8]);
-
-impl<'a> Fields<'a> {
-    /// Takes the next `count` bytes.
-    fn bytes(&mut self, count: usize) -> Option<&'a [u8]> {
-        let (head, rest) = self.0.split_at_checked(count)?;
-        self.0 = rest;
-        Some(head)
-    }
-
-    /// Takes a 32-bit number.
-    fn u32(&mut self) -> Option<u32> {
-        Some(u32::from_le_bytes(self.bytes(4)?.try_into().ok()?))
-    }
-
-    /// Takes a 64-bit number.
-    fn u64(&mut self) -> Option<u64> {
-        Some(u64::from_le_bytes(self.bytes(8)?.try_into().ok()?))
-    }
-
-    /// Takes a name: printable, with its final zero.
-    fn name(&mut self) -> Option<&'a [u8]> {
-        let length = usize::try_from(self.u32()?).ok().filter(|length| *length <= MAX_NAME)?;
-        let (zero, name) = self.bytes(length)?.split_last()?;
-        (*zero == 0 && !name.is_empty() && name.iter().all(|c| c.is_ascii_graphic() || *c == b' '))
-            .then_some(name)
-    }
-
-    /// Checks that no bytes are left.
-    fn end(&self) -> Option<()> {
-        self.0.is_empty().then_some(())
-    }
-}
-
-/// First bytes of a record.
-const RECORD_MAGIC: &[u8; 4] = b"NIR\0";
-/// Bytes of a record's header.
-const RECORD_HEADER: u64 = 28;
-/// Most bytes of a record's header and fields. Fields are names and properties.
-const MAX_FIELDS: u64 = 1 << 16;
-
-/// Types of records. A node is a stream.
-const NUMBER: u32 = 3;
-const REAL: u32 = 4;
-const TEXT: u32 = 5;
-const GENERAL: u32 = 6;
-const NODE_REMOVED: u32 = 7;
-const DATA_BEGINS: u32 = 8;
-const READY: u32 = 9;
-const NEW_DATA: u32 = 10;
-const END: u32 = 11;
-const NODE_ADDED: u32 = 13;
-const INDEX: u32 = 14;
-
-/// Header of a record.
-struct Record {
-    /// Type of the record.
-    kind: u32,
-    /// Number of the stream.
-    node: u32,
-    /// Bytes of header and fields.
-    fields: u64,
-    /// Bytes behind the fields.
-    payload: u64,
-    /// Position of the record that this one undoes, 0 for none.
-    undone: u64,
-    /// Position of this record.
-    at: u64,
-}
-
-impl Record {
-    /// Parses the header of the record at byte `at`; `None` where it is no record.
-    fn parse(header: &[u8; RECORD_HEADER as usize], at: u64) -> Option<Self> {
-        let mut numbers = Fields(header.strip_prefix(RECORD_MAGIC)?);
-        let [kind, node] = [numbers.u32()?, numbers.u32()?];
-        let [fields, payload] = [numbers.u32()?, numbers.u32()?].map(u64::from);
-        let undone = numbers.u64()?;
-        let fits = (RECORD_HEADER..=MAX_FIELDS).contains(&fields);
-        fits.then_some(Self { kind, node, fields, payload, undone, at })
-    }
-
-    /// Returns the position of the next record.
-    fn next(&self) -> u64 {
-        self.at + self.fields + self.payload
     }
 }

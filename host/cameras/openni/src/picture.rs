@@ -1,22 +1,10 @@
 //! Pictures, copied out of the library's memory.
 
 use plumb_frame::pairing::{Sensor, Timed};
+use plumb_pictures::pair::Pair;
 
 use crate::error::OpenniError;
 use crate::settings::Mode;
-
-/// Colour picture and its depth picture.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pair {
-    /// Time stamp, seconds: of a camera on the host's clock since it was opened, of a recording on
-    /// the recording's clock.
-    pub time: f64,
-    /// Red, green, blue, row by row from the top left.
-    pub colour: Vec<u8>,
-    /// Depths, row by row from the top left, in the
-    /// [`DepthUnit`](crate::DepthUnit) of the open camera; 0 = unknown.
-    pub depth: Vec<u16>,
-}
 
 /// Picture with its pixels row by row, without gaps.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,13 +23,11 @@ impl Timed for Picture {
     }
 }
 
-impl Pair {
-    /// Joins a colour picture and its depth picture, taken at `time`.
-    pub(crate) fn new(time: f64, colour: Picture, depth: &Picture) -> Self {
-        let bytes = depth.pixels.as_chunks::<2>().0;
-        let depth = bytes.iter().map(|&bytes| u16::from_ne_bytes(bytes)).collect();
-        Self { time, colour: colour.pixels, depth }
-    }
+/// Joins a colour picture and its depth picture, taken at `time`.
+pub(crate) fn pair(time: f64, colour: Picture, depth: &Picture) -> Pair {
+    let bytes = depth.pixels.as_chunks::<2>().0;
+    let depth = bytes.iter().map(|&bytes| u16::from_ne_bytes(bytes)).collect();
+    Pair { time, colour: colour.pixels, depth }
 }
 
 /// Picture in the library's memory.

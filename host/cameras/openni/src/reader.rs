@@ -5,11 +5,12 @@ use std::time::{Duration, Instant};
 
 use plumb_frame::clock::SensorClocks;
 use plumb_frame::pairing::{Paired, Pairing, Sensor, Taken, Timed};
+use plumb_pictures::pair::Pair;
 
 use crate::device::Device;
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::picture::{Pair, Picture};
+use crate::picture::{Picture, pair};
 use crate::recorder::Recorder;
 use crate::settings::{DepthUnit, Opened, Settings, Target};
 use crate::sys;
@@ -131,7 +132,7 @@ impl Reader {
                     let (colour, depth) = (colour.index, depth.index);
                     return Err(OpenniError::OutOfStep { colour, depth, time });
                 }
-                Ok(Pair::new(time, colour, &depth))
+                Ok(pair(time, colour, &depth))
             }
             Paired::Unpaired(sensor, Taken { time, .. }) => {
                 let within = self.pairing.within();

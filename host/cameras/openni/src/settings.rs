@@ -5,6 +5,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use plumb_frame::image::ImageSize;
 use plumb_frame::pairing::Sensor;
 
 use crate::sys;
@@ -153,6 +154,11 @@ pub struct Mode {
 }
 
 impl Mode {
+    /// Returns the size of the pictures.
+    pub fn size(&self) -> ImageSize {
+        ImageSize { width: self.width.into(), height: self.height.into() }
+    }
+
     /// Returns the library's form of the mode.
     pub(crate) fn raw(&self) -> sys::OniVideoMode {
         sys::OniVideoMode {

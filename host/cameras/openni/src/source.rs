@@ -1,19 +1,16 @@
 //! Cameras and recordings through OpenNI2 as sources of frames.
 
 use plumb_frame::camera::Intrinsics;
-use plumb_frame::clock::{DeviceClock, LiveClock};
+use plumb_frame::clock::DeviceClock;
 use plumb_frame::file_intrinsics::{FileIntrinsics, UnfitIntrinsics};
-use plumb_frame::frame::RgbdFrame;
-use plumb_frame::image::{Image, ImageError, ImageSize};
 use plumb_frame::pairing::Sensor;
-use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
-use plumb_pictures::raw;
+use plumb_frame::source::SourceError;
+use plumb_pictures::pair::PairSource;
 use thiserror::Error;
 
 use crate::camera::Camera;
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::picture::Pair;
 use crate::settings::{Opened, Settings, Target};
 
 /// Source of the intrinsics.
@@ -25,17 +22,6 @@ pub enum IntrinsicsSource {
     FieldOfView,
 }
 
-/// Camera or recording through OpenNI2, with depth registered to colour.
-///
-/// Time stamps are in seconds: of a camera on the host's clock since it was opened, of a recording
-/// on its own clock from 0.
-#[derive(Debug)]
-pub struct OpenniSource {
-    camera: Camera,
-    intrinsics: Intrinsics,
-    clock: DeviceClock,
-}
-
 /// Failure to open a camera or a recording through OpenNI2, or to read it.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -43,9 +29,6 @@ pub enum OpenniSourceError {
     /// OpenNI2, the camera or the recording fails.
     #[error(transparent)]
     Openni(#[from] OpenniError),
-    /// An image has another number of pixels than its mode.
-    #[error(transparent)]
-    Image(#[from] ImageError),
     /// The device's own intrinsics are to be used, but it does not state its field of view.
     #[error(
         "{uri}: it does not state its field of view: write the intrinsics into the camera file, \
@@ -60,65 +43,27 @@ pub enum OpenniSourceError {
     UnfitIntrinsics(#[from] UnfitIntrinsics),
 }
 
-impl OpenniSource {
-    /// Opens `target` and starts it. `settings` apply to a camera only.
-    ///
-    /// # Errors
-    /// As [`Camera::open`]; where the device does not state its field of view, or calibrated
-    /// intrinsics do not fit its images.
-    pub fn open(
-        openni: &OpenNi,
-        target: &Target,
-        settings: Settings,
-        source: IntrinsicsSource,
-    ) -> Result<Self, OpenniSourceError> {
-        let camera = Camera::open(openni, target, settings)?;
-        let intrinsics = intrinsics(camera.opened(), source)?;
-        let clock = match target {
-            Target::First | Target::Uri(_) => DeviceClock::since(camera.start()),
-            Target::Recording(_) => DeviceClock::recording(),
-        };
-        Ok(Self { camera, intrinsics, clock })
-    }
-
-    /// Returns the description of the camera or recording.
-    pub fn opened(&self) -> &Opened {
-        self.camera.opened()
-    }
-
-    /// Returns the intrinsics of the frames.
-    pub fn intrinsics(&self) -> &Intrinsics {
-        &self.intrinsics
-    }
-
-    /// Makes a frame of a pair of images.
-    fn frame(&self, pair: Pair) -> Result<RgbdFrame, SourceError> {
-        let mode = self.camera.opened().mode;
-        let [width, height] = [mode.width, mode.height].map(usize::from);
-        let colour = Image::new(width, height, raw::bgr_of_rgb(&pair.colour))
-            .map_err(OpenniSourceError::from)?;
-        let depth = Image::new(width, height, pair.depth).map_err(OpenniSourceError::from)?;
-        let frame = RgbdFrame::new(pair.time, colour, depth, self.intrinsics);
-        Ok(frame.map_err(InvalidFrame::of(&self.camera.opened().uri))?)
-    }
-}
-
-impl CameraSource for OpenniSource {
-    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
-        let Some(pair) = self.camera.next_pair().map_err(OpenniSourceError::from)? else {
-            return Ok(None);
-        };
-        self.clock.follow(pair.time);
-        self.frame(pair).map(Some)
-    }
-
-    fn now(&self) -> f64 {
-        self.clock.now()
-    }
-
-    fn clock(&self) -> Option<LiveClock> {
-        self.clock.live().cloned()
-    }
+/// Opens `target` and starts it. `settings` apply to a camera only.
+///
+/// # Errors
+/// As [`Camera::open`]; where the device does not state its field of view, or calibrated
+/// intrinsics do not fit its images.
+pub fn open_source(
+    openni: &OpenNi,
+    target: &Target,
+    settings: Settings,
+    source: IntrinsicsSource,
+) -> Result<PairSource<Camera>, OpenniSourceError> {
+    let camera = Camera::open(openni, target, settings)?;
+    let intrinsics = intrinsics(camera.opened(), source)?;
+    let clock = match target {
+        Target::First | Target::Uri(_) => DeviceClock::since(camera.start()),
+        Target::Recording(_) => DeviceClock::recording(),
+    };
+    let opened = camera.opened();
+    let (name, size) = (opened.uri.clone(), opened.mode.size());
+    let next_pair = |camera: &mut Camera| camera.next_pair().map_err(lost);
+    Ok(PairSource { camera, next_pair, name, size, intrinsics, clock })
 }
 
 impl From<OpenniSourceError> for SourceError {
@@ -148,8 +93,7 @@ fn intrinsics(opened: &Opened, source: IntrinsicsSource) -> Result<Intrinsics, O
     let depth_scale = opened.unit.per_metre();
     match source {
         IntrinsicsSource::Calibrated(known) => {
-            let [width, height] = [opened.mode.width, opened.mode.height].map(usize::from);
-            let known = known.of_pictures(ImageSize { width, height }, &opened.uri)?;
+            let known = known.of_pictures(opened.mode.size(), &opened.uri)?;
             Ok(Intrinsics { depth_scale, ..known })
         }
         IntrinsicsSource::FieldOfView => {

@@ -6,67 +6,19 @@
 //! The pixels are those that the file stores: nothing turns them (EXIF), and no colour profile
 //! changes them. Transparency is left out.
 
+mod error;
 mod jpeg;
 mod netpbm;
 mod png;
 mod rvl;
+mod samples;
 
-use plumb_frame::image::{Bgr, ColourImage, DepthImage, ImageError, ImageSize};
-use thiserror::Error;
+use plumb_frame::image::{ColourImage, DepthImage, ImageSize};
 
+use error::NO_DEPTH;
+
+pub use error::{DecodeError, MAX_PIXELS};
 pub use rvl::rvl_depth;
-
-/// Most pixels of an image. Colour and depth of that size take 250 MB, and up to 300 MB more while
-/// they are decoded.
-pub const MAX_PIXELS: u64 = 50_000_000;
-
-/// Failure to decode an image.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum DecodeError {
-    /// The bytes are no image, or a damaged one.
-    #[error("not a picture (PNG, JPEG, PGM or PPM), or a damaged one")]
-    Damaged,
-    /// A JPEG image has no end. Its missing rows are unknown.
-    #[error("a part of the JPEG picture is missing: it has no end (the bytes ff d9)")]
-    Truncated,
-    /// A JPEG image of a kind that is not decoded.
-    #[error("a JPEG picture {kind}, which is not read; save it as a baseline JPEG in RGB or grey")]
-    OtherJpeg {
-        /// What sets it apart.
-        kind: &'static str,
-    },
-    /// A depth image in RVL is damaged.
-    #[error("no depth picture in RVL, or a damaged one")]
-    Rvl,
-    /// The image has too many pixels.
-    #[error("{size} pixels; at most {MAX_PIXELS} are decoded")]
-    TooManyPixels {
-        /// Size of the image.
-        size: ImageSize,
-    },
-    /// The pixels have another type than the frame needs.
-    #[error("{must}")]
-    PixelType {
-        /// Required type.
-        must: &'static str,
-    },
-    /// The image has another size than it must have.
-    #[error("a picture of {size}, but it must be {expected}")]
-    OtherSize {
-        /// Size of the image.
-        size: ImageSize,
-        /// Required size.
-        expected: ImageSize,
-    },
-    /// The decoded image has another number of pixels than its size.
-    #[error(transparent)]
-    Image(#[from] ImageError),
-}
-
-/// Image that has no depth.
-const NO_DEPTH: DecodeError =
-    DecodeError::PixelType { must: "the depth picture must be 16-bit with one channel" };
 
 /// Decodes a colour image. Grey becomes equal blue, green and red. Samples of other than 8 bits
 /// are scaled to 0 to 255 and rounded.
@@ -144,22 +96,6 @@ fn header(bytes: &[u8]) -> Result<Header<'_>, DecodeError> {
     match (size.width as u64).checked_mul(size.height as u64) {
         Some(0..=MAX_PIXELS) => Ok(header),
         _ => Err(DecodeError::TooManyPixels { size }),
-    }
-}
-
-/// Scales a sample of 0 to `largest` to 8 bits, rounded.
-fn eight_bits(sample: u16, largest: u16) -> u8 {
-    ((u32::from(sample) * 255 + u32::from(largest) / 2) / u32::from(largest)) as u8
-}
-
-/// Returns the pixels of 8-bit samples: grey (1 channel), grey and alpha (2), red, green and blue
-/// (3), or these and alpha (4).
-fn pixels(samples: &[u8], channels: usize) -> Vec<Bgr> {
-    match channels {
-        1 => samples.iter().map(|&grey| [grey; 3]).collect(),
-        2 => samples.as_chunks().0.iter().map(|&[grey, _]| [grey; 3]).collect(),
-        3 => samples.as_chunks().0.iter().map(|&[r, g, b]| [b, g, r]).collect(),
-        _ => samples.as_chunks().0.iter().map(|&[r, g, b, _]| [b, g, r]).collect(),
     }
 }
 

@@ -5,6 +5,7 @@
 //!
 //! - [`decode`]: images of files, which are refused where they are too large.
 //! - [`jpeg`], [`png`]: encoding.
+//! - [`pair`]: pairs of a colour and a depth picture as frames.
 //! - [`raw`]: pixels of bytes without a format, and [`bayer`]: those behind a Bayer filter.
 
 #![forbid(unsafe_code)]
@@ -15,6 +16,7 @@ use std::error::Error;
 pub mod bayer;
 pub mod decode;
 pub mod jpeg;
+pub mod pair;
 pub mod png;
 pub mod raw;
 

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use plumb_frame::clock::SensorClocks;
 use plumb_frame::pairing::{Paired, Pairing, Taken, Timed};
+use plumb_pictures::pair::Pair;
 
 use crate::aligner::{Aligner, queue, wait};
 use crate::device::Device;
@@ -28,18 +29,6 @@ const PAIR_PERIODS: f64 = 0.4;
 
 /// Largest difference between the units of depth of a picture and of its camera, as a part.
 const UNIT_TOLERANCE: f64 = 1e-4;
-
-/// Colour picture and its depth picture, which is aligned to it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pair {
-    /// Time stamp of the colour picture, seconds: of a camera on the host's clock since it was
-    /// opened, of a recording since its first pair.
-    pub time: f64,
-    /// Red, green, blue, row by row from the top left.
-    pub colour: Vec<u8>,
-    /// Depths, row by row from the top left, in the unit of the open camera; 0 = unknown.
-    pub depth: Vec<u16>,
-}
 
 /// Camera or recording that delivers colour and aligned depth in pairs.
 ///

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use crate::error::RealsenseError;
 use crate::library::RealSense;
 use crate::settings::{Mode, Settings, Target};
-use crate::source::RealsenseSource;
+use crate::source::open_source;
 
 /// Settings of an Intel RealSense camera: table `[camera.realsense]` of a rig file. Every key may
 /// be left out.
@@ -84,10 +84,10 @@ impl CameraDriver for RealsenseSettings {
             IntrinsicsFrom::Device => None,
         };
         let (library, settings) = (RealSense::load()?, self.device_settings());
-        let source = RealsenseSource::open(&library, &self.target(), settings, calibrated)?;
-        let opened = source.opened();
+        let source = open_source(&library, &self.target(), settings, calibrated)?;
+        let opened = source.camera.opened();
         let description = Some(format!("{} ({}), {}", opened.name, opened.id, opened.mode));
-        let intrinsics = *source.intrinsics();
+        let intrinsics = source.intrinsics;
         Ok(OpenedSource { description, ..OpenedSource::new(source, intrinsics) })
     }
 }

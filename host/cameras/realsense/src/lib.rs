@@ -1,7 +1,7 @@
 //! Intel RealSense cameras and their recordings, behind an interface without `unsafe`.
 //!
 //! [`RealsenseSettings`] is the table `[camera.realsense]` of a rig file, which opens a camera as a
-//! source of frames ([`RealsenseSource`]).
+//! source of frames ([`open_source`]).
 //!
 //! librealsense2 is loaded at run time, so that a program also starts without it. Intel's packages
 //! and the Python wheel `pyrealsense2` contain it. A [`Camera`] reads both sensors without the
@@ -35,11 +35,12 @@ mod settings;
 mod source;
 pub mod sys;
 
-pub use camera::{Camera, Pair};
+pub use camera::Camera;
 pub use driver::RealsenseSettings;
 pub use error::RealsenseError;
 pub use library::{DeviceInfo, RealSense};
 pub use plumb_frame::pairing::Sensor;
+pub use plumb_pictures::pair::Pair;
 pub use settings::{DistortionModel, Intrinsics, Mode, Opened, Settings, Target};
-pub use source::{RealsenseSource, RealsenseSourceError};
+pub use source::{RealsenseSourceError, open_source};
 pub use sys::LIBRARY_VARIABLE;

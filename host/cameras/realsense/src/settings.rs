@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use plumb_frame::image::ImageSize;
+
 use crate::sys::RawIntrinsics;
 
 /// Camera or recording to open.
@@ -72,6 +74,13 @@ pub struct Mode {
     pub height: u16,
     /// Pictures per second.
     pub rate: u16,
+}
+
+impl Mode {
+    /// Returns the size of the pictures.
+    pub fn size(&self) -> ImageSize {
+        ImageSize { width: self.width.into(), height: self.height.into() }
+    }
 }
 
 impl fmt::Display for Mode {

@@ -1,16 +1,14 @@
 //! Intel RealSense cameras and their recordings as sources of frames.
 
 use plumb_frame::camera::{Distortion, DistortionCoefficients, Intrinsics};
-use plumb_frame::clock::{DeviceClock, LiveClock};
+use plumb_frame::clock::DeviceClock;
 use plumb_frame::file_intrinsics::{self, FileIntrinsics, UnfitIntrinsics};
-use plumb_frame::frame::RgbdFrame;
-use plumb_frame::image::{Image, ImageError, ImageSize};
 use plumb_frame::pairing::Sensor;
-use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
-use plumb_pictures::raw;
+use plumb_frame::source::SourceError;
+use plumb_pictures::pair::PairSource;
 use thiserror::Error;
 
-use crate::camera::{Camera, Pair};
+use crate::camera::Camera;
 use crate::error::RealsenseError;
 use crate::library::RealSense;
 use crate::settings::{self, DistortionModel, Opened, Settings, Target};
@@ -19,17 +17,6 @@ use crate::settings::{self, DistortionModel, Opened, Settings, Target};
 /// size.
 const NEGLIGIBLE_ERROR: f64 = 0.5;
 
-/// Camera or recording through librealsense2, with depth aligned to colour.
-///
-/// Time stamps are in seconds: of a camera on the host's clock since it was opened, of a recording
-/// since its first pair.
-#[derive(Debug)]
-pub struct RealsenseSource {
-    camera: Camera,
-    intrinsics: Intrinsics,
-    clock: DeviceClock,
-}
-
 /// Failure to open a camera or a recording through librealsense2, or to read it.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -37,9 +24,6 @@ pub enum RealsenseSourceError {
     /// librealsense2, the camera or the recording fails.
     #[error(transparent)]
     Realsense(#[from] RealsenseError),
-    /// An image has another number of pixels than its mode.
-    #[error(transparent)]
-    Image(#[from] ImageError),
     /// The distortion of the colour sensor's lens is of a model that is not known.
     #[error(
         "{id}: its lens bends the picture by {} by the model {model}, and Plumb knows the model \
@@ -60,64 +44,28 @@ pub enum RealsenseSourceError {
     UnfitIntrinsics(#[from] UnfitIntrinsics),
 }
 
-impl RealsenseSource {
-    /// Opens `target` and starts it. The frames have the device's intrinsics, or `calibrated` with
-    /// the device's depth scale. `settings` apply to a camera only.
-    ///
-    /// # Errors
-    /// As [`Camera::open`]; where the device's distortion is of an unknown model, or the intrinsics
-    /// do not fit the images.
-    pub fn open(
-        library: &RealSense,
-        target: &Target,
-        settings: Settings,
-        calibrated: Option<FileIntrinsics>,
-    ) -> Result<Self, RealsenseSourceError> {
-        let camera = Camera::open(library, target, settings)?;
-        let intrinsics = intrinsics(camera.opened(), calibrated)?;
-        let clock = match target {
-            Target::First | Target::Serial(_) => DeviceClock::since(camera.start()),
-            Target::Recording(_) => DeviceClock::recording(),
-        };
-        Ok(Self { camera, intrinsics, clock })
-    }
-
-    /// Returns the description of the camera or recording.
-    pub fn opened(&self) -> &Opened {
-        self.camera.opened()
-    }
-
-    /// Returns the intrinsics of the frames.
-    pub fn intrinsics(&self) -> &Intrinsics {
-        &self.intrinsics
-    }
-
-    /// Makes a frame of a pair of images.
-    fn frame(&self, pair: Pair) -> Result<RgbdFrame, SourceError> {
-        let mode = self.camera.opened().mode;
-        let [width, height] = [mode.width, mode.height].map(usize::from);
-        let colour = Image::new(width, height, raw::bgr_of_rgb(&pair.colour))
-            .map_err(RealsenseSourceError::from)?;
-        let depth = Image::new(width, height, pair.depth).map_err(RealsenseSourceError::from)?;
-        let frame = RgbdFrame::new(pair.time, colour, depth, self.intrinsics);
-        Ok(frame.map_err(InvalidFrame::of(&self.camera.opened().id))?)
-    }
-}
-
-impl CameraSource for RealsenseSource {
-    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
-        let Some(pair) = self.camera.next_pair().map_err(lost)? else { return Ok(None) };
-        self.clock.follow(pair.time);
-        self.frame(pair).map(Some)
-    }
-
-    fn now(&self) -> f64 {
-        self.clock.now()
-    }
-
-    fn clock(&self) -> Option<LiveClock> {
-        self.clock.live().cloned()
-    }
+/// Opens `target` and starts it. The frames have the device's intrinsics, or `calibrated` with
+/// the device's depth scale. `settings` apply to a camera only.
+///
+/// # Errors
+/// As [`Camera::open`]; where the device's distortion is of an unknown model, or the intrinsics
+/// do not fit the images.
+pub fn open_source(
+    library: &RealSense,
+    target: &Target,
+    settings: Settings,
+    calibrated: Option<FileIntrinsics>,
+) -> Result<PairSource<Camera>, RealsenseSourceError> {
+    let camera = Camera::open(library, target, settings)?;
+    let intrinsics = intrinsics(camera.opened(), calibrated)?;
+    let clock = match target {
+        Target::First | Target::Serial(_) => DeviceClock::since(camera.start()),
+        Target::Recording(_) => DeviceClock::recording(),
+    };
+    let opened = camera.opened();
+    let (name, size) = (opened.id.clone(), opened.mode.size());
+    let next_pair = |camera: &mut Camera| camera.next_pair().map_err(lost);
+    Ok(PairSource { camera, next_pair, name, size, intrinsics, clock })
 }
 
 impl From<RealsenseSourceError> for SourceError {
@@ -143,8 +91,7 @@ fn intrinsics(
     calibrated: Option<FileIntrinsics>,
 ) -> Result<Intrinsics, RealsenseSourceError> {
     let depth_scale = 1.0 / opened.depth_unit;
-    let [width, height] = [opened.mode.width, opened.mode.height].map(usize::from);
-    let size = ImageSize { width, height };
+    let size = opened.mode.size();
     match calibrated {
         Some(known) => {
             let known = known.of_pictures(size, &opened.id)?;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use plumb_config::bounded_read;
 
-use super::TumError;
+use super::error::TumError;
 
 /// Largest time difference between a colour image and its depth image, seconds. It is below the
 /// 33 ms between frames, so that the neighbour of a missing depth image does not replace it.

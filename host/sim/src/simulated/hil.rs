@@ -9,8 +9,8 @@ use plumb_protocol::{MOTORS, PerMotor};
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::{FrameRecord, Observer};
 
-use super::SimulationError;
 use super::clock::{RealTime, RealTimeBall, RealTimeRig, Seen};
+use super::error::SimulationError;
 
 /// Longest time for which the motors are assumed to go on as reported, seconds. On a busy computer
 /// a report may be older.

@@ -2,7 +2,9 @@
 
 use plumb_frame::camera::{Camera, Intrinsics};
 
-use super::{RenderOptions, SensorOptions, SyntheticError};
+use super::error::SyntheticError;
+use super::options::RenderOptions;
+use super::sensor::SensorOptions;
 
 /// Returns an error for `what` unless `holds`.
 pub(super) fn require(

@@ -1,5 +1,6 @@
 //! Composites rendered objects into a recorded frame: shading, depth, blur, motion.
 
+mod appearance;
 mod blur;
 mod depth;
 mod repaint;
@@ -12,33 +13,17 @@ use plumb_frame::image::Image;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
+pub use appearance::Appearance;
 pub use repaint::Paint;
 
 use blur::{blurred, defocused};
 
-use super::SyntheticError;
+use super::error::SyntheticError;
 use super::light::{CameraLight, Light, decode, encode};
 use super::room::Object;
 
 /// Number of rays a pixel along each axis.
 const RAYS: usize = 4;
-
-/// Appearance of a composited object.
-#[derive(Debug, Clone, Copy)]
-pub struct Appearance {
-    /// Standard deviation of its blur, pixels.
-    pub blur: f64,
-    /// Motion during the exposure, pixels.
-    pub motion: (f64, f64),
-    /// Time from the readout of the first row to that of the last, in exposure times; 0 = all rows
-    /// at once.
-    pub rolling: f64,
-    /// Share of the pixels that lack depth at random; 1 = no depth.
-    pub holes: f64,
-    /// Whether edges blend in linear light, as in a lens, or in sRGB values, as in a drawing
-    /// program.
-    pub linear: bool,
-}
 
 /// A recorded frame that objects are added to.
 pub struct Compositor {

@@ -6,8 +6,6 @@ mod ray_caster;
 mod shape;
 mod view;
 
-use std::ops::RangeInclusive;
-
 use nalgebra::{Point3, Vector3};
 
 use super::light::Material;
@@ -89,9 +87,6 @@ pub struct Room {
     panels: Vec<AreaLight>,
 }
 
-/// Hues that a detector does not tell from an orange, degrees.
-const ORANGE_HUES: RangeInclusive<f64> = 5.0..=60.0;
-
 impl Room {
     /// An empty room, painted all over with `paint`, 2.2 m behind the rig's origin, lit by a lamp
     /// on its ceiling.
@@ -110,25 +105,6 @@ impl Room {
             objects: Vec::new(),
             panels: vec![panel],
         }
-    }
-
-    /// Creates a furnished room for the paper's rig. It contains objects that a detector on the red
-    /// channel confuses with the ball: a white ball, a lamp, a window, a white piece of wall, balls
-    /// in the colours of skin and oranges, red paper, a red can. As seen from the paper's camera,
-    /// all of them are behind or beside the ball's workspace.
-    pub fn furnished() -> Self {
-        furniture::furnished()
-    }
-
-    /// Returns the furnished room of a rig with a ball of this hue, degrees: without the orange
-    /// that lies in it where that is of the same colour.
-    pub fn furnished_for(ball_hue: f64) -> Self {
-        let mut room = Self::furnished();
-        if ORANGE_HUES.contains(&ball_hue) {
-            let orange = furniture::orange();
-            room.objects.retain(|object| *object != orange);
-        }
-        room
     }
 
     /// Returns the room with another floor.

@@ -5,6 +5,7 @@ use std::io::{BufRead, stdin};
 use nalgebra::{Isometry3, Point3};
 use plumb_calibrate::places::{BallPlace, MAX_PLACES, MIN_PLACES, mean_of};
 use plumb_vision::camera::Camera;
+use plumb_vision::detect::DetectorKind;
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::Gaussian3;
 
@@ -12,7 +13,7 @@ use super::options::PlaceOptions;
 use super::view::{Stage, View, last};
 use crate::commands::number_list::typed_point;
 use crate::commands::print::{message, tell};
-use crate::commands::{DetectorName, Failure, failed};
+use crate::commands::{self, Failure, failed};
 
 /// Places of the ball, and a picture.
 pub(super) struct Places {
@@ -30,7 +31,7 @@ struct Seen {
 /// Collects the places.
 pub(super) fn collect(
     options: &PlaceOptions,
-    detector: DetectorName,
+    detector: DetectorKind,
     is_quiet: bool,
     view: &mut View,
 ) -> Result<Places, Failure> {
@@ -100,13 +101,13 @@ fn read_line() -> Result<Option<String>, Failure> {
 /// Looks at the ball in several pictures; `None` if it is seen in less than half of them.
 fn look(
     place: &Point3<f64>,
-    detector: DetectorName,
+    detector: DetectorKind,
     view: &mut View,
 ) -> Result<Option<Seen>, Failure> {
     let frames = view.frames(&Stage::Ball(*place))?;
     // With this pose the detector's positions are in camera axes.
     let camera = Camera { pose: Isometry3::identity(), ..view.camera().clone() };
-    let mut detector = detector.detector(&camera);
+    let mut detector = commands::detector(detector, &camera);
     let mut seen = Vec::new();
     for frame in &frames {
         let found = detector.detect(frame)?;

@@ -21,7 +21,7 @@ use super::super::interrupt::{interrupt_flag, interrupted_before};
 use super::super::old_file::{OldFile, ask};
 use super::super::print::{note, tell};
 use super::super::run_camera::{RunCamera, read_camera};
-use super::super::{Failure, failed};
+use super::super::{Failure, detector, failed};
 use super::{Args, words};
 
 /// Result of the jogs.
@@ -121,7 +121,7 @@ fn jog_and_look(
     observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
     let mut parts = ExaminationParts {
         source: &mut *source,
-        detector: &mut *args.detector.detector(&camera),
+        detector: &mut *detector(args.detector, &camera),
         observers: &mut observers,
         progress: &mut |text| note!("{text}"),
         interrupted,

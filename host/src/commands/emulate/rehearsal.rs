@@ -22,7 +22,7 @@ pub(super) struct RehearsalOptions {
     emergency_after: Option<f64>,
     /// Trouble of a motor's TMC2209 on a UART, for 10 s
     #[arg(long, value_enum, value_name = "TROUBLE")]
-    driver_trouble: Option<TroubleName>,
+    driver_trouble: Option<Trouble>,
     /// Motor whose driver has the trouble
     #[arg(long, value_enum, value_name = "MOTOR", ignore_case = true)]
     #[arg(default_value = "a", requires = "driver_trouble")]
@@ -32,39 +32,6 @@ pub(super) struct RehearsalOptions {
     #[arg(default_value_t = 10.0, requires = "driver_trouble")]
     #[arg(value_parser = numbers::within(numbers::TIME))]
     driver_trouble_after: f64,
-}
-
-/// Trouble of a driver: two that it warns of, and five with which it fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TroubleName {
-    /// Above 120 °C: a warning
-    Hot,
-    /// A coil without current: a warning while the motor turns
-    OpenCoil,
-    /// Above 150 °C: the driver switches off
-    Overtemperature,
-    /// A short circuit of a coil
-    Short,
-    /// Too low a supply voltage
-    Undervoltage,
-    /// The loss of all settings, as without supply
-    Reset,
-    /// No answer
-    Silent,
-}
-
-impl From<TroubleName> for Trouble {
-    fn from(name: TroubleName) -> Self {
-        match name {
-            TroubleName::Hot => Self::Hot,
-            TroubleName::OpenCoil => Self::OpenCoil,
-            TroubleName::Overtemperature => Self::Overtemperature,
-            TroubleName::Short => Self::Short,
-            TroubleName::Undervoltage => Self::Undervoltage,
-            TroubleName::Reset => Self::Reset,
-            TroubleName::Silent => Self::Silent,
-        }
-    }
 }
 
 /// Name of a motor.
@@ -157,7 +124,7 @@ impl RehearsalOptions {
         rig: Option<(&Path, &Rig)>,
         rehearsed: &mut Vec<Rehearsed>,
     ) -> Result<(), Failure> {
-        let Some(name) = self.driver_trouble else { return Ok(()) };
+        let Some(trouble) = self.driver_trouble else { return Ok(()) };
         let has_uart = |rig: &Rig| matches!(rig.motors.driver, Driver::Tmc2209Uart(_));
         if let Some((file, _)) = rig.filter(|(_, rig)| !has_uart(rig)) {
             return Err(failed(format!(
@@ -168,12 +135,12 @@ impl RehearsalOptions {
         }
         let time = span(self.driver_trouble_after, TROUBLE_S);
         let driver = format!("the driver of motor {:?}", self.driver_trouble_motor);
-        let option = name.to_possible_value().unwrap_or_default();
+        let option = trouble.to_possible_value().unwrap_or_default();
         let begin = format!("{driver} has a trouble: {}", option.get_name());
         let end = format!("{driver} has no trouble any more");
         add(rehearsed, &time, [begin, end], true);
         let motor = self.driver_trouble_motor as u8;
-        board.trouble_driver(DriverTrouble { motor, trouble: name.into(), time });
+        board.trouble_driver(DriverTrouble { motor, trouble, time });
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! Position of a ball from its outline alone.
 
-use super::{across, in_rig_frame};
+use super::propagation::{across, in_rig_frame};
 use crate::camera::{Camera, Intrinsics};
 use crate::observation::{Circle, Gaussian3};
 

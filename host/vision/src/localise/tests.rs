@@ -1,6 +1,6 @@
 //! Localisation on rendered depth.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use proptest::prelude::*;
 
 use super::*;

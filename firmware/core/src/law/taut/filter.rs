@@ -11,8 +11,7 @@ use super::geometry::{
     Cables, DELAY, Gradient, Guess, Matrix, N, STEP, Vector, along, cable_vectors, dot, length,
     scaled,
 };
-use super::known_rig::KnownRig;
-use crate::law::io::Measurement;
+use super::observation::Observation;
 use crate::vector::{per_axis, per_motor};
 
 /// Lag of the ball on its springs over its acceleration, squares of a frame time: 2 of them are
@@ -57,10 +56,10 @@ impl Filter {
         Self::begun(seen, guess.prior(seen.ball, seen.variances, target))
     }
 
-    /// Creates the filter of a known rig at the first measurement.
+    /// Creates the filter at the first measurement, with the state and covariance of a known rig.
     #[cold]
-    pub(super) fn knowing(seen: &Observation, known: &KnownRig) -> Self {
-        let mut filter = Self::begun(seen, known.begin(seen));
+    pub(super) fn knowing(seen: &Observation, known: ([f32; N], [[f32; N]; N])) -> Self {
+        let mut filter = Self::begun(seen, known);
         filter.clamp_state();
         filter.cables = Cables::new(&filter.x);
         filter
@@ -415,46 +414,4 @@ impl Filter {
         x[DELAY] = x[DELAY].max(DELAY_RANGE.0).min(DELAY_RANGE.1);
         x[STEP] = x[STEP].max(LN_STEP_RANGE.0).min(LN_STEP_RANGE.1);
     }
-}
-
-/// A position of the ball and the motors' movement before it.
-pub(super) struct Observation {
-    /// Position of the ball, mm.
-    pub(super) ball: Vector,
-    /// Variances of `ball` along each axis, mm².
-    pub(super) variances: Vector,
-    /// Motor positions at the capture, steps.
-    pub(super) motors: Vector,
-    /// Movement of the motors in the frame time before that, steps.
-    pub(super) turned: Vector,
-    /// `turned` minus the movement in the frame time before, steps.
-    pub(super) faster: Vector,
-    /// Whether the target moves.
-    pub(super) is_following: bool,
-}
-
-impl Observation {
-    /// Converts a measurement.
-    pub(super) fn new(measurement: &Measurement) -> Self {
-        let [before, earlier] = measurement.motors_before;
-        let (turned, earlier) = (steps(before, measurement.motors), steps(earlier, before));
-        Self {
-            ball: millimetres(measurement.ball),
-            variances: measurement.variances.map(|v| v as f32 * 1e-6),
-            motors: steps([0; MOTORS], measurement.motors),
-            turned,
-            faster: per_motor(|k| turned[k] - earlier[k]),
-            is_following: measurement.is_moving(),
-        }
-    }
-}
-
-/// Returns the steps between two motor positions (Q4 steps).
-pub(super) fn steps(from: PerMotor<i32>, to: PerMotor<i32>) -> Vector {
-    per_motor(|k| (to[k] - from[k]) as f32 / 16.0)
-}
-
-/// Converts a point from µm to mm.
-pub(super) fn millimetres(p: PerAxis<i32>) -> Vector {
-    p.map(|p| p as f32 / 1000.0)
 }

@@ -4,8 +4,9 @@ use heapless::Vec;
 use plumb_protocol::dimension::AXES;
 use serde::{Deserialize, Serialize};
 
-use super::filter::{Filter, Observation};
+use super::filter::Filter;
 use super::geometry::{N, STEP, length};
+use super::observation::Observation;
 use crate::vector::per_motor;
 
 /// Entries of a filter's state that a later run can use: all but the ball.

@@ -2,11 +2,12 @@
 
 use plumb_protocol::dimension::{AXES, MOTORS};
 
-use super::filter::{Filter, Observation};
+use super::filter::Filter;
 use super::geometry::{
     Guess, Matrix, Vector, along, dot, length, projected, scaled, solve, transposed_times,
 };
 use super::known_rig::KnownRig;
+use super::observation::Observation;
 use crate::vector::{per_axis, per_motor};
 
 /// Gravity, mm/s².
@@ -96,7 +97,7 @@ impl MultiModelFilter {
         for filter in &mut all.filters {
             filter.begin_behind(SCORE_BESIDE_KNOWN);
         }
-        all.filters[KNOWN] = Filter::knowing(seen, known);
+        all.filters[KNOWN] = Filter::knowing(seen, known.begin(seen));
         (all.best, all.is_known) = (KNOWN, all.filters[KNOWN].is_valid());
         all
     }

@@ -4,7 +4,13 @@ use plumb_protocol::message::Reference;
 use plumb_protocol::units::Micros;
 
 use super::path::Path;
-use super::{STEP_S, STEP_US};
+
+/// Time between two states of the reference, µs: 16.4 ms. A power of two spares the chip divisions.
+pub(super) const STEP_US: u32 = 1 << STEP_BITS;
+/// Its binary logarithm.
+pub(super) const STEP_BITS: u32 = 14;
+/// The same in seconds.
+pub(super) const STEP_S: f32 = STEP_US as f32 * 1e-6;
 
 /// Highest acceleration by a change of the pace, mm/s²: soft cables bear it, and a path that is too
 /// fast for the motors does not speed up and stop in turn.

@@ -5,7 +5,7 @@
 //! property has name, length and value; a picture has time stamp and number; the index has a time
 //! stamp, a number that nobody uses, and a position for each picture, and for none before them.
 
-use super::Fields;
+use super::record::Fields;
 
 /// Type of a depth stream.
 const DEPTH: u32 = 2;

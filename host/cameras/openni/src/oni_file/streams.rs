@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::node::Node;
-use super::{
+use super::record::{
     DATA_BEGINS, END, Fields, GENERAL, INDEX, NEW_DATA, NODE_ADDED, NODE_REMOVED, NUMBER, READY,
     REAL, Record, TEXT,
 };

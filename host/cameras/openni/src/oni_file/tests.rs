@@ -1,5 +1,6 @@
 //! Tests of the check of `.oni` files.
 
+use super::record::*;
 use super::*;
 
 const RAW: &[u8; 4] = b"NONE";

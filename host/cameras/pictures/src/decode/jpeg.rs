@@ -8,7 +8,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::DecodeError;
+use super::error::DecodeError;
 
 /// Most scans of a progressive image. Encoders write about 10.
 const MAX_SCANS: usize = 100;

@@ -2,7 +2,8 @@
 
 use plumb_frame::image::{ColourImage, DepthImage, Image, ImageSize};
 
-use super::{DecodeError, NO_DEPTH, eight_bits, pixels};
+use super::error::{DecodeError, NO_DEPTH};
+use super::samples::{eight_bits, pixels};
 
 /// Header of a netpbm image.
 pub(super) struct Header<'a> {

@@ -7,7 +7,8 @@ use ::png::{
 };
 use plumb_frame::image::{ColourImage, DepthImage, Image, ImageSize};
 
-use super::{DecodeError, NO_DEPTH, eight_bits, pixels};
+use super::error::{DecodeError, NO_DEPTH};
+use super::samples::{eight_bits, pixels};
 
 /// The signature and the length and name of the first chunk, which is the header.
 const START: &[u8; 16] = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR";

@@ -3,7 +3,7 @@
 
 use plumb_frame::image::{DepthImage, Image, ImageSize};
 
-use super::{DecodeError, MAX_PIXELS};
+use super::error::{DecodeError, MAX_PIXELS};
 
 /// Largest number of bits of a number: those of a run of [`MAX_PIXELS`], in whole nibbles.
 const MAX_BITS: u32 = 27;

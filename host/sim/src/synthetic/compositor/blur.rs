@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use opencv::core::{CV_32F, Mat, MatTrait, MatTraitConstManual, Point, Scalar, Size, Vec3f, Vec4f};
 use opencv::imgproc::{filter_2d_def, gaussian_blur_def};
 
-use super::Appearance;
+use super::appearance::Appearance;
 
 /// Returns a layer of `columns` x `rows` pixels with defocus and motion blur.
 pub(super) fn blurred(

@@ -1,32 +1,54 @@
 //! The furnished room: a workshop with a bench, a window and the objects that lie about in one.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{Point3, Vector3};
 
 use super::pattern::hash_noise;
 use super::{AreaLight, Object, Pattern, Room, Shape};
 use crate::synthetic::light::Material;
 
-/// Top of the bench is the rig frame's z = 0.
-pub(super) fn furnished() -> Room {
-    let mut room = Room::bare(Material::from_srgb(196, 190, 174));
-    room.paint[4] = Material::from_srgb(150, 112, 80);
-    room.paint[5] = Material::from_srgb(235, 233, 228).matt();
-    room.floor = Pattern::Boards;
-    room.panels.push(AreaLight {
-        centre: Point3::new(-2.12, -0.75, 0.55),
-        a: Vector3::new(0.0, 0.5, 0.0),
-        b: Vector3::new(0.0, 0.0, 0.55),
-        power: [2.4, 2.15, 1.95],
-    });
-    room.objects.extend(bench());
-    room.objects.extend(distractors());
-    room.objects.extend(on_the_bench());
-    room.objects.extend(window());
-    room.objects.extend(walls());
-    room.objects.extend(shelf());
-    room.objects.extend(chair());
-    room.objects.extend(plant());
-    room
+/// Hues that a detector does not tell from an orange, degrees.
+const ORANGE_HUES: RangeInclusive<f64> = 5.0..=60.0;
+
+impl Room {
+    /// Creates a furnished room for the paper's rig. It contains objects that a detector on the red
+    /// channel confuses with the ball: a white ball, a lamp, a window, a white piece of wall, balls
+    /// in the colours of skin and oranges, red paper, a red can. As seen from the paper's camera,
+    /// all of them are behind or beside the ball's workspace. The top of the bench is the rig
+    /// frame's z = 0.
+    pub fn furnished() -> Self {
+        let mut room = Room::bare(Material::from_srgb(196, 190, 174));
+        room.paint[4] = Material::from_srgb(150, 112, 80);
+        room.paint[5] = Material::from_srgb(235, 233, 228).matt();
+        room.floor = Pattern::Boards;
+        room.panels.push(AreaLight {
+            centre: Point3::new(-2.12, -0.75, 0.55),
+            a: Vector3::new(0.0, 0.5, 0.0),
+            b: Vector3::new(0.0, 0.0, 0.55),
+            power: [2.4, 2.15, 1.95],
+        });
+        room.objects.extend(bench());
+        room.objects.extend(distractors());
+        room.objects.extend(on_the_bench());
+        room.objects.extend(window());
+        room.objects.extend(walls());
+        room.objects.extend(shelf());
+        room.objects.extend(chair());
+        room.objects.extend(plant());
+        room
+    }
+
+    /// Returns the furnished room of a rig with a ball of this hue, degrees: without the orange
+    /// that lies in it where that is of the same colour.
+    pub fn furnished_for(ball_hue: f64) -> Self {
+        let mut room = Self::furnished();
+        if ORANGE_HUES.contains(&ball_hue) {
+            let orange = orange();
+            room.objects.retain(|object| *object != orange);
+        }
+        room
+    }
 }
 
 fn block(centre: [f64; 3], half: [f64; 3], yaw: f64) -> Shape {
@@ -60,7 +82,7 @@ fn bench() -> Vec<Object> {
 }
 
 /// Returns an orange, which is a ball as well.
-pub(super) fn orange() -> Object {
+fn orange() -> Object {
     Object::new(sphere([0.05, 1.02, 0.042], 0.042), Material::from_srgb(240, 132, 30))
 }
 

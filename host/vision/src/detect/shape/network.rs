@@ -21,11 +21,6 @@ use weights::Weights;
 pub(super) use judge::{CELL, Judge, Judgement, PATCH, PATCH_RADIUS, Proposer, RADIUS_UNIT};
 pub(super) use map::Map;
 
-/// Number of channels that the networks read: red, green, blue, a depth, and whether it is known.
-const CHANNELS: usize = 5;
-/// Number of colour channels; they come first.
-const COLOURS: usize = 3;
-
 /// The networks with their weights.
 pub(super) struct Networks {
     pub(super) proposer: Proposer,

@@ -2,9 +2,8 @@
 //! disc.
 
 use super::super::view::Disc;
-use super::CHANNELS;
 use super::layers::Stage;
-use super::map::Map;
+use super::map::{CHANNELS, Map};
 use super::mix::{Dense, Finish, Mix};
 use super::weights::Weights;
 use crate::detect::shape::view::Stretch;

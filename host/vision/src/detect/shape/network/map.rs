@@ -5,7 +5,10 @@ use std::mem;
 
 use multiversion::multiversion;
 
-use super::{CHANNELS, COLOURS};
+/// Number of channels that the networks read: red, green, blue, a depth, and whether it is known.
+pub(super) const CHANNELS: usize = 5;
+/// Number of colour channels; they come first.
+pub(super) const COLOURS: usize = 3;
 
 /// The number of pixels that layers compute of a channel is a multiple of one of these: of three or
 /// of two registers of the widest kind (16 numbers).

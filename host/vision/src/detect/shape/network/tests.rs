@@ -1,5 +1,6 @@
 //! The networks compute what the scripts that trained them compute.
 
+use super::map::{CHANNELS, COLOURS};
 use super::*;
 
 /// Returns the input of `pattern` in scripts/detector/export.py.
