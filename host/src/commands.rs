@@ -17,6 +17,7 @@ pub(crate) mod emulate;
 mod exit;
 mod find_ball;
 pub(crate) mod follow;
+mod goal;
 mod hints;
 pub(crate) mod hold;
 mod home_folder;
@@ -42,6 +43,7 @@ mod rig_path;
 mod ros2;
 pub(crate) mod run;
 mod run_camera;
+mod session;
 pub(crate) mod verbose;
 mod viewers;
 

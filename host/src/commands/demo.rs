@@ -11,15 +11,13 @@ use clap::Parser;
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_cameras::capture::{Capture, CaptureLimits};
-use plumb_cameras::record::{Overflow, RecordFolder};
+use plumb_cameras::record::Overflow;
 use plumb_cameras::tum::TumFolder;
 use plumb_frame::source::CameraSource;
-use plumb_log::{FigureSettings, LawCurve, OutputDir, RunLog};
+use plumb_log::{LawCurve, OutputDir};
 use plumb_runtime::link::{Serial, Transport};
-use plumb_runtime::observer::Observer;
-use plumb_runtime::operator::operator;
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
-use plumb_runtime::run::{Run, RunParts, Summary};
+use plumb_runtime::run::{Run, Summary};
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_sim::simulated::{ServedRig, SimulatedCamera, Timing, VirtualBoard};
 use plumb_sim::synthetic::{Background, Material, RenderOptions, Room, SyntheticCamera};
@@ -28,14 +26,12 @@ use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
 
 use super::follow::{PathOptions, What};
+use super::goal::Goal;
 use super::interrupt::interrupt_flag;
-use super::operators::Operators;
 use super::options::RunOptions;
-use super::outputs::Outputs;
 use super::print::{self, note};
-use super::run::Goal;
-use super::run_camera::record_folder;
-use super::viewers::Viewers;
+use super::run_camera::RunCamera;
+use super::session::{Session, Task};
 use super::{Failure, Physics, Work, failed, law, numbers};
 
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
@@ -146,15 +142,9 @@ type Lines<'a> = &'a mut dyn FnMut(&str) -> Result<(), Failure>;
 
 /// A run that is prepared.
 struct Demo {
-    rig: Rig,
     camera: Camera,
     background: Background,
-    goal: Goal,
-    overflow: Overflow,
-    folder: Option<RecordFolder>,
-    viewers: Viewers,
-    steering: Operators,
-    output_dir: OutputDir,
+    session: Session,
 }
 
 impl Demo {
@@ -173,12 +163,17 @@ impl Demo {
             Some(folder) => Background::Frame(first_frame(folder, &camera)?),
         };
         let goal = goal(args, &rig)?;
-        let overflow = if args.virtual_time { Overflow::Block } else { Overflow::Drop };
-        let folder = record_folder(args.options.record.as_deref())?;
         output_dir.check()?;
-        let viewers = args.options.viewers.start(&rig, &camera, overflow)?;
-        let steering = Operators::start(&args.options, &rig, &camera, operator())?;
-        Ok(Self { rig, camera, background, goal, overflow, folder, viewers, steering, output_dir })
+        let task = Task {
+            rig,
+            camera_text: camera_file::PAPER.to_owned(),
+            goal,
+            output_dir,
+            overflow: if args.virtual_time { Overflow::Block } else { Overflow::Drop },
+            clear: "plumb clear".to_owned(),
+        };
+        let session = Session::prepare(task, &camera, &args.options)?;
+        Ok(Self { camera, background, session })
     }
 
     /// Runs, adds the errors to the curve, and gives the line of JSON to `Lines`.
@@ -193,89 +188,66 @@ impl Demo {
         if !args.virtual_time {
             note!("preparing the simulated camera");
         }
-        let (camera, background) = (self.camera.clone(), self.background.clone());
-        let synthetic =
-            SyntheticCamera::new(camera, background, RenderOptions::default(), args.seed)?;
-        let Some(simulation) = self.rig.simulation.clone() else {
+        let Self { camera, background, mut session } = self;
+        let rig = &session.task.rig;
+        let options = RenderOptions::default();
+        let synthetic = SyntheticCamera::new(camera.clone(), background, options, args.seed)?;
+        let Some(simulation) = &rig.simulation else {
             return Err(failed("the paper's rig is not simulated"));
         };
         let motors = simulation.motors();
-        let plant = args.physics.plant(&self.rig, &simulation)?;
+        let plant = args.physics.plant(rig, simulation)?;
+        let baud = rig.board.baud;
         let asked = (args, interrupted);
         if args.virtual_time {
             let board = VirtualBoard::new(plant);
-            let mut source =
-                SimulatedCamera::new(board.rig(), synthetic, motors, Timing::default());
+            let source = SimulatedCamera::new(board.rig(), synthetic, motors, Timing::default());
             let ball = || board.board().borrow().ball();
-            self.run(asked, &mut source, board.transport(), ball, results)
+            let run = session.connect(board.transport())?;
+            conclude((session, run), asked, RunCamera::of(Box::new(source), camera), ball, results)
         } else {
             let served = Arc::new(serve(EmulatedBoard::with_plant(EMULATED, plant))?);
             let port = served.path().to_string_lossy().into_owned();
             note!("emulated board on {port}");
-            let transport = Serial::open(&port, self.rig.board.baud)?;
+            let transport = Serial::open(&port, baud)?;
             let Some(simulated) = ServedRig::new(Arc::clone(&served)) else {
                 return Err(failed("the board moves no rig"));
             };
             let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
-            let mut source = Capture::start(source, CaptureLimits::default())?;
-            self.run(asked, &mut source, transport, || served.board().ball(), results)
+            let source = Capture::start(source, CaptureLimits::default())?;
+            let ball = || served.board().ball();
+            let run = session.connect(transport)?;
+            conclude((session, run), asked, RunCamera::of(Box::new(source), camera), ball, results)
         }
     }
+}
 
-    /// Runs with the board at `transport`. `ball` returns the true position of the ball, metres in
-    /// the rig frame.
-    fn run<T: Transport>(
-        self,
-        (args, interrupted): (&Args, &AtomicBool),
-        source: &mut dyn CameraSource,
-        transport: T,
-        ball: impl Fn() -> Option<Point3<f64>>,
-        (curve, lines): (&mut LawCurve, Lines<'_>),
-    ) -> Result<ExitCode, Failure> {
-        let Self { rig, camera, overflow, mut steering, .. } = self;
-        let recorder = self
-            .folder
-            .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
-            .transpose()?;
-        let (is_operated, operator) = (steering.is_operated(), steering.take_operator());
-        let mut run = Run::connect(&rig, transport)?;
-        self.goal.set(&mut run)?;
-        let log = RunLog::create(&self.output_dir, FigureSettings::of(&rig))?;
-        let targets = run.target_count();
-        let mut outputs =
-            Outputs::start(log, recorder, self.viewers, overflow, targets, is_operated)?;
-        let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, curve];
-        observers.extend(steering.observers(source.clock()));
-        let result = run.drive(RunParts {
-            source,
-            detector: &mut *args.options.detector.detector(&camera),
-            observers: &mut observers,
-            operator,
-            timeout: args.options.timeout,
-            interrupted,
-        });
-        let (page, folder) = (steering.take_page(), outputs.folder().to_owned());
-        drop(steering);
-        let ball = ball().unwrap_or_default();
-        outputs.conclude(result, false, |summary| {
-            // An operator may have set other targets than the rig file.
-            let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target.into());
-            let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
-            let time = if args.virtual_time { "virtual" } else { "real" };
-            let line = Line { summary, true_error_mm, seed: args.seed, time };
-            lines(&serde_json::to_string(&line)?)?;
-            if summary.ending.fault().is_some() {
-                note!(
-                    "the emulated board ends with the demo: there is no fault to clear; run \
-                     `plumb demo` again"
-                );
-            }
-            if let Some(page) = page {
-                page.finish(&folder);
-            }
-            Ok(())
-        })
-    }
+/// Drives with the pictures of `camera`. `ball` returns the true position of the ball, metres in
+/// the rig frame.
+fn conclude<T: Transport>(
+    (session, run): (Session, Run<T>),
+    (args, interrupted): (&Args, &AtomicBool),
+    camera: RunCamera,
+    ball: impl Fn() -> Option<Point3<f64>>,
+    (curve, lines): (&mut LawCurve, Lines<'_>),
+) -> Result<ExitCode, Failure> {
+    let ended = session.drive(run, camera, Some(curve), interrupted)?;
+    let ball = ball().unwrap_or_default();
+    ended.conclude(|summary| {
+        // An operator may have set other targets than the rig file.
+        let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target.into());
+        let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
+        let time = if args.virtual_time { "virtual" } else { "real" };
+        let line = Line { summary, true_error_mm, seed: args.seed, time };
+        lines(&serde_json::to_string(&line)?)?;
+        if summary.ending.fault().is_some() {
+            note!(
+                "the emulated board ends with the demo: there is no fault to clear; run \
+                 `plumb demo` again"
+            );
+        }
+        Ok(())
+    })
 }
 
 fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, Failure> {

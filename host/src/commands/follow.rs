@@ -16,10 +16,11 @@ use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{FollowFile, PathPlan, misplaced};
 use plumb_runtime::targets::TargetOrigin;
 
+use super::goal::Goal;
 use super::number_list::point;
 use super::print::note;
 use super::rig_path::RigArg;
-use super::run::{Common, Goal, drive};
+use super::run::{Common, drive};
 use super::{Failure, Work, failed, numbers};
 
 /// Speed along a path where none is given, m/s.

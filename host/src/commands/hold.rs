@@ -4,8 +4,9 @@ use clap::Parser;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::check_targets;
 
+use super::goal::Goal;
 use super::rig_path::RigArg;
-use super::run::{Common, Goal, drive};
+use super::run::{Common, drive};
 use super::{Failure, Work};
 
 /// Hold the ball where it is, until Ctrl-C

@@ -36,13 +36,7 @@ impl Operators {
         Ok(Self { page, ros2, operator: is_steered.then_some(receiver) })
     }
 
-    /// Returns whether the run has a receiver of commands, which it has until
-    /// [`take_operator`](Self::take_operator).
-    pub(super) fn is_operated(&self) -> bool {
-        self.operator.is_some()
-    }
-
-    /// Removes and returns the receiver of the commands.
+    /// Removes and returns the receiver of the commands; `None` where nothing steers the run.
     pub(super) fn take_operator(&mut self) -> Option<OperatorReceiver> {
         self.operator.take()
     }

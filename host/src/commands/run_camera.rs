@@ -7,7 +7,6 @@ use nalgebra::Vector3;
 use plumb_cameras::camera_file;
 use plumb_cameras::capture::{Capture, CaptureLimits};
 use plumb_cameras::open::OpenedCamera;
-use plumb_cameras::record::RecordFolder;
 use plumb_cameras::recording::OtherDepthScale;
 use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_cameras::stream::FIRST_FRAME;
@@ -18,8 +17,10 @@ use plumb_runtime::rig::{MotionError, Rig};
 use plumb_sim::simulated::{HilObserver, HilPlant, SimulatedCamera, Timing, synthetic_camera};
 use plumb_vision::camera::Camera;
 
+use super::connection::without_simulation;
 use super::interrupt::DefaultSignals;
 use super::print::{note, tell};
+use super::rig_args::PortArgs;
 use super::ros2::open_camera;
 use super::{Failure, Physics, failed};
 
@@ -51,6 +52,12 @@ pub(super) fn other_depth_scale(recording: &Path, file: &Path, camera: &Camera) 
     Some(format!("{}: depth_scale = {given}, but {other}", file.display()))
 }
 
+/// Returns the source of the frames that `rig` of `file` chooses.
+pub(super) fn chosen_source(file: &Path, rig: &Rig) -> Result<SourceName, Failure> {
+    let chosen = rig.camera.source(rig.simulation.is_some());
+    chosen.map_err(|error| failed(format!("{}: {error}", file.display())))
+}
+
 /// Open camera of a run.
 pub(crate) struct RunCamera {
     /// Source of the frames.
@@ -64,6 +71,27 @@ pub(crate) struct RunCamera {
 }
 
 impl RunCamera {
+    /// Returns the open camera that delivers the frames of `source`.
+    pub(super) fn of(source: Box<dyn CameraSource>, camera: Camera) -> Self {
+        Self { source, camera, oni: None, follower: None }
+    }
+
+    /// Opens the camera of `rig` of `file`, whose board is at `port` with its motors at `motors`
+    /// (full steps from the zero of travel). A device also records to the file `oni`.
+    pub(super) fn open_beside_board(
+        (file, rig, port): (&Path, &Rig, &PortArgs),
+        camera: Camera,
+        oni: Option<PathBuf>,
+        physics: Physics,
+        motors: [f64; 3],
+    ) -> Result<Self, Failure> {
+        if chosen_source(file, rig)? == SourceName::Simulated {
+            return Self::simulated(rig, camera, physics, motors);
+        }
+        let advice = without_simulation(file, rig, port);
+        Self::open(rig, camera, oni, advice.as_deref())
+    }
+
     /// Opens the camera of `rig`, whose camera file describes `camera`. A device also records to
     /// the file `oni`. The advice `without_simulation` is told before another program is waited
     /// for, and where the camera cannot be opened.
@@ -109,7 +137,7 @@ impl RunCamera {
 
     /// Opens a camera that renders the simulated rig, which follows the board's motors from their
     /// present positions `motors` (full steps from the zero of travel).
-    pub(super) fn simulated(
+    fn simulated(
         rig: &Rig,
         camera: Camera,
         physics: Physics,
@@ -152,9 +180,4 @@ fn sender(settings: &CameraSettings) -> Option<String> {
         (Some(SourceName::Ros2), _) => Some(format!("pictures on {}", settings.ros2.colour)),
         (_, stream) => stream.as_ref().map(|address| format!("frames at {address}")),
     }
-}
-
-/// Creates the folder for a recording, where one is asked for.
-pub(super) fn record_folder(path: Option<&Path>) -> Result<Option<RecordFolder>, Failure> {
-    Ok(path.map(RecordFolder::create).transpose()?)
 }

@@ -11,8 +11,6 @@ use clap::Args;
 
 use super::address::with_port;
 
-pub(super) use output::{Viewers, close};
-
 #[derive(Args)]
 pub(super) struct ViewerOptions {
     /// Write the run to this MCAP file, which must not exist, for Foxglove, Lichtblick or Rerun

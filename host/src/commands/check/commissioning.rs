@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::board_report::BoardReport;
@@ -16,7 +15,7 @@ use plumb_setup::commission::{
 };
 use serde::Serialize;
 
-use super::super::connection::{check_state, configured, without_simulation};
+use super::super::connection::{check_state, configured};
 use super::super::interrupt::{interrupt_flag, interrupted_before};
 use super::super::old_file::{OldFile, ask};
 use super::super::print::{note, tell};
@@ -81,15 +80,8 @@ pub(super) fn prepare(args: &Args, file: PathBuf) -> Result<Jogs, Failure> {
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
     let mut link = configured(&file, &rig, &args.port, port, false)?;
     let motors = BoardReport::from(&link.status()?).motors;
-    let chosen = rig.camera.source(rig.simulation.is_some());
-    let chosen = chosen.map_err(|error| failed(format!("{}: {error}", file.display())))?;
-    let camera = match chosen {
-        SourceName::Simulated => RunCamera::simulated(&rig, camera, args.physics, motors)?,
-        _ => {
-            let advice = without_simulation(&file, &rig, &args.port);
-            RunCamera::open(&rig, camera, None, advice.as_deref())?
-        }
-    };
+    let parts = (&*file, &rig, &args.port);
+    let camera = RunCamera::open_beside_board(parts, camera, None, args.physics, motors)?;
     Ok(Box::new(move |args| {
         camera.check_ball(&rig, motors)?;
         let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;

@@ -11,7 +11,7 @@ use crate::commands::progress::is_shown;
 const PROGRESS_CAPACITY: usize = 2;
 
 /// Progress line on a terminal, renewed in place.
-pub(super) struct TerminalLine {
+pub(crate) struct TerminalLine {
     /// Number of targets of the run; `None` where it has no list of them.
     targets: Option<usize>,
     /// Number of the present target, from 1; 0 before the first.
@@ -60,10 +60,10 @@ impl Observer for TerminalLine {
 
 /// Progress on standard error; `None` where that is no terminal. Lines that the terminal has no
 /// time for are left out.
-pub(super) type Progress = Option<BoundedObserver<TerminalLine>>;
+pub(crate) type Progress = Option<BoundedObserver<TerminalLine>>;
 
 /// Starts the progress of a run through so many targets; `None` where it has no list of them.
-pub(super) fn start(targets: Option<usize>) -> std::io::Result<Progress> {
+pub(crate) fn start(targets: Option<usize>) -> std::io::Result<Progress> {
     let settings = QueueSettings {
         name: "progress",
         capacity: PROGRESS_CAPACITY,
@@ -75,7 +75,7 @@ pub(super) fn start(targets: Option<usize>) -> std::io::Result<Progress> {
 }
 
 /// Ends the line.
-pub(super) fn close(progress: Progress) {
+pub(crate) fn close(progress: Progress) {
     if let Some(queue) = progress {
         let _failed = queue.close();
         message(format_args!("\n"));

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use plumb_cameras::record::Overflow;
-use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
 
 use super::super::Failure;
+use super::super::outputs::Output;
 use super::ViewerOptions;
 
 /// Reason to refuse the options.
@@ -24,9 +24,6 @@ pub(super) fn flag(text: &str) -> Result<bool, &'static str> {
     if text == "false" { Ok(false) } else { Err(ABSENT) }
 }
 
-/// Observer without effect.
-pub(in super::super) struct Viewers;
-
 impl ViewerOptions {
     /// Starts nothing: the options were refused.
     pub(in super::super) fn start(
@@ -34,16 +31,7 @@ impl ViewerOptions {
         _: &Rig,
         _: &Camera,
         _: Overflow,
-    ) -> Result<Viewers, Failure> {
-        Ok(Viewers)
+    ) -> Result<Option<Box<dyn Output>>, Failure> {
+        Ok(None)
     }
-}
-
-/// Closes nothing.
-pub(in super::super) fn close(_: Viewers) -> Result<(), Failure> {
-    Ok(())
-}
-
-impl Observer for Viewers {
-    fn frame(&mut self, _: &FrameRecord) {}
 }

@@ -14,7 +14,8 @@ use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
 
-use super::super::print::{note, tell};
+use super::super::outputs::{Closed, Output};
+use super::super::print::note;
 use super::super::{Failure, failed};
 use super::ViewerOptions;
 
@@ -35,12 +36,9 @@ pub(super) fn flag(text: &str) -> Result<bool, ParseBoolError> {
     text.parse()
 }
 
-/// Observer for viewers; `None` where no option asks for one.
-pub(in super::super) type Viewers = Option<BoundedObserver<FoxgloveOutput>>;
-
 impl ViewerOptions {
-    /// Starts the outputs of a run that the options ask for. In virtual time nothing is late, and
-    /// `overflow` is to block.
+    /// Starts the outputs of a run that the options ask for; `None` where they ask for none. In
+    /// virtual time nothing is late, and `overflow` is to block.
     ///
     /// # Errors
     /// Where the file exists or cannot be created, or the address cannot be used.
@@ -49,7 +47,7 @@ impl ViewerOptions {
         rig: &Rig,
         camera: &Camera,
         overflow: Overflow,
-    ) -> Result<Viewers, Failure> {
+    ) -> Result<Option<Box<dyn Output>>, Failure> {
         let address = self.foxglove.then_some(self.foxglove_address);
         let settings = FoxgloveSettings { mcap: self.mcap.clone(), server: address };
         if settings == FoxgloveSettings::default() {
@@ -70,22 +68,18 @@ impl ViewerOptions {
             overflow,
             with_frames: true,
         };
-        Ok(Some(BoundedObserver::new(output, queue)?))
+        Ok(Some(Box::new(BoundedObserver::new(output, queue)?)))
     }
 }
 
-/// Completes the MCAP file and ends the server.
-///
-/// # Errors
-/// Where the file could not be written.
-pub(in super::super) fn close(viewers: Viewers) -> Result<(), Failure> {
-    let Some(queue) = viewers else { return Ok(()) };
-    let dropped = queue.dropped();
-    if dropped > 0 {
-        tell!("plumb: the viewers lack {dropped} frames: the disk is slow");
-    }
-    match queue.close() {
-        Ok(_) => Ok(()),
-        Err(error) => Err(failed(format!("the MCAP file is not complete: {}", ErrorChain(&error)))),
+impl Output for BoundedObserver<FoxgloveOutput> {
+    /// Completes the MCAP file and ends the server.
+    fn close(self: Box<Self>) -> Closed {
+        let dropped = self.dropped();
+        let lack = || format!("plumb: the viewers lack {dropped} frames: the disk is slow");
+        let result = (*self).close().map(drop).map_err(|error| {
+            failed(format!("the MCAP file is not complete: {}", ErrorChain(&error)))
+        });
+        Closed { message: (dropped > 0).then(lack), result }
     }
 }

@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 
 use plumb_cameras::camera_file::COMPARE_BALL;
-use plumb_cameras::record::Recording;
 use plumb_config::error_chain::ErrorChain;
-use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::observer::RunEvent;
 use plumb_runtime::run::{ControlLoopError, Summary};
 
-use crate::commands::print::{is_quiet, note, tell};
+use crate::commands::outputs::{Closed, Messages};
+use crate::commands::print::{is_quiet, tell};
 use crate::commands::{Failure, both, failed};
 
 /// What to do after the link to the board broke in mid-run.
@@ -18,77 +17,63 @@ const BOARD_LOST: &str = ". The board stops by itself: check plug and cable, the
                           status` says in which state it is. If it was an emulated one, start \
                           `plumb emulate` again";
 
-/// Outputs whose files are closed.
-pub(super) struct Closed {
+/// A run whose outputs are closed.
+pub(super) struct Report {
     pub(super) folder: PathBuf,
-    /// The last fault that was printed, with its advice.
-    pub(super) told: Option<BoardFault>,
-    /// The fault in which the board stands.
-    pub(super) standing: Option<BoardFault>,
-    /// Command that clears it.
+    pub(super) messages: Messages,
+    /// Command that clears a fault of the board.
     pub(super) clear: String,
-    /// Number of rows that the run log lacks.
-    pub(super) dropped_rows: u64,
-    /// Message of the file of the run log, other than the rows, that could not be written.
-    pub(super) unwritten: Option<String>,
-    /// Failure to write the rows of the run log.
-    pub(super) rows: Result<(), Failure>,
-    /// Result of the recording, if there is one.
-    pub(super) recording: Result<Option<Recording>, Failure>,
-    /// Result of the outputs for viewers.
-    pub(super) viewers: Result<(), Failure>,
+    pub(super) closed: Vec<Closed>,
 }
 
-impl Closed {
-    /// Returns whether every file was written whole.
-    pub(super) fn is_whole(&self) -> bool {
-        let files = [self.rows.is_ok(), self.recording.is_ok(), self.viewers.is_ok()];
-        self.unwritten.is_none() && files == [true; 3]
-    }
-
+impl Report {
     /// Reports the result of a run that ended, or failed with `error`. The last line says how it
     /// ended, and what to do next.
     ///
     /// # Errors
-    /// The failure of the run, of the rows, of the recording or of the viewers. Those after the
-    /// first are printed.
-    pub(super) fn report(
+    /// The failure of the run, or of an output. Those after the first are printed.
+    pub(super) fn tell(
         self,
         summary: &Summary,
         error: Option<&ControlLoopError>,
     ) -> Result<(), Failure> {
-        let (frames, folder) = (summary.frames, self.folder.display());
         let is_told = summary.ending.fault().is_some_and(|fault| fault.is_of_the_computer());
         if let Some(late) = summary.late_wakeups.filter(|_| !is_told) {
             tell!("{late}");
         }
         let run = match error {
-            Some(error) => {
-                let untold = summary.ending.fault().filter(|fault| self.told != Some(*fault));
-                if let Some(fault) = untold {
-                    tell!("{}. {}", summary.ending, fault.advice());
-                }
-                let advice = match error {
-                    ControlLoopError::Link(LinkError::Lost { .. }) => BOARD_LOST,
-                    _ => "",
-                };
-                let error = in_short(error);
-                let so_far = format!("(recorded so far: {folder}, {frames} frames)");
-                Err(failed(format!("{error} {so_far}{advice}")))
-            }
-            None if is_quiet() && summary.reached => Ok(()),
+            Some(error) => Err(self.broken(summary, error)),
             None => {
-                self.tell_result(summary);
+                if !(is_quiet() && summary.reached) {
+                    self.tell_result(summary);
+                }
                 Ok(())
             }
         };
-        let run = both(run, self.missing());
-        let recording = self.recording.map(|recording| {
-            if let Some(recording) = recording {
-                report_recording(&recording);
+        self.closed.into_iter().fold(run, |before, Closed { message, result }| {
+            if let Some(message) = message {
+                tell!("{message}");
             }
-        });
-        both(run, both(self.rows, both(recording, self.viewers)))
+            both(before, result)
+        })
+    }
+
+    /// Returns the failure of a run that `error` broke.
+    fn broken(&self, summary: &Summary, error: &ControlLoopError) -> Failure {
+        let fault = summary.ending.fault().filter(|fault| self.messages.told != Some(*fault));
+        if let Some(fault) = fault {
+            tell!("{}. {}", summary.ending, fault.advice());
+        }
+        // The error of the link names the port: it needs no words before it.
+        let (error, advice) = match error {
+            ControlLoopError::Link(error @ LinkError::Lost { .. }) => {
+                (ErrorChain(error).to_string(), BOARD_LOST)
+            }
+            ControlLoopError::Link(error) => (ErrorChain(error).to_string(), ""),
+            error => (ErrorChain(error).to_string(), ""),
+        };
+        let (folder, frames) = (self.folder.display(), summary.frames);
+        failed(format!("{error} (recorded so far: {folder}, {frames} frames){advice}"))
     }
 
     /// Prints the result of a run that ended.
@@ -123,7 +108,7 @@ impl Closed {
     /// ended.
     fn next_step(&self, summary: &Summary) -> String {
         let clear = format!(" `{}` clears it", self.clear);
-        if let Some(fault) = self.standing.filter(|_| summary.ending.fault().is_none()) {
+        if let Some(fault) = self.messages.standing.filter(|_| summary.ending.fault().is_none()) {
             return format!(". The board stands in a fault: {fault}. {}{clear}", fault.advice());
         }
         if summary.located == 0 && summary.frames > 0 {
@@ -147,35 +132,4 @@ impl Closed {
         let clear = if summary.ending.fault().is_some() { clear } else { String::new() };
         summary.ending.advice().map(|advice| format!(". {advice}{clear}")).unwrap_or_default()
     }
-
-    /// Reports what the run folder lacks.
-    ///
-    /// # Errors
-    /// Where a file could not be written. Rows that a slow disk had no time for are no error.
-    fn missing(&self) -> Result<(), Failure> {
-        if self.dropped_rows > 0 {
-            tell!("plumb: the run log lacks {} rows: the disk is slow", self.dropped_rows);
-        }
-        match &self.unwritten {
-            Some(error) => Err(failed(format!("the run folder is not complete: {error}"))),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Returns the error that broke a run and its causes in words. That of the link names the port: it
-/// needs no words before it.
-fn in_short(error: &ControlLoopError) -> String {
-    match error {
-        ControlLoopError::Link(error) => ErrorChain(error).to_string(),
-        error => ErrorChain(error).to_string(),
-    }
-}
-
-fn report_recording(recording: &Recording) {
-    let dropped = match recording.dropped {
-        0 => String::new(),
-        n => format!(", {n} left out: they came faster than they could be written"),
-    };
-    note!("recorded: {} frames in {}{dropped}", recording.frames, recording.folder.display());
 }
