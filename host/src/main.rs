@@ -1,9 +1,11 @@
 //! The program `plumb`.
 
-// These panic where nobody reads what they print: `commands::print` does not.
+// These panic where nobody reads what they print: `cli::print` does not.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+mod cli;
 mod commands;
+mod session;
 // The starts of all commands are tried.
 #[cfg(all(test, feature = "full"))]
 mod tests;
@@ -11,8 +13,9 @@ mod tests;
 use std::process::ExitCode;
 
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
-use commands::{BAD_INPUT, FAILED, Failure, Work};
 use plumb_config::book::first_page;
+
+use cli::exit::{BAD_INPUT, FAILED, Failure, Work, report_usage};
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
@@ -91,15 +94,15 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    if let Err(error) = commands::outlive_file_size_limit() {
+    if let Err(error) = cli::interrupt::outlive_file_size_limit() {
         return Failure::from(error).report(FAILED);
     }
-    let cli = match Cli::try_parse_from(commands::command_line()) {
+    let cli = match Cli::try_parse_from(cli::home_folder::command_line()) {
         Ok(cli) => cli,
-        Err(error) => return commands::report_usage(&error),
+        Err(error) => return report_usage(&error),
     };
-    commands::print::set_quiet(cli.quiet);
-    let log = match commands::verbose::start(cli.verbose) {
+    cli::print::set_quiet(cli.quiet);
+    let log = match cli::verbose::start(cli.verbose) {
         Ok(log) => log,
         Err(failure) => return failure.report(FAILED),
     };

@@ -15,11 +15,12 @@ use plumb_runtime::link::{Link, Transport};
 use plumb_runtime::rig::Rig;
 use serde_json::{Value, json};
 
-use super::connection::connect;
-use super::print::{is_quiet, tell};
-use super::rig_args::{BoardArgs, PortArgs};
-use super::rig_path::RigArg;
-use super::{Failure, Work, print};
+use crate::cli::exit::{Failure, Work};
+use crate::cli::port_args::{BoardArgs, PortArgs};
+use crate::cli::print;
+use crate::cli::print::{is_quiet, tell};
+use crate::cli::rig_path::RigArg;
+use crate::session::connection::connect;
 
 /// Ask the board for its state, store a configuration in it, or write new firmware to it
 #[derive(Parser)]

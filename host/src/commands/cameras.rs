@@ -7,8 +7,8 @@ use clap::Parser;
 use plumb_cameras::discovery::{Access, Discovery, discover};
 use plumb_frame::driver::LibraryState;
 
-use super::print::{self, tell};
-use super::{FAILED, Work};
+use crate::cli::exit::{FAILED, Work};
+use crate::cli::print::{self, tell};
 
 /// The cameras that are there, and what is missing to use them
 ///

@@ -11,11 +11,12 @@ use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
-use super::hints::INIT;
-use super::print::{self, note, tell};
-use super::rig_args::PortArgs;
-use super::rig_path::RigArg;
-use super::{BAD_INPUT, DetectorName, FAILED, Failure, Physics, Work};
+use crate::cli::choices::{DetectorName, Physics};
+use crate::cli::exit::{BAD_INPUT, FAILED, Failure, Work};
+use crate::cli::hints::INIT;
+use crate::cli::port_args::PortArgs;
+use crate::cli::print::{self, note, tell};
+use crate::cli::rig_path::RigArg;
 use commissioning::RigLine;
 
 /// Check a rig: its files, then its wiring, cables and camera with small jogs

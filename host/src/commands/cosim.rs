@@ -15,8 +15,10 @@ use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_sim::cosim::{Cosim, CosimError, Request};
 use plumb_sim::limits::RigLimits;
 
-use super::print::{self, Reader};
-use super::{Failure, Work, bad_input, law, numbers};
+use crate::cli::choices::law;
+use crate::cli::exit::{Failure, Work, bad_input};
+use crate::cli::numbers;
+use crate::cli::print::{self, Reader};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
 ///

@@ -25,14 +25,16 @@ use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
 
-use super::follow::{PathOptions, What};
-use super::goal::Goal;
-use super::interrupt::interrupt_flag;
-use super::options::RunOptions;
-use super::print::{self, note};
-use super::run_camera::RunCamera;
-use super::session::{Session, Task};
-use super::{Failure, Physics, Work, failed, law, numbers};
+use crate::cli::choices::{Physics, law};
+use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::interrupt::interrupt_flag;
+use crate::cli::numbers;
+use crate::cli::print::{self, note};
+use crate::commands::follow::{PathOptions, What};
+use crate::session::camera::RunCamera;
+use crate::session::goal::Goal;
+use crate::session::options::RunOptions;
+use crate::session::{Session, Task};
 
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
 /// simulated rig
@@ -110,7 +112,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     let demo = Demo::prepare(&args, law, args.options.output_dir("demo"))?;
     Ok(Box::new(move || {
         let interrupted = interrupt_flag(true)?;
-        demo.drive(&args, &interrupted, (&mut curve, &mut |line| print::result(line)))
+        demo.drive(&args, &interrupted, (&mut curve, &mut |line| Ok(print::result(line)?)))
     }))
 }
 

@@ -21,8 +21,10 @@ use self::link::TerminalLink;
 use self::motors::MotorLines;
 use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
-use super::interrupt::interrupt_flag;
-use super::{Failure, Physics, Work, bad_input, failed, print};
+use crate::cli::choices::Physics;
+use crate::cli::exit::{Failure, Work, bad_input, failed};
+use crate::cli::interrupt::interrupt_flag;
+use crate::cli::print;
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///

@@ -16,12 +16,13 @@ use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{FollowFile, PathPlan, misplaced};
 use plumb_runtime::targets::TargetOrigin;
 
-use super::goal::Goal;
-use super::number_list::point;
-use super::print::note;
-use super::rig_path::RigArg;
-use super::run::{Common, drive};
-use super::{Failure, Work, failed, numbers};
+use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::number_list::point;
+use crate::cli::numbers;
+use crate::cli::print::note;
+use crate::cli::rig_path::RigArg;
+use crate::commands::run::{Common, drive};
+use crate::session::goal::Goal;
 
 /// Speed along a path where none is given, m/s.
 const DEFAULT_SPEED: f64 = 0.05;

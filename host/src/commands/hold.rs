@@ -4,10 +4,10 @@ use clap::Parser;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::check_targets;
 
-use super::goal::Goal;
-use super::rig_path::RigArg;
-use super::run::{Common, drive};
-use super::{Failure, Work};
+use crate::cli::exit::{Failure, Work};
+use crate::cli::rig_path::RigArg;
+use crate::commands::run::{Common, drive};
+use crate::session::goal::Goal;
 
 /// Hold the ball where it is, until Ctrl-C
 ///

@@ -22,10 +22,10 @@ use serde::Serialize;
 
 use self::advice::{next_step, notes};
 use self::dialogue::Dialogue;
-use super::exit::Unwritten;
-use super::number_list::sides;
-use super::print::{self, Questions, note};
-use super::{Failure, Work, failed, numbers};
+use crate::cli::exit::{Failure, Unwritten, Work, failed};
+use crate::cli::number_list::sides;
+use crate::cli::numbers;
+use crate::cli::print::{self, Questions, note};
 
 /// Write a rig file and a camera file for a new rig
 ///

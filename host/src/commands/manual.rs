@@ -6,9 +6,8 @@ use std::process::ExitCode;
 use clap::{Command, Parser};
 use clap_complete::Shell;
 
-use super::exit::Unwritten;
-use super::print::{self, note};
-use super::{Failure, Work, failed};
+use crate::cli::exit::{Failure, Unwritten, Work, failed};
+use crate::cli::print::{self, note};
 
 /// Print the completions of commands and options for a shell
 #[derive(Parser)]

@@ -14,12 +14,12 @@ use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::{BoardPort, Driver, Rig};
 
-use super::board::report;
-use super::connection::connect;
-use super::print::note;
-use super::rig_args::{BoardArgs, PortArgs};
-use super::rig_path::RigArg;
-use super::{Failure, Work, failed};
+use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::port_args::{BoardArgs, PortArgs};
+use crate::cli::print::note;
+use crate::cli::rig_path::RigArg;
+use crate::commands::board::report;
+use crate::session::connection::connect;
 
 pub(crate) use jog::{JogArgs, jog};
 

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb_log::{LoggedRun, compare};
 
-use super::old_file::check_svg;
-use super::print::note;
-use super::{Failure, Work, failed};
+use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::old_file::check_svg;
+use crate::cli::print::note;
 
 /// Draw the figures of runs again; of several runs also their errors over time in one figure
 ///

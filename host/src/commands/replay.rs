@@ -18,11 +18,12 @@ use plumb_frame::source::CameraSource;
 use plumb_log::replay::{DebugFolder, Problem, ReplayOutcome, replay};
 use plumb_vision::camera::Camera;
 
-use super::print::{self, note, tell};
-use super::progress::{ProgressLine, is_shown};
-use super::ros2::open_recording;
-use super::run_camera::other_depth_scale;
-use super::{DetectorName, FAILED, Failure, Work, failed};
+use crate::cli::choices::DetectorName;
+use crate::cli::exit::{FAILED, Failure, Work, failed};
+use crate::cli::print::{self, note, tell};
+use crate::cli::progress::{ProgressLine, is_shown};
+use crate::session::camera::other_depth_scale;
+use crate::session::ros2::open_recording;
 
 /// Detection and location on a recording (a TUM RGB-D folder, an .oni, .bag, .db3, .mcap or video
 /// file): a CSV row a frame

@@ -13,11 +13,11 @@ use std::process::ExitCode;
 use clap::Parser;
 use serde_json::json;
 
-use super::old_file::write_beside_former;
-use super::print::{note, result};
-use super::rig_args::PortArgs;
-use super::rig_path::RigArg;
-use super::{Failure, Work};
+use crate::cli::exit::{Failure, Work};
+use crate::cli::old_file::write_beside_former;
+use crate::cli::port_args::PortArgs;
+use crate::cli::print::{note, result};
+use crate::cli::rig_path::RigArg;
 use parts::Parts;
 
 /// Write one file to attach to a question: versions, board, rig file, camera file, the last run

@@ -12,17 +12,19 @@ use plumb_runtime::rig::check::wrong_targets;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::{RunError, check_targets};
 
-use super::connection::explained;
-use super::goal::Goal;
-use super::interrupt::{interrupt_flag, interrupted_before};
-use super::options::RunOptions;
-use super::print::{self, note, tell};
-use super::real_time::RealTime;
-use super::rig_args::PortArgs;
-use super::rig_path::{RigArg, rig_option};
-use super::run_camera::{RunCamera, chosen_source, read_camera};
-use super::session::{Session, Task};
-use super::{Failure, Physics, Work, failed, law, numbers};
+use crate::cli::choices::{Physics, law};
+use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::interrupt::{interrupt_flag, interrupted_before};
+use crate::cli::numbers;
+use crate::cli::port_args::PortArgs;
+use crate::cli::print::{self, note, tell};
+use crate::cli::rig_path::{RigArg, rig_option};
+use crate::session::camera::{RunCamera, chosen_source, read_camera};
+use crate::session::connection::explained;
+use crate::session::goal::Goal;
+use crate::session::options::RunOptions;
+use crate::session::real_time::RealTime;
+use crate::session::{Session, Task};
 
 /// Drive the ball through the targets of a rig file
 ///

@@ -24,11 +24,11 @@ use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
 use serde_json::json;
 
-use super::super::print::{result, tell};
-use super::super::rig_args::PortArgs;
-use super::super::rig_path::RigArg;
-use super::super::{Failure, Work, failed};
 use super::{compare_release, firmware_line};
+use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::port_args::PortArgs;
+use crate::cli::print::{result, tell};
+use crate::cli::rig_path::RigArg;
 use computer::ThisComputer;
 use drive::{DriveSearch, Drives};
 use steps::{FlashError, Greeting};

@@ -11,10 +11,11 @@ use plumb_setup::selftest::{self, Check, Outcome};
 use serde_json::json;
 
 use super::{chip_counts, firmware_line};
-use crate::commands::old_file::{ask, write};
-use crate::commands::print::tell;
-use crate::commands::rig_args::BoardArgs;
-use crate::commands::{FAILED, Failure, Work, failed, print};
+use crate::cli::exit::{FAILED, Failure, Work, failed};
+use crate::cli::old_file::{ask, write};
+use crate::cli::port_args::BoardArgs;
+use crate::cli::print;
+use crate::cli::print::tell;
 
 #[derive(Parser)]
 pub(super) struct Args {

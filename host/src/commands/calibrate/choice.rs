@@ -12,7 +12,7 @@ use plumb_vision::image::ColourImage;
 
 use super::Found;
 use super::report::{Report, Way};
-use crate::commands::Failure;
+use crate::cli::exit::Failure;
 
 /// State of the choice.
 pub(super) struct Choice {

@@ -12,8 +12,8 @@ use super::choice::Choice;
 use super::options::MotorOptions;
 use super::output::CameraFile;
 use super::view::{Stage, View};
-use crate::commands::print::tell;
-use crate::commands::{Failure, failed};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::print::tell;
 
 /// Time between two pictures, in which commands are awaited.
 const INTERVAL: Duration = Duration::from_millis(33);

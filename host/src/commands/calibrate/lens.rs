@@ -18,9 +18,9 @@ use serde::Serialize;
 
 use super::output::{self, CameraFile};
 use super::view::View;
-use crate::commands::exit::Unwritten;
-use crate::commands::print::tell;
-use crate::commands::{Failure, Work, failed, numbers};
+use crate::cli::exit::{Failure, Unwritten, Work, failed};
+use crate::cli::numbers;
+use crate::cli::print::tell;
 use pictures::{Shown, from_camera, from_folder};
 
 /// Ways that exclude the options.

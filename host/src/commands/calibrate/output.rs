@@ -11,9 +11,9 @@ use plumb_runtime::rig::Rig;
 use plumb_vision::image::ColourImage;
 
 use super::Found;
-use crate::commands::old_file::OldFile;
-use crate::commands::print;
-use crate::commands::{FAILED, Failure};
+use crate::cli::exit::{FAILED, Failure};
+use crate::cli::old_file::OldFile;
+use crate::cli::print;
 
 /// The rig's camera file.
 pub(super) struct CameraFile {

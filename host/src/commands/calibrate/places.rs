@@ -10,9 +10,10 @@ use plumb_vision::observation::Gaussian3;
 
 use super::options::PlaceOptions;
 use super::view::{Stage, View, last};
-use crate::commands::number_list::typed_point;
-use crate::commands::print::{message, tell};
-use crate::commands::{DetectorName, Failure, failed};
+use crate::cli::choices::DetectorName;
+use crate::cli::exit::{Failure, failed};
+use crate::cli::number_list::typed_point;
+use crate::cli::print::{message, tell};
 
 /// Places of the ball, and a picture.
 pub(super) struct Places {

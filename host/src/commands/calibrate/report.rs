@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use plumb_calibrate::calibration::{Calibration, Grade, Sample};
 use serde::Serialize;
 
-use crate::commands::print::tell;
+use crate::cli::print::tell;
 
 /// Way of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -19,11 +19,11 @@ use plumb_sim::synthetic::{ExtraBall, Material, Scene, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 
-use crate::commands::print::note;
-use crate::commands::progress::tell_above;
-use crate::commands::ros2::open_recording;
-use crate::commands::run_camera::RunCamera;
-use crate::commands::{Failure, failed};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::print::note;
+use crate::cli::progress::tell_above;
+use crate::session::camera::RunCamera;
+use crate::session::ros2::open_recording;
 
 /// Pictures that a live camera took before it was asked; they are left out.
 const STALE: usize = 2;

@@ -15,13 +15,13 @@ use plumb_setup::commission::{
 };
 use serde::Serialize;
 
-use super::super::connection::{check_state, configured};
-use super::super::interrupt::{interrupt_flag, interrupted_before};
-use super::super::old_file::{OldFile, ask};
-use super::super::print::{note, tell};
-use super::super::run_camera::{RunCamera, read_camera};
-use super::super::{Failure, failed};
 use super::{Args, words};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::interrupt::{interrupt_flag, interrupted_before};
+use crate::cli::old_file::{OldFile, ask};
+use crate::cli::print::{note, tell};
+use crate::session::camera::{RunCamera, read_camera};
+use crate::session::connection::{check_state, configured};
 
 /// Result of the jogs.
 #[derive(Serialize)]

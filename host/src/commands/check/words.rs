@@ -2,7 +2,7 @@
 
 use plumb_setup::commission::{Fault, Output, Report};
 
-use super::super::print::{note, tell};
+use crate::cli::print::{note, tell};
 
 /// Question before the first jog.
 pub(super) const QUESTION: &str = "\

@@ -6,10 +6,10 @@ use std::sync::atomic::Ordering;
 use plumb_log::{ComparisonLog, LawCurve, OutputDir};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 
-use super::super::interrupt::interrupt_flag;
-use super::super::print::{self, tell};
-use super::super::{FAILED, Failure, Work, failed};
 use super::{Args, Demo};
+use crate::cli::exit::{FAILED, Failure, Work, failed};
+use crate::cli::interrupt::interrupt_flag;
+use crate::cli::print::{self, tell};
 
 /// Prepares the comparison of the laws. Its work prints the lines of JSON of the runs that ended,
 /// also after a failure.

@@ -9,8 +9,9 @@ use plumb_runtime::rig::{Driver, Rig};
 use plumb_sim::emulator::tmc2209::Trouble;
 use plumb_sim::emulator::{DriverTrouble, EmulatedBoard};
 
-use crate::commands::print::{note, tell};
-use crate::commands::{Failure, failed, numbers};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::numbers;
+use crate::cli::print::{note, tell};
 
 /// What goes wrong with the emulated board.
 #[derive(Args)]

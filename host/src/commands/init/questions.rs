@@ -16,7 +16,8 @@ use plumb_vision::camera::Camera;
 
 use super::dialogue::{Dialogue, DialogueError};
 use super::{Args, CameraName, colour};
-use crate::commands::{Failure, failed, numbers};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::numbers;
 
 /// Returns the rig of the options, and of the answers to questions about the others.
 pub(super) fn rig<I: BufRead, O: Write>(

@@ -10,10 +10,10 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
-use super::super::print::{message, renew, tell};
-use super::super::{Failure, failed};
 use super::keys::{Key, KeyDecoder, KeyJogger, Motion, NAMES};
 use super::terminal::{KeyMode, is_terminal};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::print::{message, renew, tell};
 
 /// Interval in which keys are read and the board is asked for its state.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);

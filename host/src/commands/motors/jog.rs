@@ -13,14 +13,16 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
-use super::super::connection::{connect, explained};
-use super::super::interrupt::interrupt_flag;
-use super::super::print::{self, note, tell};
-use super::super::rig_args::PortArgs;
-use super::super::rig_path::RigArg;
-use super::super::{FAILED, Failure, Work, board, failed, numbers};
 use super::dialogue;
 use super::keys::NAMES;
+use crate::cli::exit::{FAILED, Failure, Work, failed};
+use crate::cli::interrupt::interrupt_flag;
+use crate::cli::numbers;
+use crate::cli::port_args::PortArgs;
+use crate::cli::print::{self, note, tell};
+use crate::cli::rig_path::RigArg;
+use crate::commands::board;
+use crate::session::connection::{connect, explained};
 
 /// Interval of the requests for the state during a jog: below the shortest usual deadline of the
 /// board for a silent host, 300 ms.

@@ -9,7 +9,7 @@ use flate2::write::GzEncoder;
 use tar::{Builder, Header};
 
 use super::parts::Part;
-use crate::commands::{Failure, failed};
+use crate::cli::exit::{Failure, failed};
 
 /// Folder of the parts in the archive.
 const FOLDER: &str = "plumb-report";

@@ -15,11 +15,11 @@ use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
 use serde_json::Value;
 
+use crate::cli::exit::{Failure, failed};
+use crate::cli::port_args::PortArgs;
+use crate::cli::print::note;
+use crate::cli::rig_path::is_default;
 use crate::commands::board::status_line;
-use crate::commands::print::note;
-use crate::commands::rig_args::PortArgs;
-use crate::commands::rig_path::is_default;
-use crate::commands::{Failure, failed};
 
 /// Most bytes of a file in a report: the rows of a run of an hour and a half at 30 Hz.
 const MAX_BYTES: u64 = 64 << 20;

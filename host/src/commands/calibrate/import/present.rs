@@ -13,10 +13,10 @@ use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::image::ImageSize;
 use serde::Serialize;
 
-use super::super::output::{self, CameraFile};
 use super::ImportOptions;
-use crate::commands::print::tell;
-use crate::commands::{Failure, Work, failed};
+use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::print::tell;
+use crate::commands::calibrate::output::{self, CameraFile};
 
 /// Result as a line of JSON.
 #[derive(Serialize)]
