@@ -86,6 +86,7 @@ impl Session {
         let (sender, mut receiver) = operator();
         let stream = task.goal.stream(rig, sender.targets().clone())?;
         let recording = options.record.as_deref().map(RecordFolder::create).transpose()?;
+        task.output_dir.check()?;
         let viewers = options.viewers.start(rig, camera, task.overflow)?;
         let moving = stream.map(|stream| (stream, receiver.take_targets()));
         let operators = Operators::start(options, rig, camera, (sender, receiver))?;

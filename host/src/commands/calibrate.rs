@@ -2,6 +2,7 @@
 
 mod choice;
 mod clicks;
+mod found;
 mod import;
 mod lens;
 mod options;
@@ -15,17 +16,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Isometry3;
 use plumb_calibrate::board::Placement;
 use plumb_calibrate::board_pose::{BoardView, average, pose_from_board};
-use plumb_calibrate::calibration::{Calibration, Grade};
+use plumb_calibrate::calibration::Grade;
 use plumb_calibrate::corners::{SheetError, find_corners};
 use plumb_calibrate::motors::{pose_from_motors, see_motors};
 use plumb_calibrate::places::pose_from_places;
 use plumb_calibrate::sheet::{self, Paper};
 use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Rig;
-use plumb_vision::frame::RgbdFrame;
 
 use crate::cli::choices::DetectorName;
 use crate::cli::exit::{FAILED, Failure, Unwritten, Work, failed};
@@ -36,6 +36,7 @@ use crate::cli::print::tell;
 use crate::cli::rig_path::RigArg;
 use crate::session::camera::read_camera;
 use clicks::Clicks;
+use found::Found;
 use import::ImportOptions;
 use lens::LensOptions;
 use options::{BoardOptions, MotorOptions, PlaceOptions};
@@ -191,23 +192,6 @@ fn conclude(
         report.written = is_written;
         Ok(serde_json::to_string(&report)?)
     })
-}
-
-/// Result of one of the ways, with the last picture.
-struct Found {
-    way: Way,
-    calibration: Calibration,
-    frame: RgbdFrame,
-    /// Closed line to draw, rig frame, metres.
-    outline: Vec<Point3<f64>>,
-}
-
-impl Found {
-    fn draw(&self) -> Result<plumb_vision::image::ColourImage, Failure> {
-        let (frame, outline) = (&self.frame, &self.outline);
-        let (colour, intrinsics) = (frame.colour(), frame.intrinsics());
-        Ok(plumb_calibrate::overlay::draw(colour, intrinsics, &self.calibration, outline)?)
-    }
 }
 
 /// Takes the pictures and finds the pose. Returns `None` where the user must first read pixels.

@@ -1,61 +1,22 @@
 //! `plumb check`: whether a rig file and its camera file are right, and the rig itself.
 
 mod commissioning;
+mod options;
 mod words;
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use plumb_runtime::rig::check::{Finding, Severity, SimulationMistake, check};
 use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
-use crate::cli::choices::{DetectorName, Physics};
 use crate::cli::exit::{BAD_INPUT, FAILED, Failure, Work};
 use crate::cli::hints::INIT;
-use crate::cli::port_args::PortArgs;
 use crate::cli::print::{self, note, tell};
-use crate::cli::rig_path::RigArg;
 use commissioning::RigLine;
 
-/// Check a rig: its files, then its wiring, cables and camera with small jogs
-///
-/// The files come first: every mistake at once. Then each motor turns a little, one after the other
-/// and back, and the camera watches the ball. The command names swapped and reversed motors, a
-/// motor that does not turn, slack and slipping cables, and a camera's pose that is turned or
-/// mirrored, and offers the corrected rig file. Nothing moves before a yes.
-///
-/// Exit code 0 where nothing is wrong, 1 where the rig has a fault, 2 where a file has an error.
-#[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb check --file-only",
-        "plumb check",
-        "plumb check --rig trial/rig.toml --yes --json",
-    ]
-)]
-pub(crate) struct Args {
-    #[command(flatten)]
-    rig: RigArg,
-    /// Check the files only: no board, no camera, nothing moves
-    #[arg(long)]
-    file_only: bool,
-    #[command(flatten)]
-    port: PortArgs,
-    /// Detector of the ball
-    #[arg(long, value_enum, default_value = "ball")]
-    detector: DetectorName,
-    /// Physics of the simulated rig, where the camera is simulated
-    #[arg(long, value_enum, default_value = "quasi-static")]
-    physics: Physics,
-    /// Turn the motors and write the corrected rig file without asking
-    #[arg(long)]
-    yes: bool,
-    /// End with a line of JSON on standard output
-    #[arg(long)]
-    json: bool,
-}
+pub(crate) use options::Args;
 
 /// Line of JSON.
 #[derive(Serialize)]

@@ -18,7 +18,7 @@ use crate::cli::exit::{Failure, Work, failed};
 use crate::cli::port_args::{BoardArgs, PortArgs};
 use crate::cli::print::note;
 use crate::cli::rig_path::RigArg;
-use crate::commands::board::report;
+use crate::commands::board::status::report;
 use crate::session::connection::connect;
 
 pub(crate) use jog::{JogArgs, jog};

@@ -24,7 +24,7 @@ use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
 use serde_json::json;
 
-use super::{compare_release, firmware_line};
+use super::status::{compare_release, firmware_line};
 use crate::cli::exit::{Failure, Work, failed};
 use crate::cli::port_args::PortArgs;
 use crate::cli::print::{result, tell};

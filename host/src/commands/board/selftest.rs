@@ -10,7 +10,7 @@ use plumb_runtime::rig::BoardName;
 use plumb_setup::selftest::{self, Check, Outcome};
 use serde_json::json;
 
-use super::{chip_counts, firmware_line};
+use super::status::{chip_counts, firmware_line};
 use crate::cli::exit::{FAILED, Failure, Work, failed};
 use crate::cli::old_file::{ask, write};
 use crate::cli::port_args::BoardArgs;

@@ -10,7 +10,7 @@ use plumb_page::{CalibrationCommand, CalibrationState, MarkView, ResultView};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::ColourImage;
 
-use super::Found;
+use super::found::Found;
 use super::report::{Report, Way};
 use crate::cli::exit::Failure;
 

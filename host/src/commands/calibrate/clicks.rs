@@ -7,8 +7,8 @@ use nalgebra::Isometry3;
 use plumb_calibrate::motors::{LETTERS, MotorMeasures};
 use plumb_page::{CalibrationCommand, CalibrationPage, CalibrationPageSettings, Limits};
 
-use super::Found;
 use super::choice::Choice;
+use super::found::Found;
 use super::options::MotorOptions;
 use super::output::CameraFile;
 use super::view::{Stage, View};

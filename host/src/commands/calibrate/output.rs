@@ -10,7 +10,7 @@ use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::rig::Rig;
 use plumb_vision::image::ColourImage;
 
-use super::Found;
+use super::found::Found;
 use crate::cli::exit::{FAILED, Failure};
 use crate::cli::old_file::OldFile;
 use crate::cli::print;

@@ -15,7 +15,8 @@ use plumb_setup::commission::{
 };
 use serde::Serialize;
 
-use super::{Args, words};
+use super::options::Args;
+use super::words;
 use crate::cli::exit::{Failure, failed};
 use crate::cli::interrupt::{interrupt_flag, interrupted_before};
 use crate::cli::old_file::{OldFile, ask};

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use plumb_log::{ComparisonLog, LawCurve, OutputDir};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 
-use super::{Args, Demo};
+use super::task::{Args, Demo};
 use crate::cli::exit::{FAILED, Failure, Work, failed};
 use crate::cli::interrupt::interrupt_flag;
 use crate::cli::print::{self, tell};

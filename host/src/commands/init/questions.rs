@@ -9,13 +9,13 @@ use plumb_cameras::settings::kinect;
 use plumb_cameras::stream::AddressError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::quantity::Range;
-use plumb_runtime::link::windows_port;
 use plumb_runtime::rig::{BoardName, Stiffness};
 use plumb_setup::new_rig::{BALL_RANGE_M, DriverKind, NewCamera, NewRig, Triangle};
 use plumb_vision::camera::Camera;
 
+use super::colour;
 use super::dialogue::{Dialogue, DialogueError};
-use super::{Args, CameraName, colour};
+use super::options::{Args, CameraName, port};
 use crate::cli::exit::{Failure, failed};
 use crate::cli::numbers;
 
@@ -113,17 +113,6 @@ fn usual(recorded: Option<Camera>) -> NewRig {
 fn steps_per_turn(text: &str) -> Result<u16, String> {
     let steps = text.parse().ok().filter(|steps| [200, 400].contains(steps));
     steps.ok_or_else(|| "must be 200 or 400".to_owned())
-}
-
-/// Returns the name of a serial port.
-///
-/// # Errors
-/// Where it is one of Windows.
-pub(super) fn port(text: &str) -> Result<String, String> {
-    match windows_port(text) {
-        Some(hint) => Err(hint.to_owned()),
-        None => Ok(text.to_owned()),
-    }
 }
 
 /// Returns a length from its option, or else asks for it, metres.

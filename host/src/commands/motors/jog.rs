@@ -21,7 +21,7 @@ use crate::cli::numbers;
 use crate::cli::port_args::PortArgs;
 use crate::cli::print::{self, note, tell};
 use crate::cli::rig_path::RigArg;
-use crate::commands::board;
+use crate::commands::board::status;
 use crate::session::connection::{connect, explained};
 
 /// Interval of the requests for the state during a jog: below the shortest usual deadline of the
@@ -114,7 +114,7 @@ pub(crate) fn jog(args: JogArgs) -> Result<Work, Failure> {
         let [a, b, c] = report.motors;
         note!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
         if args.json {
-            print::result(board::line(&link.port(), &report))?;
+            print::result(status::line(&link.port(), &report))?;
         }
         let is_interrupted = interrupted.load(Ordering::Relaxed);
         Ok(if is_interrupted { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })

@@ -19,7 +19,7 @@ use crate::cli::exit::{Failure, failed};
 use crate::cli::port_args::PortArgs;
 use crate::cli::print::note;
 use crate::cli::rig_path::is_default;
-use crate::commands::board::status_line;
+use crate::commands::board::status::status_line;
 
 /// Most bytes of a file in a report: the rows of a run of an hour and a half at 30 Hz.
 const MAX_BYTES: u64 = 64 << 20;
