@@ -9,7 +9,6 @@ pub(crate) mod connection;
 mod end;
 pub(crate) mod find_ball;
 pub(crate) mod goal;
-pub(crate) mod operators;
 pub(crate) mod options;
 pub(crate) mod outputs;
 pub(crate) mod page;
@@ -22,12 +21,13 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use plumb_cameras::record::{Overflow, RecordFolder};
+use plumb_cameras::record::{Overflow, RecordError, RecordFolder};
 use plumb_frame::source::CameraSource;
 use plumb_log::{FigureSettings, OutputDir, RunLog};
+use plumb_page::Page;
 use plumb_runtime::link::Transport;
 use plumb_runtime::observer::{FrameRecorder, Observer};
-use plumb_runtime::operator::operator;
+use plumb_runtime::operator::{OperatorReceiver, operator};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunError, RunParts, TargetUse, Waypoint};
 use plumb_runtime::targets::{TargetReceiver, TargetStream};
@@ -40,9 +40,9 @@ use crate::cli::print::tell;
 use crate::session::camera::RunCamera;
 use crate::session::find_ball::find_ball;
 use crate::session::goal::Goal;
-use crate::session::operators::Operators;
 use crate::session::options::RunOptions;
 use crate::session::outputs::{Output, Outputs, RunFolder, run_progress};
+use crate::session::ros2::Ros2Output;
 use end::EndedSession;
 
 /// Time to an answer of the board from which on a user is told. With 0.4 s the paper's task takes
@@ -70,7 +70,10 @@ pub(crate) struct Session {
     timeout: f64,
     recording: Option<RecordFolder>,
     viewers: Option<Box<dyn Output>>,
-    operators: Operators,
+    page: Option<Page>,
+    ros2: Option<Ros2Output>,
+    /// Receiver of the commands of page and ROS 2; `None` where no option asks for one of them.
+    operator: Option<OperatorReceiver>,
     /// Thread that reads targets that move, and the receiver of them.
     moving: Option<(TargetStream, Option<TargetReceiver>)>,
 }
@@ -89,9 +92,11 @@ impl Session {
         task.output_dir.check()?;
         let viewers = options.viewers.start(rig, camera, task.overflow)?;
         let moving = stream.map(|stream| (stream, receiver.take_targets()));
-        let operators = Operators::start(options, rig, camera, (sender, receiver))?;
+        let page = options.page.start(rig, camera, &sender)?;
+        let ros2 = options.ros2.start(camera, &sender)?;
+        let operator = (page.is_some() || ros2.is_some()).then_some(receiver);
         let (detector, timeout) = (options.detector, options.timeout);
-        Ok(Self { task, detector, timeout, recording, viewers, operators, moving })
+        Ok(Self { task, detector, timeout, recording, viewers, page, ros2, operator, moving })
     }
 
     /// Returns the path for the recording of a device.
@@ -122,43 +127,41 @@ impl Session {
     /// Drives with the pictures of `camera`, for the outputs, the operators and `observer`. The
     /// camera is closed at the end.
     pub(crate) fn drive<T: Transport>(
-        self,
+        mut self,
         mut run: Run<T>,
         camera: RunCamera,
         observer: Option<&mut dyn Observer>,
         interrupted: &AtomicBool,
     ) -> Result<EndedSession, Failure> {
-        let Self { task, recording, mut operators, .. } = self;
         let RunCamera { mut source, camera, oni, mut follower } = camera;
-        let recorder = recording
-            .map(|folder| folder.begin(&task.camera_text, &camera.intrinsics, task.overflow))
-            .transpose()?;
+        let recorder = self.recorder(&camera)?;
         let mut detector = self.detector.detector(&camera);
-        if let Goal::PresentPlace = task.goal {
+        if let Goal::PresentPlace = self.task.goal {
             hold(&mut run, &mut *source, &mut *detector, interrupted)?;
         }
-        let log = RunLog::create(&task.output_dir, FigureSettings::of(&task.rig))?;
+        let log = RunLog::create(&self.task.output_dir, FigureSettings::of(&self.task.rig))?;
         let folder = log.path().to_owned();
-        let log = RunFolder::start(log, task.overflow)?;
-        let recorder = recorder.map(|recorder| Box::new(FrameRecorder::new(recorder)) as _);
-        let list = [Some(Box::new(log) as _), recorder, self.viewers].into_iter().flatten();
-        let operator = operators.take_operator();
+        let log: Box<dyn Output> = Box::new(RunFolder::start(log, self.task.overflow)?);
+        let list = [Some(log), recorder, self.viewers].into_iter().flatten().collect();
         let progress = run_progress::start(run.target_count())?;
-        let mut outputs = Outputs::new(list.collect(), progress, operator.is_some());
+        let mut outputs = Outputs::new(list, progress, self.operator.is_some());
+        if let (Some(ros2), Some(clock)) = (&self.ros2, source.clock()) {
+            ros2.set_clock(clock);
+        }
         let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
         observers.extend(observer.map(|observer| observer as &mut dyn Observer));
         observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
-        observers.extend(operators.observers(source.clock()));
+        observers.extend(self.page.as_mut().map(|page| page as &mut dyn Observer));
+        observers.extend(self.ros2.as_mut().map(|ros2| ros2 as &mut dyn Observer));
         let result = run.drive(RunParts {
             source: &mut *source,
             detector: &mut *detector,
             observers: &mut observers,
-            operator,
+            operator: self.operator,
             timeout: self.timeout,
             interrupted,
         });
-        let page = operators.take_page();
-        drop((operators, self.moving));
+        drop((self.ros2, self.moving));
         // A device ends its own recording.
         drop(source);
         if let Some(oni) = &oni
@@ -166,8 +169,16 @@ impl Session {
         {
             tell!("plumb: {}: {error}; use the pictures beside it", oni.display());
         }
-        let is_endless = task.goal.is_endless();
-        Ok(EndedSession { result, is_endless, outputs, folder, clear: task.clear, page })
+        let (is_endless, clear) = (self.task.goal.is_endless(), self.task.clear);
+        Ok(EndedSession { result, is_endless, outputs, folder, clear, page: self.page })
+    }
+
+    /// Begins the recording of the pictures of `camera`, where there is to be one.
+    fn recorder(&mut self, camera: &Camera) -> Result<Option<Box<dyn Output>>, RecordError> {
+        let Some(folder) = self.recording.take() else { return Ok(None) };
+        let Task { camera_text, overflow, .. } = &self.task;
+        let recorder = folder.begin(camera_text, &camera.intrinsics, *overflow)?;
+        Ok(Some(Box::new(FrameRecorder::new(recorder))))
     }
 }
 

@@ -152,13 +152,13 @@ fn not_open(error: LinkError, rig: Option<&Rig>) -> Failure {
     }
 }
 
-/// The board of a command that needs no configuration.
+/// Rig file and port of a command that only asks its board.
 #[derive(Args)]
 pub(crate) struct BoardArgs {
     #[command(flatten)]
-    rig: RigArg,
+    pub(crate) rig: RigArg,
     #[command(flatten)]
-    port: PortArgs,
+    pub(crate) port: PortArgs,
     /// End with a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,

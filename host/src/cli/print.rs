@@ -9,6 +9,7 @@ use std::{fmt, thread};
 
 use plumb_config::escape::escaped;
 use rustix::termios::tcgetwinsize;
+use serde::Serialize;
 use thiserror::Error;
 
 /// Writes a line for people to standard error, as `eprintln!` does.
@@ -102,6 +103,17 @@ pub(crate) struct StdoutError(#[from] io::Error);
 /// Returns an error if writing fails for another reason, such as a full disk.
 pub(crate) fn result(line: impl fmt::Display) -> Result<(), StdoutError> {
     results(line).map(|_| ())
+}
+
+/// Writes `value` as a line of JSON, where the command line asks for it.
+///
+/// # Errors
+/// Returns the errors of [`result`].
+pub(crate) fn json(is_asked: bool, value: impl Serialize) -> Result<(), StdoutError> {
+    if !is_asked {
+        return Ok(());
+    }
+    result(serde_json::to_string(&value).map_err(io::Error::from)?)
 }
 
 /// State of the reader of standard output.

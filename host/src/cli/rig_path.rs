@@ -4,6 +4,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use plumb_runtime::rig::Rig;
 
 use crate::cli::exit::{Failure, failed};
 
@@ -44,6 +45,13 @@ impl RigArg {
             return Err(failed(format!("{}: no such file ({RIG_VARIABLE})", file.display())));
         }
         Ok(file)
+    }
+
+    /// Reads the rig file of a command that needs one. Returns its path too.
+    pub(crate) fn read(&self) -> Result<(PathBuf, Rig), Failure> {
+        let file = self.needed()?;
+        let rig = Rig::read(&file)?;
+        Ok((file, rig))
     }
 
     /// Returns the rig file of a command that can do without one; `None` where there is none.

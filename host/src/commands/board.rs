@@ -8,14 +8,12 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use plumb_runtime::link::{Link, Transport};
-use plumb_runtime::rig::Rig;
 use serde_json::json;
 
 use crate::cli::exit::{Failure, Work};
-use crate::cli::port_args::{BoardArgs, PortArgs};
+use crate::cli::port_args::BoardArgs;
 use crate::cli::print;
 use crate::cli::print::tell;
-use crate::cli::rig_path::RigArg;
 use crate::session::connection::connect;
 
 /// Ask the board for its state, store a configuration in it, or write new firmware to it
@@ -32,7 +30,7 @@ enum What {
     Status(BoardArgs),
     /// Configure the board by a rig file, and store that for the time after a loss of power
     #[command(after_help = examples!["plumb board save"])]
-    Save(SaveArgs),
+    Save(BoardArgs),
     /// Test the board's pulses, flash and clock, with the motors' supply off
     #[command(after_help = examples![
         "plumb board selftest",
@@ -53,17 +51,6 @@ enum What {
     Flash(flash::Args),
 }
 
-#[derive(Parser)]
-struct SaveArgs {
-    #[command(flatten)]
-    rig: RigArg,
-    #[command(flatten)]
-    port: PortArgs,
-    /// End with a line of JSON on standard output
-    #[arg(long)]
-    json: bool,
-}
-
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     match args.what {
         What::Status(args) => {
@@ -79,26 +66,21 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
                 let port = serial.name();
                 Link::bootloader(serial)?;
                 tell!("{port}: the board has restarted into its bootloader");
-                if args.json {
-                    print::result(json!({ "port": port, "bootloader": true }))?;
-                }
+                print::json(args.json, json!({ "port": port, "bootloader": true }))?;
                 Ok(ExitCode::SUCCESS)
             }))
         }
     }
 }
 
-fn save(args: SaveArgs) -> Result<Work, Failure> {
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+fn save(args: BoardArgs) -> Result<Work, Failure> {
+    let (file, rig) = args.rig.read()?;
     let mut link = connect(&file, &rig, &args.port, false)?;
     Ok(Box::new(move || {
         link.save()?;
         let port = link.port();
         tell!("{port}: the board keeps the configuration of {}", file.display());
-        if args.json {
-            print::result(json!({ "port": port, "saved": file }))?;
-        }
+        print::json(args.json, json!({ "port": port, "saved": file }))?;
         Ok(ExitCode::SUCCESS)
     }))
 }

@@ -118,8 +118,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     if let Some(file) = &args.print_board {
         return print_board(file, args.paper);
     }
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+    let (file, rig) = args.rig.read()?;
     let (text, camera) = read_camera(&file, &rig)?;
     let camera_file = CameraFile { path: rig.camera.file.clone(), text };
     check_writable(&camera_file.path)?;
@@ -188,9 +187,9 @@ fn conclude(
         Grade::Poor => Ok(false),
         _ => camera_file.offer(found, is_agreed),
     };
-    output::conclude(written, is_json, |is_written| {
-        report.written = is_written;
-        Ok(serde_json::to_string(&report)?)
+    output::conclude(written, is_json, |written| {
+        report.written = written;
+        report
     })
 }
 

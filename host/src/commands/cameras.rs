@@ -25,9 +25,7 @@ pub(crate) fn prepare(args: Args) -> Work {
     Box::new(move || {
         let found = discover(Path::new("/"));
         tell(&found);
-        if args.json {
-            print::result(serde_json::to_string(&found)?)?;
-        }
+        print::json(args.json, &found)?;
         Ok(if found.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
     })
 }

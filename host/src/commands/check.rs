@@ -60,10 +60,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
             (0, _) => 0,
             _ => BAD_INPUT,
         };
-        if args.json {
-            let line = Line { errors, warnings, findings: &findings, rig };
-            print::result(serde_json::to_string(&line)?)?;
-        }
+        print::json(args.json, Line { errors, warnings, findings: &findings, rig })?;
         Ok(ExitCode::from(code))
     }))
 }

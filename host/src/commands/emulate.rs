@@ -117,9 +117,7 @@ fn emulate(
     let line = Line::of(&served);
     // A reader that takes no lines takes no result.
     let has_reader = lines.is_none_or(MotorLines::end);
-    if args.json && has_reader {
-        print::result(serde_json::to_string(&line)?)?;
-    }
+    print::json(args.json && has_reader, line)?;
     served.stop()?;
     Ok(ExitCode::SUCCESS)
 }

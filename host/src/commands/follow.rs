@@ -72,8 +72,7 @@ pub(crate) struct FollowArgs {
 }
 
 pub(crate) fn follow(args: FollowArgs) -> Result<Work, Failure> {
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+    let (file, rig) = args.rig.read()?;
     args.options.port.note(&file, &rig);
     let goal = args.path.goal(&args.what, &rig, args.is_repeated)?;
     drive(&file, rig, goal, args.options)

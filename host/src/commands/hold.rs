@@ -1,7 +1,6 @@
 //! `plumb hold`: holds the ball where it is.
 
 use clap::Parser;
-use plumb_runtime::rig::Rig;
 use plumb_runtime::run::check_targets;
 
 use crate::cli::exit::{Failure, Work};
@@ -24,8 +23,7 @@ pub(crate) struct Args {
 
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     args.options.run.check_hold()?;
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+    let (file, rig) = args.rig.read()?;
     check_targets(&rig)?;
     args.options.port.note(&file, &rig);
     drive(&file, rig, Goal::PresentPlace, args.options)

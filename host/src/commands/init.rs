@@ -78,11 +78,8 @@ fn write(
         note!("note: {text}");
     }
     note!("next: {}", next_step(rig, rig_path));
-    if args.json {
-        let straps = files.straps.as_ref().map(|straps| straps.to_string());
-        let line = Line { rig: rig_path, camera: camera_path, straps };
-        print::result(serde_json::to_string(&line)?)?;
-    }
+    let straps = files.straps.as_ref().map(|straps| straps.to_string());
+    print::json(args.json, Line { rig: rig_path, camera: camera_path, straps })?;
     Ok(ExitCode::SUCCESS)
 }
 

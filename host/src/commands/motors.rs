@@ -12,12 +12,11 @@ use clap::Parser;
 use plumb_protocol::message::State;
 use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::{Link, LinkError, Serial};
-use plumb_runtime::rig::{BoardPort, Driver, Rig};
+use plumb_runtime::rig::{BoardPort, Driver};
 
 use crate::cli::exit::{Failure, Work, failed};
-use crate::cli::port_args::{BoardArgs, PortArgs};
+use crate::cli::port_args::BoardArgs;
 use crate::cli::print::note;
-use crate::cli::rig_path::RigArg;
 use crate::commands::board::status::report;
 use crate::session::connection::connect;
 
@@ -43,12 +42,7 @@ pub(crate) struct StopArgs {
 #[command(after_help = examples!["plumb home"])]
 pub(crate) struct HomeArgs {
     #[command(flatten)]
-    rig: RigArg,
-    #[command(flatten)]
-    port: PortArgs,
-    /// End with a line of JSON on standard output
-    #[arg(long)]
-    json: bool,
+    board: BoardArgs,
 }
 
 /// Clear the fault for which the board stopped by itself
@@ -121,12 +115,12 @@ fn check_stands(link: &mut Link<Serial>) -> Result<(), Failure> {
 }
 
 pub(crate) fn home(args: HomeArgs) -> Result<Work, Failure> {
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
-    args.port.note(&file, &rig);
-    let link = connect(&file, &rig, &args.port, true)?;
+    let BoardArgs { rig, port, json } = args.board;
+    let (file, rig) = rig.read()?;
+    port.note(&file, &rig);
+    let link = connect(&file, &rig, &port, true)?;
     Ok(Box::new(move || {
-        serve(link, args.json, |link| {
+        serve(link, json, |link| {
             link.home()?;
             if let Driver::Tmc2209Uart(_) = rig.motors.driver {
                 check_stands(link)?;

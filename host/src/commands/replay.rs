@@ -104,16 +104,14 @@ fn work(
         outcome.broken,
         outcome.without_depth
     );
-    if args.json {
-        let line = serde_json::json!({
-            "frames": outcome.frames,
-            "detected": outcome.detected,
-            "located": outcome.located,
-            "broken": outcome.broken,
-            "without_depth": outcome.without_depth,
-        });
-        print::result(line)?;
-    }
+    let line = serde_json::json!({
+        "frames": outcome.frames,
+        "detected": outcome.detected,
+        "located": outcome.located,
+        "broken": outcome.broken,
+        "without_depth": outcome.without_depth,
+    });
+    print::json(args.json, line)?;
     Ok(if outcome.broken == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 

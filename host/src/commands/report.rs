@@ -16,7 +16,7 @@ use serde_json::json;
 use crate::cli::exit::{Failure, Work};
 use crate::cli::old_file::write_beside_former;
 use crate::cli::port_args::PortArgs;
-use crate::cli::print::{note, result};
+use crate::cli::print::{self, note};
 use crate::cli::rig_path::RigArg;
 use parts::Parts;
 
@@ -76,10 +76,9 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
             note!("The former report is now {}", former.display());
         }
         note!("Look into it before you send it: tar xzf {file}");
-        if args.json {
-            let names: Vec<&str> = parts.iter().map(|part| part.name).collect();
-            result(json!({ "report": args.out, "bytes": packed.len(), "parts": names }))?;
-        }
+        let names: Vec<_> = parts.iter().map(|part| &part.name).collect();
+        let line = json!({ "report": args.out, "bytes": packed.len(), "parts": names });
+        print::json(args.json, line)?;
         Ok(ExitCode::SUCCESS)
     }))
 }

@@ -98,8 +98,7 @@ pub(crate) fn run(args: RunArgs) -> Result<Work, Failure> {
 }
 
 pub(crate) fn goto(args: GotoArgs) -> Result<Work, Failure> {
-    let file = args.rig.needed()?;
-    let mut rig = Rig::read(&file)?;
+    let (file, mut rig) = args.rig.read()?;
     rig.set_targets(&[[args.x, args.y, args.z]])?;
     check_targets(&rig)?;
     args.options.port.note(&file, &rig);
@@ -151,9 +150,7 @@ pub(super) fn drive(
         if interrupted.load(Ordering::Relaxed) {
             return Err(interrupted_before("run"));
         }
-        session.drive(run, camera, None, &interrupted)?.conclude(|summary| match options.run.json {
-            true => Ok(print::result(serde_json::to_string(summary)?)?),
-            false => Ok(()),
-        })
+        let ended = session.drive(run, camera, None, &interrupted)?;
+        ended.conclude(|summary| Ok(print::json(options.run.json, summary)?))
     }))
 }

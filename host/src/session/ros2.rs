@@ -5,12 +5,20 @@
 mod output;
 
 use std::net::IpAddr;
+use std::path::Path;
 
 use clap::Args;
+use plumb_cameras::open::{self, OpenedCamera};
+use plumb_cameras::recording::{self, is_mcap, played};
+use plumb_cameras::ros2::Ros2CameraSettings;
+use plumb_cameras::settings::{CameraSettings, SourceName};
+use plumb_frame::driver::OpenedSource;
+use plumb_vision::camera::Camera;
 
+use crate::cli::exit::Failure;
 use crate::cli::numbers;
 
-pub(crate) use output::{Ros2, open_camera, open_recording};
+pub(crate) use output::Ros2Output;
 
 #[derive(Args)]
 pub(crate) struct Ros2Options {
@@ -29,4 +37,33 @@ pub(crate) struct Ros2Options {
     /// all; 127.0.0.1 with ROS_LOCALHOST_ONLY=1 or ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST]
     #[arg(long, value_name = "ADDRESS", requires = "ros2")]
     pub(crate) ros2_interface: Option<IpAddr>,
+}
+
+/// Opens the camera that `settings` choose, also one in ROS 2.
+pub(crate) fn open_camera(
+    settings: &CameraSettings,
+    camera: Camera,
+    device_recording: Option<&Path>,
+) -> Result<OpenedCamera, Failure> {
+    if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
+        settings.source(false)?;
+        let recording = output::open_mcap(path, &camera, &settings.ros2)?;
+        return Ok(OpenedCamera::start(played(recording), camera)?);
+    }
+    if settings.source(false)? == SourceName::Ros2 {
+        return output::open_node(settings, camera, device_recording);
+    }
+    Ok(open::open_camera(settings, camera, device_recording)?)
+}
+
+/// Opens a recording of any format. `settings` may name the topics of an MCAP file.
+pub(crate) fn open_recording(
+    path: &Path,
+    camera: &Camera,
+    settings: &Ros2CameraSettings,
+) -> Result<OpenedSource, Failure> {
+    match is_mcap(path) {
+        true => output::open_mcap(path, camera, settings),
+        false => Ok(recording::open_recording(path, camera)?),
+    }
 }

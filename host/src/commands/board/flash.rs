@@ -27,7 +27,7 @@ use serde_json::json;
 use super::status::{compare_release, firmware_line};
 use crate::cli::exit::{Failure, Work, failed};
 use crate::cli::port_args::PortArgs;
-use crate::cli::print::{result, tell};
+use crate::cli::print::{self, tell};
 use crate::cli::rig_path::RigArg;
 use computer::ThisComputer;
 use drive::{DriveSearch, Drives};
@@ -80,10 +80,9 @@ pub(super) fn prepare(args: Args) -> Result<Work, Failure> {
         let cause = start.as_deref().unwrap_or("not reported");
         tell!("{port}: the board is back: {provenance}; cause of its start: {cause}");
         compare_release(port, &provenance);
-        if args.json {
-            let firmware = firmware_line(&provenance);
-            result(json!({ "port": port, "flashed": file, "start": start, "firmware": firmware }))?;
-        }
+        let firmware = firmware_line(&provenance);
+        let line = json!({ "port": port, "flashed": file, "start": start, "firmware": firmware });
+        print::json(args.json, line)?;
         Ok(ExitCode::SUCCESS)
     }))
 }

@@ -66,9 +66,7 @@ fn test(args: &Args, kind: BoardName) -> Result<ExitCode, Failure> {
         checks.len(),
         args.out.display()
     );
-    if args.board.json {
-        print::result(report)?;
-    }
+    print::json(args.board.json, report)?;
     Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 

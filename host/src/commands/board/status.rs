@@ -26,9 +26,7 @@ pub(super) fn tell<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<Ex
         tell!("{port}: {} `plumb clear` clears it", after_fault(fault));
     }
     counts(&port, &diagnostics);
-    if is_json {
-        print::result(whole_line(&port, &report, &provenance, &diagnostics))?;
-    }
+    print::json(is_json, whole_line(&port, &report, &provenance, &diagnostics))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -117,10 +115,7 @@ pub(crate) fn report<T: Transport>(
         let BoardReport { bad_frames, late_ticks, .. } = report;
         tell!("{port}: since its start {bad_frames} damaged frames, {late_ticks} late ticks");
     }
-    if is_json {
-        print::result(line(&port, &report))?;
-    }
-    Ok(())
+    Ok(print::json(is_json, line(&port, &report))?)
 }
 
 /// Prints the state of the board, and where its motors are.

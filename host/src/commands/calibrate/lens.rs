@@ -111,10 +111,7 @@ fn calibrate(
         camera_file::parse(&camera_file.path, &text)?;
         written = camera_file.replace(&text, "the intrinsics", is_agreed);
     }
-    output::conclude(written, is_json, |is_written| {
-        report.written = is_written;
-        Ok(serde_json::to_string(&report)?)
-    })
+    output::conclude(written, is_json, |written| Report { written, ..report })
 }
 
 /// Returns the folder beside the camera file that holds pictures of the board.

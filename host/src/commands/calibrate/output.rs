@@ -9,6 +9,7 @@ use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::rig::Rig;
 use plumb_vision::image::ColourImage;
+use serde::Serialize;
 
 use super::found::Found;
 use crate::cli::exit::{FAILED, Failure};
@@ -67,15 +68,12 @@ pub(super) fn without_effect(file: &Path, rig: &Rig) -> Option<String> {
 ///
 /// # Errors
 /// Where the file could not be written, or nobody could be asked.
-pub(super) fn conclude(
+pub(super) fn conclude<R: Serialize>(
     written: Result<bool, Failure>,
     is_json: bool,
-    report: impl FnOnce(bool) -> Result<String, Failure>,
+    report: impl FnOnce(bool) -> R,
 ) -> Result<ExitCode, Failure> {
-    let is_written = matches!(written, Ok(true));
-    if is_json {
-        print::result(report(is_written)?)?;
-    }
+    print::json(is_json, report(matches!(written, Ok(true))))?;
     match written {
         Ok(true) => Ok(ExitCode::SUCCESS),
         Ok(false) => Ok(ExitCode::from(FAILED)),

@@ -91,8 +91,7 @@ struct Move {
 }
 
 pub(crate) fn jog(args: JogArgs) -> Result<Work, Failure> {
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+    let (file, rig) = args.rig.read()?;
     let wanted = args.motor.zip(args.distance);
     let wanted = wanted.map(|(motor, distance)| wanted_move(motor, distance, &rig)).transpose()?;
     let rate = rate(args.rate, &rig)?;
@@ -113,9 +112,7 @@ pub(crate) fn jog(args: JogArgs) -> Result<Work, Failure> {
         let report = BoardReport::from(&telemetry);
         let [a, b, c] = report.motors;
         note!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
-        if args.json {
-            print::result(status::line(&link.port(), &report))?;
-        }
+        print::json(args.json, status::line(&link.port(), &report))?;
         let is_interrupted = interrupted.load(Ordering::Relaxed);
         Ok(if is_interrupted { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
     }))

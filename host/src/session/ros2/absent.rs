@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use plumb_cameras::open::{self, OpenedCamera};
-use plumb_cameras::recording::{self, is_mcap};
+use plumb_cameras::open::OpenedCamera;
 use plumb_cameras::ros2::Ros2CameraSettings;
-use plumb_cameras::settings::{CameraSettings, SourceName};
+use plumb_cameras::settings::CameraSettings;
 use plumb_frame::clock::LiveClock;
 use plumb_frame::driver::OpenedSource;
-use plumb_runtime::observer::Observer;
+use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
 
@@ -24,59 +23,42 @@ pub(crate) fn flag(text: &str) -> Result<bool, &'static str> {
     if text == "false" { Ok(false) } else { Err(ABSENT) }
 }
 
-/// Opens the camera that `settings` choose.
-///
-/// # Errors
-/// Where it is a camera in ROS 2 or an MCAP file.
-pub(crate) fn open_camera(
-    settings: &CameraSettings,
-    camera: Camera,
-    device_recording: Option<&Path>,
+/// Refuses a camera in ROS 2.
+pub(super) fn open_node(
+    _: &CameraSettings,
+    _: Camera,
+    _: Option<&Path>,
 ) -> Result<OpenedCamera, Failure> {
-    if settings.source == Some(SourceName::Ros2) {
-        return Err(failed(ABSENT));
-    }
-    if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
-        return Err(without_mcap(path));
-    }
-    Ok(open::open_camera(settings, camera, device_recording)?)
+    Err(failed(ABSENT))
 }
 
-/// Opens a recording.
-///
-/// # Errors
-/// Where it is an MCAP file.
-pub(crate) fn open_recording(
+/// Refuses an MCAP file.
+pub(super) fn open_mcap(
     path: &Path,
-    camera: &Camera,
+    _: &Camera,
     _: &Ros2CameraSettings,
 ) -> Result<OpenedSource, Failure> {
-    if is_mcap(path) {
-        return Err(without_mcap(path));
-    }
-    Ok(recording::open_recording(path, camera)?)
+    Err(failed(format!("{}: an MCAP recording: {ABSENT}", path.display())))
 }
 
-fn without_mcap(path: &Path) -> Failure {
-    failed(format!("{}: an MCAP recording: {ABSENT}", path.display()))
-}
-
-/// Node without effect.
-pub(crate) struct Ros2;
+/// Node that no program of this kind has.
+pub(crate) enum Ros2Output {}
 
 impl Ros2Options {
     /// Starts nothing: the option was refused.
-    pub(crate) fn start(&self, _: &Camera, _: &OperatorSender) -> Result<Ros2, Failure> {
-        Ok(Ros2)
+    pub(crate) fn start(
+        &self,
+        _: &Camera,
+        _: &OperatorSender,
+    ) -> Result<Option<Ros2Output>, Failure> {
+        Ok(None)
     }
 }
 
-impl Ros2 {
-    /// Does nothing.
-    pub(crate) fn set_clock(&self, _: Option<LiveClock>) {}
+impl Ros2Output {
+    pub(crate) fn set_clock(&self, _: LiveClock) {}
+}
 
-    /// Returns no observer.
-    pub(crate) fn observer(&mut self) -> Option<&mut dyn Observer> {
-        None
-    }
+impl Observer for Ros2Output {
+    fn frame(&mut self, _: &FrameRecord) {}
 }

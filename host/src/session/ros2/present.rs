@@ -3,14 +3,13 @@
 use std::path::Path;
 use std::str::ParseBoolError;
 
-use plumb_cameras::open::{self, OpenedCamera, open_with};
-use plumb_cameras::recording::{self, is_mcap, played};
+use plumb_cameras::open::{OpenedCamera, open_with};
 use plumb_cameras::ros2::Ros2CameraSettings;
 use plumb_cameras::settings::{CameraSettings, SourceName};
-use plumb_frame::clock::LiveClock;
 use plumb_frame::driver::OpenedSource;
-use plumb_ros2::{McapRecording, Namespace, Network, Ros2Driver, Ros2Output, Ros2Settings};
-use plumb_runtime::observer::Observer;
+use plumb_ros2::{McapRecording, Namespace, Network, Ros2Driver, Ros2Settings};
+
+pub(crate) use plumb_ros2::Ros2Output;
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
 
@@ -23,43 +22,30 @@ pub(crate) fn flag(text: &str) -> Result<bool, ParseBoolError> {
     text.parse()
 }
 
-/// Opens the camera that `settings` choose, also one in ROS 2.
-pub(crate) fn open_camera(
+/// Opens the camera in ROS 2 that `settings` choose.
+pub(super) fn open_node(
     settings: &CameraSettings,
     camera: Camera,
     device_recording: Option<&Path>,
 ) -> Result<OpenedCamera, Failure> {
-    if let Some(path) = settings.recording.as_ref().filter(|path| is_mcap(path)) {
-        settings.source(false)?;
-        let recording = open_recording(path, &camera, &settings.ros2)?;
-        return Ok(OpenedCamera::start(played(recording), camera)?);
-    }
-    if settings.source(false)? == SourceName::Ros2 {
-        let driver = Ros2Driver(&settings.ros2);
-        return Ok(open_with(SourceName::Ros2, &driver, camera, device_recording)?);
-    }
-    Ok(open::open_camera(settings, camera, device_recording)?)
+    let driver = Ros2Driver(&settings.ros2);
+    Ok(open_with(SourceName::Ros2, &driver, camera, device_recording)?)
 }
 
-/// Opens a recording of any format. `settings` may name the topics of an MCAP file.
-pub(crate) fn open_recording(
+/// Opens an MCAP file. `settings` may name its topics.
+pub(super) fn open_mcap(
     path: &Path,
     camera: &Camera,
     settings: &Ros2CameraSettings,
 ) -> Result<OpenedSource, Failure> {
-    if !is_mcap(path) {
-        return Ok(recording::open_recording(path, camera)?);
-    }
     let source = McapRecording::open(path, camera, settings)?;
     let intrinsics = *source.intrinsics();
     Ok(OpenedSource::new(source, intrinsics))
 }
 
-/// Node of a run; without effect where no option asks for one.
-pub(crate) struct Ros2(Option<Ros2Output>);
-
 impl Ros2Options {
-    /// Joins ROS 2 with a node that sends its commands to `operator`, where the options ask for it.
+    /// Joins ROS 2 with a node that sends its commands to `operator`; `None` where no option asks
+    /// for it.
     ///
     /// # Errors
     /// Where the domain or the interface does not exist.
@@ -67,9 +53,9 @@ impl Ros2Options {
         &self,
         camera: &Camera,
         operator: &OperatorSender,
-    ) -> Result<Ros2, Failure> {
+    ) -> Result<Option<Ros2Output>, Failure> {
         if !self.ros2 {
-            return Ok(Ros2(None));
+            return Ok(None);
         }
         let namespace: Namespace = self.ros2_namespace.parse()?;
         let network = Network::choose(self.ros2_domain, self.ros2_interface)?;
@@ -89,20 +75,6 @@ impl Ros2Options {
             network.domain,
             namespace
         );
-        Ok(Ros2(Some(output)))
-    }
-}
-
-impl Ros2 {
-    /// Sets the clock that stamps the run's frames; `None` where it stands.
-    pub(crate) fn set_clock(&self, clock: Option<LiveClock>) {
-        if let (Some(output), Some(clock)) = (&self.0, clock) {
-            output.set_clock(clock);
-        }
-    }
-
-    /// Returns the observer, if there is a node.
-    pub(crate) fn observer(&mut self) -> Option<&mut dyn Observer> {
-        self.0.as_mut().map(|output| output as &mut dyn Observer)
+        Ok(Some(output))
     }
 }

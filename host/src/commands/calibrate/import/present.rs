@@ -67,14 +67,11 @@ pub(in super::super) fn prepare(
     if let Content::Lens(_) = imported.content {
         findings.extend(output::without_effect(file, rig));
     }
-    let mut report = Report::new(&imported, content, findings);
+    let report = Report::new(&imported, content, findings);
     report.tell(&imported.content, options.import_size);
     Ok(Box::new(move || {
         let written = camera_file.replace(&text, &format!("the {content}"), is_agreed);
-        output::conclude(written, is_json, |is_written| {
-            report.written = is_written;
-            Ok(serde_json::to_string(&report)?)
-        })
+        output::conclude(written, is_json, |written| Report { written, ..report })
     }))
 }
 
