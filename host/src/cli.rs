@@ -1,5 +1,9 @@
 //! The command line: arguments, numbers, printing, exit codes, hints, files that are changed.
 
+// Its macros are for all modules below.
+#[macro_use]
+pub(crate) mod print;
+
 pub(crate) mod address;
 pub(crate) mod choices;
 pub(crate) mod exit;
@@ -10,7 +14,6 @@ pub(crate) mod number_list;
 pub(crate) mod numbers;
 pub(crate) mod old_file;
 pub(crate) mod port_args;
-pub(crate) mod print;
 pub(crate) mod progress;
 pub(crate) mod rig_path;
 pub(crate) mod verbose;

@@ -3,6 +3,7 @@
 // These panic where nobody reads what they print: `cli::print` does not.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+#[macro_use]
 mod cli;
 mod commands;
 mod session;
@@ -15,7 +16,7 @@ use std::process::ExitCode;
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 use plumb_config::book::first_page;
 
-use cli::exit::{BAD_INPUT, FAILED, Failure, Work, report_usage};
+use cli::exit::{Exit, Failure, Work, report_usage};
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
@@ -94,8 +95,13 @@ impl Command {
 }
 
 fn main() -> ExitCode {
+    ExitCode::from(run() as u8)
+}
+
+/// Reads the command line, and does the work of its command.
+fn run() -> Exit {
     if let Err(error) = cli::interrupt::outlive_file_size_limit() {
-        return Failure::from(error).report(FAILED);
+        return Failure::from(error).report(Exit::Failed);
     }
     let cli = match Cli::try_parse_from(cli::home_folder::command_line()) {
         Ok(cli) => cli,
@@ -104,11 +110,11 @@ fn main() -> ExitCode {
     cli::print::set_quiet(cli.quiet);
     let log = match cli::verbose::start(cli.verbose) {
         Ok(log) => log,
-        Err(failure) => return failure.report(FAILED),
+        Err(failure) => return failure.report(Exit::Failed),
     };
     let ended = match cli.command.prepare() {
-        Ok(work) => work().map_err(|failure| (failure, FAILED)),
-        Err(failure) => Err((failure, BAD_INPUT)),
+        Ok(work) => work().map_err(|failure| (failure, Exit::Failed)),
+        Err(failure) => Err((failure, Exit::BadInput)),
     };
     // The messages of the log come before the failure.
     drop(log);

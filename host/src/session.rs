@@ -36,7 +36,6 @@ use plumb_vision::detect::BallDetector;
 
 use crate::cli::choices::DetectorName;
 use crate::cli::exit::Failure;
-use crate::cli::print::tell;
 use crate::session::camera::RunCamera;
 use crate::session::find_ball::find_ball;
 use crate::session::goal::Goal;

@@ -7,8 +7,6 @@ use plumb_sim::simulated::{geometry, wired};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 
-use crate::cli::print::note;
-
 /// Name of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum DetectorName {

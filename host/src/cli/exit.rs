@@ -6,7 +6,6 @@ use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::error::ErrorKind as HelpKind;
 use plumb_config::error_chain::ErrorChain;
@@ -16,29 +15,41 @@ use serde_json::json;
 use thiserror::Error;
 
 use crate::cli::hints::hint;
-use crate::cli::print::{result, tell};
+use crate::cli::print::result;
 
-/// Exit code of a command that did its work and did not succeed, and of an error of the work: a
-/// target is not reached, a board is silent, a disk is full.
-pub(crate) const FAILED: u8 = 1;
+/// Exit code of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Exit {
+    /// The work is done.
+    Done = 0,
+    /// The command did its work and did not succeed, or the work had an error: a target is not
+    /// reached, a board is silent, a disk is full.
+    Failed = 1,
+    /// The preparation had an error: an option, a file or a port.
+    BadInput = 2,
+}
 
-/// Exit code of an error of the preparation: an option, a file or a port.
-pub(crate) const BAD_INPUT: u8 = 2;
+impl Exit {
+    /// Returns the exit code of a command that did its work, and succeeded or not.
+    pub(crate) fn done_if(is_done: bool) -> Self {
+        if is_done { Self::Done } else { Self::Failed }
+    }
+}
 
 /// The work of a command, which is prepared: the command line, the files and the port are read.
-pub(crate) type Work = Box<dyn FnOnce() -> Result<ExitCode, Failure>>;
+pub(crate) type Work = Box<dyn FnOnce() -> Result<Exit, Failure>>;
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
-pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
+pub(crate) fn report_usage(error: &clap::Error) -> Exit {
     if !error.use_stderr() || error.kind() == HelpKind::DisplayHelpOnMissingArgumentOrSubcommand {
         // Help that nobody reads is no failure.
         let _closed_pipe = error.print();
-        return ExitCode::from(if error.use_stderr() { BAD_INPUT } else { 0 });
+        return if error.use_stderr() { Exit::BadInput } else { Exit::Done };
     }
     let text = error.render().to_string();
     tell!("plumb: {}", text.trim_end());
-    print_json(BAD_INPUT, text.trim_end());
-    ExitCode::from(BAD_INPUT)
+    print_json(Exit::BadInput, text.trim_end());
+    Exit::BadInput
 }
 
 /// Error that ends a command.
@@ -95,17 +106,17 @@ impl<E: Error + 'static> From<E> for Failure {
 impl Failure {
     /// Prints the error: for people, and as the line of JSON of a command with `--json` that has
     /// printed no result. Returns the exit code: `phase`, save where the error tells another one.
-    pub(crate) fn report(&self, phase: u8) -> ExitCode {
+    pub(crate) fn report(&self, phase: Exit) -> Exit {
         let code = self.code(phase);
         self.print();
         if !self.has_result {
             print_json(code, &self.message());
         }
-        ExitCode::from(code)
+        code
     }
 
     /// Returns the exit code of this error in a phase whose own one is `phase`.
-    fn code(&self, phase: u8) -> u8 {
+    fn code(&self, phase: Exit) -> Exit {
         ErrorChain(&*self.error).errors().find_map(code_of_fact).unwrap_or(phase)
     }
 
@@ -150,14 +161,14 @@ pub(crate) fn both(first: Result<(), Failure>, second: Result<(), Failure>) -> R
 
 /// Returns the exit code of an error that is no matter of the phase: that of the link to a board,
 /// of a write without room (a full disk, or a limit of the size), or of an input during the work.
-fn code_of_fact(error: &(dyn Error + 'static)) -> Option<u8> {
+fn code_of_fact(error: &(dyn Error + 'static)) -> Option<Exit> {
     use ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     if let Some(error) = error.downcast_ref::<io::Error>() {
         let is_without_room = matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge);
-        return is_without_room.then_some(FAILED);
+        return is_without_room.then_some(Exit::Failed);
     }
     if error.is::<BadInput>() {
-        return Some(BAD_INPUT);
+        return Some(Exit::BadInput);
     }
     Some(match error.downcast_ref()? {
         LinkError::Absent { .. }
@@ -166,16 +177,16 @@ fn code_of_fact(error: &(dyn Error + 'static)) -> Option<u8> {
         | LinkError::NotAPort { .. }
         | LinkError::Open { .. }
         | LinkError::Ports { .. }
-        | LinkError::Refused { refusal: Refusal::Config(_), .. } => BAD_INPUT,
-        _ => FAILED,
+        | LinkError::Refused { refusal: Refusal::Config(_), .. } => Exit::BadInput,
+        _ => Exit::Failed,
     })
 }
 
 /// Prints an error as a line of JSON where the command line asks for JSON.
-fn print_json(code: u8, message: &str) {
+fn print_json(code: Exit, message: &str) {
     if is_json_asked(env::args_os().skip(1)) {
         // The exit code tells the error, also where standard output cannot be written.
-        let _unwritten = result(json!({ "error": message, "exit_code": code }));
+        let _unwritten = result(json!({ "error": message, "exit_code": code as u8 }));
     }
 }
 
@@ -199,35 +210,35 @@ mod tests {
     use super::*;
 
     /// Returns the exit codes of an error of the preparation and of one of the work.
-    fn codes(error: impl Error + 'static) -> [u8; 2] {
+    fn codes(error: impl Error + 'static) -> [Exit; 2] {
         let failure = Failure::from(error);
-        [BAD_INPUT, FAILED].map(|phase| failure.code(phase))
+        [Exit::BadInput, Exit::Failed].map(|phase| failure.code(phase))
     }
 
     #[test]
     fn the_code_of_a_board_and_of_a_write_without_room_is_that_of_every_phase() {
         let refusal = Refusal::Config(ConfigField::Travel);
         let refused = || LinkError::Refused { what: "the configuration", refusal };
-        assert_eq!(codes(refused()), [BAD_INPUT; 2]);
-        assert_eq!(codes(RunError::Connect(refused())), [BAD_INPUT; 2]);
-        assert_eq!(codes(LinkError::Absent { port: "port".to_owned() }), [BAD_INPUT; 2]);
+        assert_eq!(codes(refused()), [Exit::BadInput; 2]);
+        assert_eq!(codes(RunError::Connect(refused())), [Exit::BadInput; 2]);
+        assert_eq!(codes(LinkError::Absent { port: "port".to_owned() }), [Exit::BadInput; 2]);
         let silent = LinkError::Silent {
             port: "port".to_owned(),
             what: "the greeting",
             waited: Duration::from_secs(1),
             damage: Damage::default(),
         };
-        assert_eq!(codes(RunError::Connect(silent)), [FAILED; 2]);
+        assert_eq!(codes(RunError::Connect(silent)), [Exit::Failed; 2]);
         for kind in [ErrorKind::StorageFull, ErrorKind::QuotaExceeded, ErrorKind::FileTooLarge] {
             let log = RunLogError::Io { action: "write", path: "run".into(), source: kind.into() };
-            assert_eq!(codes(log), [FAILED; 2], "{kind}");
+            assert_eq!(codes(log), [Exit::Failed; 2], "{kind}");
         }
     }
 
     #[test]
     fn the_code_of_any_other_error_is_that_of_its_phase() {
-        assert_eq!(codes(RunError::NoTargets), [BAD_INPUT, FAILED]);
-        assert_eq!(codes(io::Error::from(ErrorKind::NotFound)), [BAD_INPUT, FAILED]);
+        assert_eq!(codes(RunError::NoTargets), [Exit::BadInput, Exit::Failed]);
+        assert_eq!(codes(io::Error::from(ErrorKind::NotFound)), [Exit::BadInput, Exit::Failed]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use plumb_config::whole_writes::write_whole;
 
 use crate::cli::exit::{Failure, Unwritten, bad_input, failed};
-use crate::cli::print::{message, tell};
+use crate::cli::print::message;
 
 /// File before its change.
 pub(crate) struct OldFile<'a> {

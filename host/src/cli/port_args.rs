@@ -11,7 +11,6 @@ use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
 use crate::cli::exit::{Failure, bad_input};
 use crate::cli::numbers;
-use crate::cli::print::note;
 use crate::cli::rig_path::RigArg;
 
 /// Environment variable with the port of a command line that names none.

@@ -18,17 +18,15 @@ macro_rules! tell {
         $crate::cli::print::message(format_args!("{}\n", format_args!($($text)*)))
     };
 }
-pub(crate) use tell;
 
 /// Writes a line for people as [`tell`], but nothing with `--quiet`: for notes and good results.
 macro_rules! note {
     ($($text:tt)*) => {
         if !$crate::cli::print::is_quiet() {
-            $crate::cli::print::tell!($($text)*);
+            tell!($($text)*);
         }
     };
 }
-pub(crate) use note;
 
 /// Whether the command line has `--quiet`.
 static IS_QUIET: AtomicBool = AtomicBool::new(false);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};
 
-use crate::cli::print::{is_quiet, renew, renew_line, tell};
+use crate::cli::print::{is_quiet, renew, renew_line};
 
 /// Returns whether progress is shown: standard error is a terminal, and `--quiet` is absent.
 pub(crate) fn is_shown() -> bool {

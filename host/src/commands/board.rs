@@ -4,16 +4,13 @@ mod flash;
 mod selftest;
 pub(crate) mod status;
 
-use std::process::ExitCode;
-
 use clap::{Parser, Subcommand};
 use plumb_runtime::link::{Link, Transport};
 use serde_json::json;
 
-use crate::cli::exit::{Failure, Work};
+use crate::cli::exit::{Exit, Failure, Work};
 use crate::cli::port_args::BoardArgs;
 use crate::cli::print;
-use crate::cli::print::tell;
 use crate::session::connection::connect;
 
 /// Ask the board for its state, store a configuration in it, or write new firmware to it
@@ -67,7 +64,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
                 Link::bootloader(serial)?;
                 tell!("{port}: the board has restarted into its bootloader");
                 print::json(args.json, json!({ "port": port, "bootloader": true }))?;
-                Ok(ExitCode::SUCCESS)
+                Ok(Exit::Done)
             }))
         }
     }
@@ -81,6 +78,6 @@ fn save(args: BoardArgs) -> Result<Work, Failure> {
         let port = link.port();
         tell!("{port}: the board keeps the configuration of {}", file.display());
         print::json(args.json, json!({ "port": port, "saved": file }))?;
-        Ok(ExitCode::SUCCESS)
+        Ok(Exit::Done)
     }))
 }

@@ -13,7 +13,6 @@ mod view;
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Parser;
 use nalgebra::Isometry3;
@@ -28,11 +27,10 @@ use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Rig;
 
 use crate::cli::choices::DetectorName;
-use crate::cli::exit::{FAILED, Failure, Unwritten, Work, failed};
+use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
 use crate::cli::interrupt::interrupt_flag;
 use crate::cli::numbers;
 use crate::cli::old_file::check_writable;
-use crate::cli::print::tell;
 use crate::cli::rig_path::RigArg;
 use crate::session::camera::read_camera;
 use clicks::Clicks;
@@ -146,7 +144,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
         Some(clicks) => from_clicks(clicks, &mut view, &old, &camera_file, args.json),
         None => match find(&args, &rig, &mut view)? {
             Some(found) => conclude(&found, &old, &camera_file, args.yes, args.json),
-            None => Ok(ExitCode::from(FAILED)),
+            None => Ok(Exit::Failed),
         },
     }))
 }
@@ -158,7 +156,7 @@ fn from_clicks(
     old: &Isometry3<f64>,
     camera_file: &CameraFile,
     is_json: bool,
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     let Some(found) = clicks.collect(view, old, &*interrupt_flag(false)?)? else {
         clicks.end("Nothing is written.");
         return Err(failed("the calibration was ended without a pose: nothing is written"));
@@ -179,7 +177,7 @@ fn conclude(
     camera_file: &CameraFile,
     is_agreed: bool,
     is_json: bool,
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     let mut report = Report::new(found.way, &found.calibration, old);
     report.picture = Some(camera_file.keep_picture(&found.draw()?)?);
     report.tell();
@@ -296,5 +294,5 @@ fn print_board(file: &Path, paper: Paper) -> Result<Work, Failure> {
          100 mm, and glue it onto something flat.",
         file.display()
     );
-    Ok(Box::new(|| Ok(ExitCode::SUCCESS)))
+    Ok(Box::new(|| Ok(Exit::Done)))
 }

@@ -1,14 +1,13 @@
 //! `plumb cameras`: depth cameras, and what is missing to use them.
 
 use std::path::Path;
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_cameras::discovery::{Access, Discovery, discover};
 use plumb_frame::driver::LibraryState;
 
-use crate::cli::exit::{FAILED, Work};
-use crate::cli::print::{self, tell};
+use crate::cli::exit::{Exit, Work};
+use crate::cli::print;
 
 /// The cameras that are there, and what is missing to use them
 ///
@@ -26,7 +25,7 @@ pub(crate) fn prepare(args: Args) -> Work {
         let found = discover(Path::new("/"));
         tell(&found);
         print::json(args.json, &found)?;
-        Ok(if found.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+        Ok(Exit::done_if(!found.cameras.is_empty()))
     })
 }
 

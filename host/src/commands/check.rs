@@ -4,16 +4,14 @@ mod commissioning;
 mod options;
 mod words;
 
-use std::process::ExitCode;
-
 use plumb_runtime::rig::check::{Finding, Severity, SimulationMistake, check};
 use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
-use crate::cli::exit::{BAD_INPUT, FAILED, Failure, Work};
+use crate::cli::exit::{Exit, Failure, Work};
 use crate::cli::hints::INIT;
-use crate::cli::print::{self, note, tell};
+use crate::cli::print;
 use commissioning::RigLine;
 
 pub(crate) use options::Args;
@@ -55,12 +53,12 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     };
     Ok(Box::new(move || {
         let rig = jogs.map(|jogs| jogs(&args)).transpose()?;
-        let code = match (errors, &rig) {
-            (0, Some(rig)) if !rig.right => FAILED,
-            (0, _) => 0,
-            _ => BAD_INPUT,
+        let exit = match (errors, &rig) {
+            (0, Some(rig)) if !rig.right => Exit::Failed,
+            (0, _) => Exit::Done,
+            _ => Exit::BadInput,
         };
         print::json(args.json, Line { errors, warnings, findings: &findings, rig })?;
-        Ok(ExitCode::from(code))
+        Ok(exit)
     }))
 }

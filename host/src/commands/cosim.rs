@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_config::bounded_read::read_line;
@@ -16,7 +15,7 @@ use plumb_sim::cosim::{Cosim, CosimError, Request};
 use plumb_sim::limits::RigLimits;
 
 use crate::cli::choices::law;
-use crate::cli::exit::{Failure, Work, bad_input};
+use crate::cli::exit::{Exit, Failure, Work, bad_input};
 use crate::cli::numbers;
 use crate::cli::print::{self, Reader};
 
@@ -84,7 +83,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
 }
 
 /// Answers the requests on standard input.
-fn serve(args: &Args, mut cosim: Cosim, workspace: &Workspace) -> Result<ExitCode, Failure> {
+fn serve(args: &Args, mut cosim: Cosim, workspace: &Workspace) -> Result<Exit, Failure> {
     let mut input = std::io::stdin().lock();
     for number in 1_u64.. {
         let wrong = |error: &(dyn Error + 'static)| {
@@ -108,5 +107,5 @@ fn serve(args: &Args, mut cosim: Cosim, workspace: &Workspace) -> Result<ExitCod
             break;
         }
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }

@@ -6,7 +6,6 @@ mod rehearsal;
 mod wire;
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -22,7 +21,7 @@ use self::motors::MotorLines;
 use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
 use crate::cli::choices::Physics;
-use crate::cli::exit::{Failure, Work, bad_input, failed};
+use crate::cli::exit::{Exit, Failure, Work, bad_input, failed};
 use crate::cli::interrupt::interrupt_flag;
 use crate::cli::print;
 
@@ -101,11 +100,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
 }
 
 /// Serves the board until an interrupt.
-fn emulate(
-    args: &Args,
-    board: EmulatedBoard,
-    rehearsed: Vec<Rehearsed>,
-) -> Result<ExitCode, Failure> {
+fn emulate(args: &Args, board: EmulatedBoard, rehearsed: Vec<Rehearsed>) -> Result<Exit, Failure> {
     let interrupted = interrupt_flag(false)?;
     let served = serve(board)?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
@@ -119,7 +114,7 @@ fn emulate(
     let has_reader = lines.is_none_or(MotorLines::end);
     print::json(args.json && has_reader, line)?;
     served.stop()?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }
 
 /// Returns the board of the options, with its simulated rig if there is one.

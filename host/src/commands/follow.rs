@@ -19,7 +19,6 @@ use plumb_runtime::targets::TargetOrigin;
 use crate::cli::exit::{Failure, Work, failed};
 use crate::cli::number_list::point;
 use crate::cli::numbers;
-use crate::cli::print::note;
 use crate::cli::rig_path::RigArg;
 use crate::commands::run::{Common, drive};
 use crate::session::goal::Goal;

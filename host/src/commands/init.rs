@@ -9,7 +9,6 @@ mod questions;
 use std::fs;
 use std::io;
 use std::path::Path;
-use std::process::ExitCode;
 
 use nix::unistd::{AccessFlags, access};
 use plumb_cameras::recording::own_camera_file;
@@ -23,8 +22,8 @@ use self::advice::{next_step, notes};
 use self::dialogue::Dialogue;
 
 pub(crate) use self::options::Args;
-use crate::cli::exit::{Failure, Unwritten, Work, failed};
-use crate::cli::print::{self, Questions, note};
+use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
+use crate::cli::print::{self, Questions};
 
 /// Line of JSON.
 #[derive(Serialize)]
@@ -58,7 +57,7 @@ fn write(
     rig: &NewRig,
     files: &NewFiles,
     [rig_path, camera_path]: [&Path; 2],
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     write_files(&args.folder, rig_path, camera_path, files)?;
     note!("written: {} and {}", rig_path.display(), camera_path.display());
     if let Some(sender) = sender(&rig.camera, &args.folder) {
@@ -80,7 +79,7 @@ fn write(
     note!("next: {}", next_step(rig, rig_path));
     let straps = files.straps.as_ref().map(|straps| straps.to_string());
     print::json(args.json, Line { rig: rig_path, camera: camera_path, straps })?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }
 
 /// Checks that `file` can be written into `folder`, or into the folder that it will be created in.

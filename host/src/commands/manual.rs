@@ -1,13 +1,12 @@
 //! `plumb completions` and `plumb man`: the command line, described for a shell and for `man`.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::{Command, Parser};
 use clap_complete::Shell;
 
-use crate::cli::exit::{Failure, Unwritten, Work, failed};
-use crate::cli::print::{self, note};
+use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
+use crate::cli::print;
 
 /// Print the completions of commands and options for a shell
 #[derive(Parser)]
@@ -34,7 +33,7 @@ pub(crate) fn completions(args: CompletionsArgs, mut cli: Command) -> Work {
         let mut script = Vec::new();
         clap_complete::generate(args.shell, &mut cli, "plumb", &mut script);
         print::result(String::from_utf8_lossy(&script).trim_end())?;
-        Ok(ExitCode::SUCCESS)
+        Ok(Exit::Done)
     })
 }
 
@@ -53,7 +52,7 @@ pub(crate) fn man(args: ManArgs, cli: Command) -> Result<Work, Failure> {
             .and_then(|()| clap_mangen::generate_to(pages, &folder).map(drop));
         written.map_err(Unwritten::at(&folder))?;
         note!("The manual pages are in {}", folder.display());
-        Ok(ExitCode::SUCCESS)
+        Ok(Exit::Done)
     }))
 }
 

@@ -5,7 +5,6 @@ mod jog;
 mod keys;
 mod terminal;
 
-use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
@@ -14,9 +13,8 @@ use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::{BoardPort, Driver};
 
-use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::port_args::BoardArgs;
-use crate::cli::print::note;
 use crate::commands::board::status::report;
 use crate::session::connection::connect;
 
@@ -135,10 +133,10 @@ fn serve(
     mut link: Link<Serial>,
     is_json: bool,
     request: impl FnOnce(&mut Link<Serial>) -> Result<&'static str, Failure>,
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     let done = request(&mut link)?;
     note!("{}: {done}", link.port());
     let telemetry = link.status()?;
     report(&link, &telemetry, is_json)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }

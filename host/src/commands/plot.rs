@@ -1,14 +1,12 @@
 //! `plumb plot`: the figures of runs, drawn again from their folders.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_log::{LoggedRun, compare};
 
-use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::old_file::check_svg;
-use crate::cli::print::note;
 
 /// Draw the figures of runs again; of several runs also their errors over time in one figure
 ///
@@ -58,6 +56,6 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
             compare(&runs, &out)?;
             note!("{}", out.display());
         }
-        Ok(ExitCode::SUCCESS)
+        Ok(Exit::Done)
     }))
 }

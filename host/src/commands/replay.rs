@@ -3,7 +3,6 @@
 use std::cell::RefCell;
 use std::io::{IsTerminal, stdout};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
@@ -19,8 +18,8 @@ use plumb_log::replay::{DebugFolder, Problem, ReplayOutcome, replay};
 use plumb_vision::camera::Camera;
 
 use crate::cli::choices::DetectorName;
-use crate::cli::exit::{FAILED, Failure, Work, failed};
-use crate::cli::print::{self, note, tell};
+use crate::cli::exit::{Exit, Failure, Work, failed};
+use crate::cli::print;
 use crate::cli::progress::{ProgressLine, is_shown};
 use crate::session::camera::other_depth_scale;
 use crate::session::ros2::open_recording;
@@ -75,7 +74,7 @@ fn work(
     camera: &Camera,
     source: &mut dyn CameraSource,
     debug: Option<&DebugFolder>,
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     // Rows on the terminal are its progress.
     let line = RefCell::new(ProgressLine::shown_if(is_shown() && !stdout().is_terminal()));
     let mut detector = args.detector.detector(camera);
@@ -93,7 +92,7 @@ fn work(
     line.borrow_mut().clear();
     let outcome = match result {
         // Whoever reads the rows has enough of them.
-        Err(error) if error.is_closed_pipe() => return Ok(ExitCode::SUCCESS),
+        Err(error) if error.is_closed_pipe() => return Ok(Exit::Done),
         result => result?,
     };
     note!(
@@ -112,7 +111,7 @@ fn work(
         "without_depth": outcome.without_depth,
     });
     print::json(args.json, line)?;
-    Ok(if outcome.broken == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    Ok(Exit::done_if(outcome.broken == 0))
 }
 
 /// Checks that a recording exists, and is not the folder of a run.

@@ -8,15 +8,14 @@ mod archive;
 mod parts;
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Parser;
 use serde_json::json;
 
-use crate::cli::exit::{Failure, Work};
+use crate::cli::exit::{Exit, Failure, Work};
 use crate::cli::old_file::write_beside_former;
 use crate::cli::port_args::PortArgs;
-use crate::cli::print::{self, note};
+use crate::cli::print;
 use crate::cli::rig_path::RigArg;
 use parts::Parts;
 
@@ -79,6 +78,6 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
         let names: Vec<_> = parts.iter().map(|part| &part.name).collect();
         let line = json!({ "report": args.out, "bytes": packed.len(), "parts": names });
         print::json(args.json, line)?;
-        Ok(ExitCode::SUCCESS)
+        Ok(Exit::Done)
     }))
 }

@@ -21,7 +21,6 @@ use crate::cli::choices::Physics;
 use crate::cli::exit::{Failure, failed};
 use crate::cli::interrupt::DefaultSignals;
 use crate::cli::port_args::PortArgs;
-use crate::cli::print::{note, tell};
 use crate::session::connection::without_simulation;
 use crate::session::ros2::open_camera;
 

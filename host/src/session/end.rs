@@ -2,14 +2,14 @@
 
 use std::io::{IsTerminal, stdout};
 use std::path::PathBuf;
-use std::process::{self, ExitCode};
+use std::process;
 use std::thread;
 use std::time::Duration;
 
 use plumb_page::Page;
 use plumb_runtime::run::{RunError, Summary};
 
-use crate::cli::exit::{FAILED, Failure, both};
+use crate::cli::exit::{Exit, Failure, both};
 use crate::cli::interrupt::DefaultSignals;
 use crate::session::outputs::{Output, Outputs, run_progress};
 use crate::session::report::Report;
@@ -38,7 +38,7 @@ impl EndedSession {
     pub(crate) fn conclude(
         self,
         print: impl FnOnce(&Summary) -> Result<(), Failure>,
-    ) -> Result<ExitCode, Failure> {
+    ) -> Result<Exit, Failure> {
         let (summary, error) = match self.result {
             Ok(summary) => (summary, None),
             Err(RunError::Broken { error, summary }) => (*summary, Some(error)),
@@ -49,9 +49,9 @@ impl EndedSession {
         let closed: Vec<_> = list.into_iter().map(Output::close).collect();
         let _signals = DefaultSignals::begin();
         let is_done = self.is_endless && summary.ending.is_chosen() && summary.at_rest;
-        let code = if summary.is_done || is_done { 0 } else { FAILED };
+        let exit = Exit::done_if(summary.is_done || is_done);
         let is_whole = error.is_none() && closed.iter().all(|closed| closed.result.is_ok());
-        let end = || end_in_time(if is_whole { code } else { FAILED });
+        let end = || end_in_time(if is_whole { exit } else { Exit::Failed });
         let report = Report { folder: self.folder.clone(), messages, clear: self.clear, closed };
         let print = |summary: &Summary| {
             print(summary)?;
@@ -75,15 +75,15 @@ impl EndedSession {
             (print(&summary), ended)
         };
         both(ended, printed).map_err(Failure::with_result)?;
-        Ok(ExitCode::from(code))
+        Ok(exit)
     }
 }
 
-/// Ends the program with `code` after [`TERMINAL_TIMEOUT`], unless it ends before.
-fn end_in_time(code: u8) {
+/// Ends the program with `exit` after [`TERMINAL_TIMEOUT`], unless it ends before.
+fn end_in_time(exit: Exit) {
     let end = move || {
         thread::sleep(TERMINAL_TIMEOUT);
-        process::exit(code.into());
+        process::exit(exit as i32);
     };
     // Without a thread the program waits.
     let _no_thread = thread::Builder::new().name("end".to_owned()).spawn(end);

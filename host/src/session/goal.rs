@@ -7,7 +7,6 @@ use plumb_runtime::run::{PathPlan, Run, RunError, Waypoint};
 use plumb_runtime::targets::{TargetOrigin, TargetSender, TargetStream};
 
 use crate::cli::exit::{Failure, failed};
-use crate::cli::print::{note, tell};
 
 /// Goal of a run.
 pub(crate) enum Goal {

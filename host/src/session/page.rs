@@ -10,7 +10,6 @@ use plumb_vision::camera::Camera;
 
 use crate::cli::address::with_port;
 use crate::cli::exit::Failure;
-use crate::cli::print::tell;
 
 #[derive(Args)]
 pub(crate) struct PageOptions {

@@ -9,7 +9,7 @@ use plumb_runtime::observer::RunEvent;
 use plumb_runtime::run::{ControlLoopError, Summary};
 
 use crate::cli::exit::{Failure, both, failed};
-use crate::cli::print::{is_quiet, tell};
+use crate::cli::print::is_quiet;
 use crate::session::outputs::{Closed, Messages};
 
 /// What to do after the link to the board broke in mid-run.

@@ -11,7 +11,6 @@ mod steps;
 mod tests;
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_cameras::camera_file::is_rig_file;
@@ -25,9 +24,9 @@ use plumb_runtime::rig::{BoardPort, Rig};
 use serde_json::json;
 
 use super::status::{compare_release, firmware_line};
-use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::port_args::PortArgs;
-use crate::cli::print::{self, tell};
+use crate::cli::print;
 use crate::cli::rig_path::RigArg;
 use computer::ThisComputer;
 use drive::{DriveSearch, Drives};
@@ -83,7 +82,7 @@ pub(super) fn prepare(args: Args) -> Result<Work, Failure> {
         let firmware = firmware_line(&provenance);
         let line = json!({ "port": port, "flashed": file, "start": start, "firmware": firmware });
         print::json(args.json, line)?;
-        Ok(ExitCode::SUCCESS)
+        Ok(Exit::Done)
     }))
 }
 

@@ -1,7 +1,6 @@
 //! `plumb board selftest`: tests the chip of a board without a rig.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_protocol::RELEASE;
@@ -11,11 +10,10 @@ use plumb_setup::selftest::{self, Check, Outcome};
 use serde_json::json;
 
 use super::status::{chip_counts, firmware_line};
-use crate::cli::exit::{FAILED, Failure, Work, failed};
+use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::old_file::{ask, write};
 use crate::cli::port_args::BoardArgs;
 use crate::cli::print;
-use crate::cli::print::tell;
 
 #[derive(Parser)]
 pub(super) struct Args {
@@ -41,7 +39,7 @@ pub(super) fn prepare(args: Args) -> Result<Work, Failure> {
 }
 
 /// Tests the board, if the user agrees or has agreed.
-fn test(args: &Args, kind: BoardName) -> Result<ExitCode, Failure> {
+fn test(args: &Args, kind: BoardName) -> Result<Exit, Failure> {
     let pins = kind.board().name;
     let question =
         format!("The pins of board.kind = \"{pins}\" will give pulses. Is the motors' supply off?");
@@ -67,7 +65,7 @@ fn test(args: &Args, kind: BoardName) -> Result<ExitCode, Failure> {
         args.out.display()
     );
     print::json(args.board.json, report)?;
-    Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    Ok(Exit::done_if(failed == 0))
 }
 
 /// Returns the kind of the board: of the option, or of the rig file. A Pico without both.

@@ -1,7 +1,5 @@
 //! The state of a board, for people and as JSON.
 
-use std::process::ExitCode;
-
 use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
 use plumb_protocol::message::{State, Telemetry};
 use plumb_protocol::{Provenance, RELEASE};
@@ -10,11 +8,11 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, Transport};
 use serde_json::{Value, json};
 
-use crate::cli::exit::Failure;
-use crate::cli::print::{self, is_quiet, tell};
+use crate::cli::exit::{Exit, Failure};
+use crate::cli::print::{self, is_quiet};
 
 /// Prints the state of the board, its program and what it has counted.
-pub(super) fn tell<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<ExitCode, Failure> {
+pub(super) fn tell<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<Exit, Failure> {
     let (telemetry, provenance) = (link.status()?, link.provenance()?);
     let diagnostics = link.diagnostics()?;
     let port = link.port();
@@ -27,7 +25,7 @@ pub(super) fn tell<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<Ex
     }
     counts(&port, &diagnostics);
     print::json(is_json, whole_line(&port, &report, &provenance, &diagnostics))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }
 
 /// Asks the board for its state, its program and what it has counted, and returns them in JSON.

@@ -13,7 +13,6 @@ use super::options::MotorOptions;
 use super::output::CameraFile;
 use super::view::{Stage, View};
 use crate::cli::exit::{Failure, failed};
-use crate::cli::print::tell;
 
 /// Time between two pictures, in which commands are awaited.
 const INTERVAL: Duration = Duration::from_millis(33);

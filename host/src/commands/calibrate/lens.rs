@@ -4,7 +4,6 @@ mod pictures;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Args;
 use plumb_calibrate::calibration::Grade;
@@ -18,9 +17,8 @@ use serde::Serialize;
 
 use super::output::{self, CameraFile};
 use super::view::View;
-use crate::cli::exit::{Failure, Unwritten, Work, failed};
+use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
 use crate::cli::numbers;
-use crate::cli::print::tell;
 use pictures::{Shown, from_camera, from_folder};
 
 /// Ways that exclude the options.
@@ -88,7 +86,7 @@ fn calibrate(
     ignored: Option<String>,
     camera_file: &CameraFile,
     (is_agreed, is_json): (bool, bool),
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     let Some(first) = shown.first() else {
         return Err(failed(
             "no picture shows the board: `plumb calibrate --print-board board.pdf`",

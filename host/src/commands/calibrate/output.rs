@@ -1,7 +1,6 @@
 //! Files of a calibration: the camera file and the picture.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use plumb_calibrate::camera_text::with_pose;
 use plumb_cameras::camera_file;
@@ -12,7 +11,7 @@ use plumb_vision::image::ColourImage;
 use serde::Serialize;
 
 use super::found::Found;
-use crate::cli::exit::{FAILED, Failure};
+use crate::cli::exit::{Exit, Failure};
 use crate::cli::old_file::OldFile;
 use crate::cli::print;
 
@@ -72,11 +71,11 @@ pub(super) fn conclude<R: Serialize>(
     written: Result<bool, Failure>,
     is_json: bool,
     report: impl FnOnce(bool) -> R,
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     print::json(is_json, report(matches!(written, Ok(true))))?;
     match written {
-        Ok(true) => Ok(ExitCode::SUCCESS),
-        Ok(false) => Ok(ExitCode::from(FAILED)),
+        Ok(true) => Ok(Exit::Done),
+        Ok(false) => Ok(Exit::Failed),
         Err(failure) if is_json => Err(failure.with_result()),
         Err(failure) => Err(failure),
     }

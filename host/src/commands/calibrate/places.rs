@@ -13,7 +13,7 @@ use super::view::{Stage, View, last};
 use crate::cli::choices::DetectorName;
 use crate::cli::exit::{Failure, failed};
 use crate::cli::number_list::typed_point;
-use crate::cli::print::{message, tell};
+use crate::cli::print::message;
 
 /// Places of the ball, and a picture.
 pub(super) struct Places {

@@ -20,7 +20,6 @@ use super::words;
 use crate::cli::exit::{Failure, failed};
 use crate::cli::interrupt::{interrupt_flag, interrupted_before};
 use crate::cli::old_file::{OldFile, ask};
-use crate::cli::print::{note, tell};
 use crate::session::camera::{RunCamera, read_camera};
 use crate::session::connection::{check_state, configured};
 

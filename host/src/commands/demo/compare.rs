@@ -1,15 +1,14 @@
 //! `plumb demo --compare`: the same task with every law, and their errors in one figure.
 
-use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
 use plumb_log::{ComparisonLog, LawCurve, OutputDir};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 
 use super::task::{Args, Demo};
-use crate::cli::exit::{FAILED, Failure, Work, failed};
+use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::interrupt::interrupt_flag;
-use crate::cli::print::{self, tell};
+use crate::cli::print;
 
 /// Prepares the comparison of the laws. Its work prints the lines of JSON of the runs that ended,
 /// also after a failure.
@@ -25,26 +24,22 @@ pub(super) fn prepare(args: Args) -> Result<Work, Failure> {
 
 /// Runs every law, in the order of [`LawName::ALL`], into a folder of its own, and draws the
 /// figure. Adds the line of JSON of each run to `lines`.
-fn compare(
-    args: &Args,
-    folder: ComparisonLog,
-    lines: &mut Vec<String>,
-) -> Result<ExitCode, Failure> {
+fn compare(args: &Args, folder: ComparisonLog, lines: &mut Vec<String>) -> Result<Exit, Failure> {
     let interrupted = interrupt_flag(true)?;
     let mut keep = |line: &str| {
         lines.push(line.to_owned());
         Ok(())
     };
     let threshold_m = Rig::paper()?.reached.radius.get();
-    let (mut curves, mut code) = (Vec::new(), ExitCode::SUCCESS);
+    let (mut curves, mut code) = (Vec::new(), Exit::Done);
     for name in LawName::ALL {
         let settings = LawSettings::from(name);
         let mut curve = LawCurve::new(settings.title());
         let output_dir = OutputDir::Path(folder.path().join(name.as_str()));
         let demo = Demo::prepare(args, settings, output_dir)?;
         let ended = demo.drive(args, &interrupted, (&mut curve, &mut keep))?;
-        if ended != ExitCode::SUCCESS {
-            code = ExitCode::from(FAILED);
+        if ended != Exit::Done {
+            code = Exit::Failed;
         }
         curves.push(curve);
         if interrupted.load(Ordering::Relaxed) {

@@ -1,7 +1,6 @@
 //! A run of the demo: its options, the simulated rig and camera, the line of JSON.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -24,9 +23,8 @@ use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
 
 use crate::cli::choices::{Physics, law};
-use crate::cli::exit::{Failure, failed};
+use crate::cli::exit::{Exit, Failure, failed};
 use crate::cli::numbers;
-use crate::cli::print::note;
 use crate::commands::follow::{PathOptions, What};
 use crate::session::camera::RunCamera;
 use crate::session::goal::Goal;
@@ -171,7 +169,7 @@ impl Demo {
         args: &Args,
         interrupted: &AtomicBool,
         results: (&mut LawCurve, Lines<'_>),
-    ) -> Result<ExitCode, Failure> {
+    ) -> Result<Exit, Failure> {
         // In virtual time no message comes before the result, which a stopped terminal (Ctrl-S)
         // must not hold back.
         if !args.virtual_time {
@@ -219,7 +217,7 @@ fn conclude<T: Transport>(
     camera: RunCamera,
     ball: impl Fn() -> Option<Point3<f64>>,
     (curve, lines): (&mut LawCurve, Lines<'_>),
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     let ended = session.drive(run, camera, Some(curve), interrupted)?;
     let ball = ball().unwrap_or_default();
     ended.conclude(|summary| {

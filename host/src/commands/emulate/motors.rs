@@ -10,7 +10,7 @@ use plumb_protocol::units::Micros;
 use plumb_sim::emulator::MotorSample;
 
 use crate::cli::exit::Failure;
-use crate::cli::print::{self, Reader, tell};
+use crate::cli::print::{self, Reader};
 
 /// Interval of the lines on the board's clock.
 pub(super) const INTERVAL: Micros = Micros(5000);

@@ -11,7 +11,6 @@ use plumb_sim::emulator::{DriverTrouble, EmulatedBoard};
 
 use crate::cli::exit::{Failure, failed};
 use crate::cli::numbers;
-use crate::cli::print::{note, tell};
 
 /// What goes wrong with the emulated board.
 #[derive(Args)]

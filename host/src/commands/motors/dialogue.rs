@@ -13,7 +13,7 @@ use plumb_runtime::rig::Rig;
 use super::keys::{Key, KeyDecoder, KeyJogger, Motion, NAMES};
 use super::terminal::{KeyMode, is_terminal};
 use crate::cli::exit::{Failure, failed};
-use crate::cli::print::{message, renew, tell};
+use crate::cli::print::{message, renew};
 
 /// Interval in which keys are read and the board is asked for its state.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);

@@ -1,6 +1,5 @@
 //! `plumb jog`: turns one motor, by a distance or with keys.
 
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -15,12 +14,11 @@ use plumb_runtime::rig::Rig;
 
 use super::dialogue;
 use super::keys::NAMES;
-use crate::cli::exit::{FAILED, Failure, Work, failed};
+use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::interrupt::interrupt_flag;
-use crate::cli::numbers;
 use crate::cli::port_args::PortArgs;
-use crate::cli::print::{self, note, tell};
 use crate::cli::rig_path::RigArg;
+use crate::cli::{numbers, print};
 use crate::commands::board::status;
 use crate::session::connection::{connect, explained};
 
@@ -114,7 +112,7 @@ pub(crate) fn jog(args: JogArgs) -> Result<Work, Failure> {
         note!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
         print::json(args.json, status::line(&link.port(), &report))?;
         let is_interrupted = interrupted.load(Ordering::Relaxed);
-        Ok(if is_interrupted { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+        Ok(Exit::done_if(!is_interrupted))
     }))
 }
 

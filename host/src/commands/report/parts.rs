@@ -17,7 +17,6 @@ use serde_json::Value;
 
 use crate::cli::exit::{Failure, failed};
 use crate::cli::port_args::PortArgs;
-use crate::cli::print::note;
 use crate::cli::rig_path::is_default;
 use crate::commands::board::status::status_line;
 

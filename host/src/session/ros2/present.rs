@@ -15,7 +15,6 @@ use plumb_vision::camera::Camera;
 
 use super::Ros2Options;
 use crate::cli::exit::Failure;
-use crate::cli::print::{note, tell};
 
 /// Reads the option `--ros2`.
 pub(crate) fn flag(text: &str) -> Result<bool, ParseBoolError> {

@@ -16,7 +16,6 @@ use plumb_vision::camera::Camera;
 
 use super::ViewerOptions;
 use crate::cli::exit::{Failure, failed};
-use crate::cli::print::note;
 use crate::session::outputs::{Closed, Output};
 
 /// Frames that may wait for the disk: a second at 30 Hz, some 45 MB.

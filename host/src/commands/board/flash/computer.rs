@@ -12,7 +12,6 @@ use plumb_runtime::rig::BoardPort;
 use super::drive::{self, DriveSearch, Drives, Written};
 use super::steps::{Computer, Greeting};
 use crate::cli::port_args::PortArgs;
-use crate::cli::print::tell;
 
 /// Ports, drives and clock of this computer.
 pub(super) struct ThisComputer {

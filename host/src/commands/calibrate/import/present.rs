@@ -15,7 +15,6 @@ use serde::Serialize;
 
 use super::ImportOptions;
 use crate::cli::exit::{Failure, Work, failed};
-use crate::cli::print::tell;
 use crate::commands::calibrate::output::{self, CameraFile};
 
 /// Result as a line of JSON.

@@ -18,7 +18,6 @@ use plumb_pictures::decode;
 use plumb_vision::image::{ColourImage, ImageSize};
 
 use crate::cli::exit::{Failure, failed};
-use crate::cli::print::tell;
 use crate::cli::progress::{ProgressLine, is_shown};
 use crate::commands::calibrate::view::{Stage, View};
 
