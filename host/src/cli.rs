@@ -4,16 +4,13 @@
 #[macro_use]
 pub(crate) mod print;
 
-pub(crate) mod address;
 pub(crate) mod choices;
 pub(crate) mod exit;
 pub(crate) mod hints;
 pub(crate) mod home_folder;
 pub(crate) mod interrupt;
-pub(crate) mod number_list;
 pub(crate) mod numbers;
 pub(crate) mod old_file;
 pub(crate) mod port_args;
-pub(crate) mod progress;
 pub(crate) mod rig_path;
 pub(crate) mod verbose;

@@ -11,9 +11,7 @@ pub(crate) mod find_ball;
 pub(crate) mod goal;
 pub(crate) mod options;
 pub(crate) mod outputs;
-pub(crate) mod page;
 pub(crate) mod real_time;
-mod report;
 pub(crate) mod ros2;
 pub(crate) mod viewers;
 

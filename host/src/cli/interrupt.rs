@@ -14,8 +14,7 @@ use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
 use crate::cli::exit::{Failure, failed};
-use crate::cli::print::is_quiet;
-use crate::cli::progress::tell_above;
+use crate::cli::print::{is_quiet, tell_above};
 
 /// Whether a signal ends the program at once.
 static ENDS_AT_ONCE: AtomicBool = AtomicBool::new(false);

@@ -1,8 +1,6 @@
 //! `plumb calibrate`: the camera's pose in the rig frame.
 
-mod choice;
 mod clicks;
-mod found;
 mod import;
 mod lens;
 mod options;
@@ -34,11 +32,11 @@ use crate::cli::old_file::check_writable;
 use crate::cli::rig_path::RigArg;
 use crate::session::camera::read_camera;
 use clicks::Clicks;
-use found::Found;
 use import::ImportOptions;
 use lens::LensOptions;
 use options::{BoardOptions, MotorOptions, PlaceOptions};
 use output::CameraFile;
+use output::Found;
 use report::{Report, Way};
 use view::{Stage, View};
 

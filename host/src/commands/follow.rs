@@ -17,8 +17,8 @@ use plumb_runtime::run::{FollowFile, PathPlan, misplaced};
 use plumb_runtime::targets::TargetOrigin;
 
 use crate::cli::exit::{Failure, Work, failed};
-use crate::cli::number_list::point;
 use crate::cli::numbers;
+use crate::cli::numbers::point;
 use crate::cli::rig_path::RigArg;
 use crate::commands::run::{Common, drive};
 use crate::session::goal::Goal;

@@ -3,7 +3,6 @@
 mod dialogue;
 mod jog;
 mod keys;
-mod terminal;
 
 use std::time::Duration;
 

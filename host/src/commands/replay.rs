@@ -20,7 +20,7 @@ use plumb_vision::camera::Camera;
 use crate::cli::choices::DetectorName;
 use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::print;
-use crate::cli::progress::{ProgressLine, is_shown};
+use crate::cli::print::{ProgressLine, is_shown};
 use crate::session::camera::other_depth_scale;
 use crate::session::ros2::open_recording;
 

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::address::with_port;
+use crate::cli::numbers::with_port;
 
 #[derive(Args)]
 pub(crate) struct ViewerOptions {

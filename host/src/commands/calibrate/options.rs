@@ -7,9 +7,9 @@ use plumb_calibrate::motors::MotorMeasures;
 use plumb_calibrate::places::{MAX_PLACES, MIN_PLACES, PLACE_SD_M};
 
 use crate::cli::exit::{Failure, failed};
-use crate::cli::number_list::{list, point};
 use crate::cli::numbers;
-use crate::session::page::PageAddress;
+use crate::cli::numbers::{list, point};
+use crate::session::options::PageAddress;
 
 // The ways that exclude an option. With `requires` clap accepts the option: it waives a requirement
 // that conflicts with another argument.

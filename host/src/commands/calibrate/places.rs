@@ -12,7 +12,7 @@ use super::options::PlaceOptions;
 use super::view::{Stage, View, last};
 use crate::cli::choices::DetectorName;
 use crate::cli::exit::{Failure, failed};
-use crate::cli::number_list::typed_point;
+use crate::cli::numbers::typed_point;
 use crate::cli::print::message;
 
 /// Places of the ball, and a picture.

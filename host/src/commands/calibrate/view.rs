@@ -20,7 +20,7 @@ use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 
 use crate::cli::exit::{Failure, failed};
-use crate::cli::progress::tell_above;
+use crate::cli::print::tell_above;
 use crate::session::camera::RunCamera;
 use crate::session::ros2::open_recording;
 

@@ -9,8 +9,8 @@ use plumb_runtime::rig::{BoardName, Stiffness};
 use plumb_setup::new_rig::DriverKind;
 
 use super::colour;
-use crate::cli::number_list::sides;
 use crate::cli::numbers;
+use crate::cli::numbers::sides;
 
 /// Write a rig file and a camera file for a new rig
 ///

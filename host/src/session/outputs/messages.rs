@@ -5,8 +5,7 @@ use plumb_runtime::board_report::{NO_WARNINGS, driver_warnings, warning_advice};
 use plumb_runtime::observer::{EventKind, EventRecord, FrameRecord, Observer, RunEvent, Tone};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand};
 
-use crate::cli::print::is_quiet;
-use crate::cli::progress::tell_above;
+use crate::cli::print::{is_quiet, tell_above};
 
 /// Messages of a run.
 pub(crate) struct Messages {

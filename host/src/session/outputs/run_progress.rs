@@ -4,8 +4,7 @@ use plumb_cameras::record::Overflow;
 use plumb_runtime::bounded_observer::{BoundedObserver, QueueSettings};
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
 
-use crate::cli::print::{message, renew};
-use crate::cli::progress::is_shown;
+use crate::cli::print::{is_shown, message, renew};
 
 /// Progress lines that may wait for the terminal.
 const PROGRESS_CAPACITY: usize = 2;

@@ -18,7 +18,7 @@ use plumb_pictures::decode;
 use plumb_vision::image::{ColourImage, ImageSize};
 
 use crate::cli::exit::{Failure, failed};
-use crate::cli::progress::{ProgressLine, is_shown};
+use crate::cli::print::{ProgressLine, is_shown};
 use crate::commands::calibrate::view::{Stage, View};
 
 /// Least mean movement of the board's corners from every picture that is kept, in widths of the
