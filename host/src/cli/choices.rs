@@ -58,6 +58,15 @@ impl Physics {
     }
 }
 
+/// Motor of the rig.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "verbatim")]
+pub(crate) enum MotorName {
+    A,
+    B,
+    C,
+}
+
 /// Returns the law of this name with its default parameters.
 pub(crate) fn law(name: &str) -> Result<LawSettings, UnknownLaw> {
     name.parse().map(LawName::into)

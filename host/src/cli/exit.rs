@@ -61,11 +61,6 @@ pub(crate) struct Failure {
     has_result: bool,
 }
 
-/// Error in words.
-#[derive(Debug, Error)]
-#[error("{0}")]
-struct Message(String);
-
 /// Mistake in the input that may show only during the work, in words.
 #[derive(Debug, Error)]
 #[error("{0}")]
@@ -88,7 +83,7 @@ impl Unwritten {
 
 /// Returns the failure of a command in words.
 pub(crate) fn failed(message: impl fmt::Display) -> Failure {
-    Message(message.to_string()).into()
+    Failure { error: message.to_string().into(), advice: String::new(), has_result: false }
 }
 
 /// Returns the failure of a command by a mistake in its input that may show only during the work:

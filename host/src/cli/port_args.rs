@@ -89,25 +89,20 @@ impl PortArgs {
     /// Returns the port of the options or of the rig file; `None` where nothing names one. Likewise
     /// its baud rate. The rig file is read where one of both is missing.
     pub(crate) fn board(&self, rig: Option<&Path>) -> Result<Option<BoardPort>, Failure> {
-        match (self.named(), rig) {
-            (None, None) => Ok(None),
-            (Some(port), Some(_)) if self.baud.is_some() => {
-                Ok(Some(self.board_at(port.to_owned())))
+        let named = self.named().map(|port| self.board_at(port.to_owned()));
+        let is_whole = named.is_some() && self.baud.is_some();
+        let Some(rig) = rig.filter(|_| !is_whole) else { return Ok(named) };
+        match (Rig::read(rig), named) {
+            (Ok(rig), _) => Ok(Some(self.applied_to(&rig.board.address()))),
+            // A stop must not wait for a rig file that only tells the baud rate.
+            (Err(error), Some(board)) => {
+                note!("{}; without it the baud rate is {}", ErrorChain(&error), board.baud);
+                Ok(Some(board))
             }
-            (Some(port), None) => Ok(Some(self.board_at(port.to_owned()))),
-            (named, Some(rig)) => match (Rig::read(rig), named) {
-                (Ok(rig), _) => Ok(Some(self.applied_to(&rig.board.address()))),
-                // A stop must not wait for a rig file that only tells the baud rate.
-                (Err(error), Some(port)) => {
-                    let board = self.board_at(port.to_owned());
-                    note!("{}; without it the baud rate is {}", ErrorChain(&error), board.baud);
-                    Ok(Some(board))
-                }
-                (Err(error), None) => Err(bad_input(format!(
-                    "{}. Without a rig file: name the port of the board with --port",
-                    ErrorChain(&error)
-                ))),
-            },
+            (Err(error), None) => Err(bad_input(format!(
+                "{}. Without a rig file: name the port of the board with --port",
+                ErrorChain(&error)
+            ))),
         }
     }
 

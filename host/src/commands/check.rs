@@ -4,28 +4,16 @@ mod commissioning;
 mod options;
 mod words;
 
-use plumb_runtime::rig::check::{Finding, Severity, SimulationMistake, check};
+use plumb_runtime::rig::check::{Severity, SimulationMistake, check};
 use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
-use serde::Serialize;
+use serde_json::json;
 
 use crate::cli::exit::{Exit, Failure, Work};
 use crate::cli::hints::INIT;
 use crate::cli::print;
-use commissioning::RigLine;
 
 pub(crate) use options::Args;
-
-/// Line of JSON.
-#[derive(Serialize)]
-struct Line<'a> {
-    errors: usize,
-    warnings: usize,
-    findings: &'a [Finding],
-    /// Result of the jogs; absent with `--file-only` and where a file has an error.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rig: Option<RigLine>,
-}
 
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
@@ -52,13 +40,17 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
         _ => None,
     };
     Ok(Box::new(move || {
-        let rig = jogs.map(|jogs| jogs(&args)).transpose()?;
-        let exit = match (errors, &rig) {
-            (0, Some(rig)) if !rig.right => Exit::Failed,
-            (0, _) => Exit::Done,
+        let jogged = jogs.map(|jogs| jogs(&args)).transpose()?;
+        let exit = match (errors, &jogged) {
+            (0, Some(jogged)) => Exit::done_if(jogged.is_right),
+            (0, None) => Exit::Done,
             _ => Exit::BadInput,
         };
-        print::json(args.json, Line { errors, warnings, findings: &findings, rig })?;
+        let mut line = json!({ "errors": errors, "warnings": warnings, "findings": findings });
+        if let Some(jogged) = jogged {
+            line["rig"] = jogged.line;
+        }
+        print::json(args.json, line)?;
         Ok(exit)
     }))
 }

@@ -13,7 +13,7 @@ use std::time::Duration;
 use clap::Parser;
 use plumb_runtime::rig::Rig;
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, Served, serve};
-use serde::Serialize;
+use serde_json::{Value, json};
 use tracing::info;
 
 use self::link::TerminalLink;
@@ -63,26 +63,15 @@ pub(crate) struct Args {
     wire: WireOptions,
 }
 
-/// Final state of the board.
-#[derive(Serialize)]
-struct Line {
-    state: String,
-    motors: [f64; 3],
-    ball: Option<[f64; 3]>,
-    time_s: f64,
-}
-
-impl Line {
-    /// Returns the present state of a board.
-    fn of(served: &Served) -> Self {
-        let board = served.board();
-        Self {
-            state: board.state().to_string(),
-            motors: board.motors(),
-            ball: board.ball().map(Into::into),
-            time_s: board.now().0 as f64 * 1e-6,
-        }
-    }
+/// Returns the present state of a board in JSON.
+fn state(served: &Served) -> Value {
+    let board = served.board();
+    json!({
+        "state": board.state().to_string(),
+        "motors": board.motors(),
+        "ball": board.ball().map(<[f64; 3]>::from),
+        "time_s": board.now().0 as f64 * 1e-6,
+    })
 }
 
 /// Interval at which the board's state is read, short enough for a person to follow.
@@ -109,7 +98,7 @@ fn emulate(args: &Args, board: EmulatedBoard, rehearsed: Vec<Rehearsed>) -> Resu
     let mut lines = args.motors.then(MotorLines::start).transpose()?;
     follow(&served, lines.as_mut(), rehearsed, &interrupted);
     drop(link);
-    let line = Line::of(&served);
+    let line = state(&served);
     // A reader that takes no lines takes no result.
     let has_reader = lines.is_none_or(MotorLines::end);
     print::json(args.json && has_reader, line)?;

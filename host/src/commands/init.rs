@@ -16,7 +16,7 @@ use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_config::whole_writes::write_new;
 use plumb_setup::new_rig::{NewCamera, NewFiles, NewRig};
-use serde::Serialize;
+use serde_json::json;
 
 use self::advice::{next_step, notes};
 use self::dialogue::Dialogue;
@@ -24,14 +24,6 @@ use self::dialogue::Dialogue;
 pub(crate) use self::options::Args;
 use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
 use crate::cli::print::{self, Questions};
-
-/// Line of JSON.
-#[derive(Serialize)]
-struct Line<'a> {
-    rig: &'a Path,
-    camera: &'a Path,
-    straps: Option<String>,
-}
 
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     let [rig_path, camera_path] = ["rig.toml", "camera.toml"].map(|name| args.folder.join(name));
@@ -78,7 +70,7 @@ fn write(
     }
     note!("next: {}", next_step(rig, rig_path));
     let straps = files.straps.as_ref().map(|straps| straps.to_string());
-    print::json(args.json, Line { rig: rig_path, camera: camera_path, straps })?;
+    print::json(args.json, json!({ "rig": rig_path, "camera": camera_path, "straps": straps }))?;
     Ok(Exit::Done)
 }
 

@@ -9,6 +9,7 @@ use plumb_runtime::rig::{Driver, Rig};
 use plumb_sim::emulator::tmc2209::Trouble;
 use plumb_sim::emulator::{DriverTrouble, EmulatedBoard};
 
+use crate::cli::choices::MotorName;
 use crate::cli::exit::{Failure, failed};
 use crate::cli::numbers;
 
@@ -25,7 +26,7 @@ pub(super) struct RehearsalOptions {
     driver_trouble: Option<TroubleName>,
     /// Motor whose driver has the trouble
     #[arg(long, value_enum, value_name = "MOTOR", ignore_case = true)]
-    #[arg(default_value = "a", requires = "driver_trouble")]
+    #[arg(default_value = "A", requires = "driver_trouble")]
     driver_trouble_motor: MotorName,
     /// Time after which the driver has the trouble, above 0, to 1e9 s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -65,14 +66,6 @@ impl From<TroubleName> for Trouble {
             TroubleName::Silent => Self::Silent,
         }
     }
-}
-
-/// Name of a motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum MotorName {
-    A,
-    B,
-    C,
 }
 
 /// Time for which the emergency button is pressed, seconds.

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
@@ -14,6 +14,7 @@ use plumb_runtime::rig::Rig;
 
 use super::dialogue;
 use super::keys::NAMES;
+use crate::cli::choices::MotorName;
 use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::interrupt::interrupt_flag;
 use crate::cli::port_args::PortArgs;
@@ -46,7 +47,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 pub(crate) struct JogArgs {
     /// Motor
     #[arg(value_enum, ignore_case = true, requires = "distance")]
-    motor: Option<Motor>,
+    motor: Option<MotorName>,
     /// Distance in full steps, or in millimetres of cable: 200, -200, 20mm (-100000000 to
     /// 100000000)
     #[arg(allow_hyphen_values = true, value_parser = distance)]
@@ -61,15 +62,6 @@ pub(crate) struct JogArgs {
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
-}
-
-/// Motor of the rig.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "verbatim")]
-enum Motor {
-    A,
-    B,
-    C,
 }
 
 /// Distance of a jog, in the unit of the command line.
@@ -130,7 +122,7 @@ fn distance(text: &str) -> Result<Distance, String> {
 }
 
 /// Returns the move of `distance`, within the limit of the rig file.
-fn wanted_move(motor: Motor, distance: Distance, rig: &Rig) -> Result<Move, Failure> {
+fn wanted_move(motor: MotorName, distance: Distance, rig: &Rig) -> Result<Move, Failure> {
     let Distance { number, is_mm } = distance;
     let motor = motor as u8;
     let steps = if is_mm { number * 1e-3 / cable_per_step(rig, motor)? } else { number };
