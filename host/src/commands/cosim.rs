@@ -28,12 +28,10 @@ use crate::cli::print::{self, Reader};
 /// "reached": bool}, full steps since the start, positive where cable is paid out. A board that
 /// stopped because it received no position for half a second continues with the next one.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb cosim --rig rig.toml --samples 10",
-        "echo '{\"t\": 0, \"dt\": 0.1, \"target\": [0.4, 0.4, 0.15]}' | plumb cosim",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb cosim --rig rig.toml --samples 10",
+    "echo '{\"t\": 0, \"dt\": 0.1, \"target\": [0.4, 0.4, 0.15]}' | plumb cosim",
+])]
 pub(crate) struct Args {
     /// Rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of
     /// ±4 m, 10 mm

@@ -30,12 +30,10 @@ use crate::cli::print;
 /// Prints the terminal's path, with -v also every change of the board's state, and runs until it is
 /// interrupted.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb emulate --link /tmp/board",
-        "plumb emulate --rig rig.toml --link /tmp/board --baud 115200 --lost 0.05",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb emulate --link /tmp/board",
+    "plumb emulate --rig rig.toml --link /tmp/board --baud 115200 --lost 0.05",
+])]
 pub(crate) struct Args {
     /// Rig file, whose simulated rig the board's motors move; neither PLUMB_RIG nor rig.toml in
     /// this folder is taken without the option

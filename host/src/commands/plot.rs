@@ -13,12 +13,10 @@ use crate::cli::old_file::check_svg;
 /// Each folder is one that demo, run or goto wrote. figure4.svg and figure5.svg in it are replaced,
 /// and deviation.svg where the run followed a path.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb plot runs/demo-0001",
-        "plumb plot runs/run-0001 runs/run-0002 --out compared.svg",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb plot runs/demo-0001",
+    "plumb plot runs/run-0001 runs/run-0002 --out compared.svg",
+])]
 pub(crate) struct Args {
     /// The folders of the runs
     #[arg(required = true, value_name = "RUN")]

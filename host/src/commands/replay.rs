@@ -27,12 +27,10 @@ use crate::session::ros2::open_recording;
 /// Detection and location on a recording (a TUM RGB-D folder, an .oni, .bag, .db3, .mcap or video
 /// file): a CSV row a frame
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb replay recordings/one > ball.csv",
-        "plumb replay one.oni --camera camera.toml --debug stages",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb replay recordings/one > ball.csv",
+    "plumb replay one.oni --camera camera.toml --debug stages",
+])]
 pub(crate) struct Args {
     /// The folder, with rgb.txt and depth.txt, or the file
     recording: PathBuf,

@@ -29,12 +29,10 @@ use parts::{Part, Parts};
 /// picture of the run show the room. Nothing moves, and nothing is sent: the command prints what is
 /// in the file. What is missing is named there and in it, with the reason.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb report",
-        "plumb report --run runs/run-0007 --out question.tar.gz",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb report",
+    "plumb report --run runs/run-0007 --out question.tar.gz",
+])]
 pub(crate) struct Args {
     #[command(flatten)]
     rig: RigArg,

@@ -31,13 +31,11 @@ use crate::session::{Session, Task};
 /// file has a [simulation] table and names none: the board, real or emulated, is then tried without
 /// a rig, and its motor positions move a simulated one.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb run",
-        "plumb run --rig trial/rig.toml --law taut --timeout 60 --json",
-        "plumb run --record recordings/one",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb run",
+    "plumb run --rig trial/rig.toml --law taut --timeout 60 --json",
+    "plumb run --record recordings/one",
+])]
 pub(crate) struct RunArgs {
     #[command(flatten)]
     rig: RigArg,

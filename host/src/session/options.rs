@@ -28,12 +28,8 @@ pub(crate) struct RunOptions {
     /// Longest time for each target, above 0, to 1e9 s; if it passes, the run ends without the
     /// other targets (with --page or --ros2, the ball is stopped and the run goes on). `plumb hold`
     /// has targets only with one of these two
-    #[arg(
-        long,
-        default_value_t = DEFAULT_TIMEOUT,
-        allow_negative_numbers = true,
-        value_parser = numbers::within(numbers::TIME)
-    )]
+    #[arg(long, default_value_t = DEFAULT_TIMEOUT, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::TIME))]
     pub(crate) timeout: f64,
     /// Folder for the run, new or empty [default: the next number under runs/]
     #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]

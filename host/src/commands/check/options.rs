@@ -15,13 +15,11 @@ use crate::cli::rig_path::RigArg;
 ///
 /// Exit code 0 where nothing is wrong, 1 where the rig has a fault, 2 where a file has an error.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb check --file-only",
-        "plumb check",
-        "plumb check --rig trial/rig.toml --yes --json",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb check --file-only",
+    "plumb check",
+    "plumb check --rig trial/rig.toml --yes --json",
+])]
 pub(crate) struct Args {
     #[command(flatten)]
     pub(super) rig: RigArg,

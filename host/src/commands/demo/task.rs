@@ -37,15 +37,13 @@ use crate::session::{Session, Task};
 /// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m, or with --follow
 /// along a path. The last line of standard output is JSON.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb demo",
-        "plumb demo --virtual-time --law interval --gamma 100",
-        "plumb demo --compare",
-        "plumb demo --virtual-time --no-depth",
-        "plumb demo --follow eight --upright",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb demo",
+    "plumb demo --virtual-time --law interval --gamma 100",
+    "plumb demo --compare",
+    "plumb demo --virtual-time --no-depth",
+    "plumb demo --follow eight --upright",
+])]
 pub(crate) struct Args {
     /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same
     /// seed
@@ -67,10 +65,8 @@ pub(crate) struct Args {
     gamma: Option<f64>,
     /// Every law in turn, and their errors over time in one figure, laws.svg; a line of JSON for
     /// each run comes at the end
-    #[arg(
-        long,
-        conflicts_with_all = ["law", "gamma", "record", "page", "mcap", "foxglove", "ros2"]
-    )]
+    #[arg(long)]
+    #[arg(conflicts_with_all = ["law", "gamma", "record", "page", "mcap", "foxglove", "ros2"])]
     pub(super) compare: bool,
     /// Camera without depth, before a plain wall: the size of the ball's outline gives the distance
     #[arg(long, conflicts_with = "background")]

@@ -36,14 +36,12 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Jogs have limits of their own in the rig file (`jog.max_rate`, `jog.max_distance`). The ball
 /// falls when the motors lose their current: at the emergency button, and without power.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb jog A 200",
-        "plumb jog C -20mm",
-        "plumb jog          # with keys",
-        "plumb jog --rig trial/rig.toml B 50 --rate 20",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb jog A 200",
+    "plumb jog C -20mm",
+    "plumb jog          # with keys",
+    "plumb jog --rig trial/rig.toml B 50 --rate 20",
+])]
 pub(crate) struct JogArgs {
     /// Motor
     #[arg(value_enum, ignore_case = true, requires = "distance")]
