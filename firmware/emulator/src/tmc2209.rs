@@ -55,22 +55,23 @@ mod drv_status {
 /// IOIN: the version.
 const VERSION: u32 = 0x21 << 24;
 
-/// What troubles a driver.
+/// Trouble of a driver: two that it warns of, and five with which it fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Trouble {
-    /// Its temperature is above that of the warning, 120 °C.
+    /// Above 120 °C: a warning
     Hot,
-    /// A coil has no current. The driver tells it while its coils are on.
+    /// A coil without current: a warning while the motor turns
     OpenCoil,
-    /// Its temperature is above that of the shut-down, 143 °C or 150 °C.
+    /// Above 150 °C: the driver switches off
     Overtemperature,
-    /// A coil is shorted to ground.
+    /// A short circuit of a coil
     Short,
-    /// Its charge pump has too low a voltage.
+    /// Too low a supply voltage
     Undervoltage,
-    /// It loses its settings at once, as without its supply.
+    /// The loss of all settings, as without supply
     Reset,
-    /// It answers nothing.
+    /// No answer
     Silent,
 }
 

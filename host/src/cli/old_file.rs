@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use plumb_config::whole_writes::write_whole;
 
-use crate::cli::exit::{Failure, Unwritten, bad_input, failed};
+use crate::cli::exit::{Failure, Unwritten, bad_input};
 use crate::cli::print::message;
 
 /// File before its change.
@@ -70,16 +70,6 @@ pub(crate) fn write_beside_former(path: &Path, bytes: &[u8]) -> Result<Option<Pa
     }
     write(path, bytes)?;
     Ok(former)
-}
-
-/// Checks that a figure gets no name of another format: each is written as SVG.
-pub(crate) fn check_svg(path: &Path) -> Result<(), Failure> {
-    match path.extension() {
-        Some(ending) if !ending.eq_ignore_ascii_case("svg") => {
-            Err(failed(format!("{}: must end in .svg: the figure is an SVG", path.display())))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Asks a question on the terminal. Returns whether the answer is yes.

@@ -6,7 +6,6 @@ use clap::Parser;
 use plumb_log::{LoggedRun, compare};
 
 use crate::cli::exit::{Exit, Failure, Work, failed};
-use crate::cli::old_file::check_svg;
 
 /// Draw the figures of runs again; of several runs also their errors over time in one figure
 ///
@@ -34,7 +33,9 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
         ));
     }
     let out = args.out.unwrap_or_else(|| "runs.svg".into());
-    check_svg(&out)?;
+    if out.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("svg")) {
+        return Err(failed(format!("{}: must end in .svg: the figure is an SVG", out.display())));
+    }
     if args.runs.len() > 1 && out.symlink_metadata().is_ok() {
         return Err(failed(format!(
             "{}: exists already, and is not overwritten: give another file with --out, or remove \

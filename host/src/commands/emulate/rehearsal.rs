@@ -23,7 +23,7 @@ pub(super) struct RehearsalOptions {
     emergency_after: Option<f64>,
     /// Trouble of a motor's TMC2209 on a UART, for 10 s
     #[arg(long, value_enum, value_name = "TROUBLE")]
-    driver_trouble: Option<TroubleName>,
+    driver_trouble: Option<Trouble>,
     /// Motor whose driver has the trouble
     #[arg(long, value_enum, value_name = "MOTOR", ignore_case = true)]
     #[arg(default_value = "A", requires = "driver_trouble")]
@@ -33,39 +33,6 @@ pub(super) struct RehearsalOptions {
     #[arg(default_value_t = 10.0, requires = "driver_trouble")]
     #[arg(value_parser = numbers::within(numbers::TIME))]
     driver_trouble_after: f64,
-}
-
-/// Trouble of a driver: two that it warns of, and five with which it fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TroubleName {
-    /// Above 120 °C: a warning
-    Hot,
-    /// A coil without current: a warning while the motor turns
-    OpenCoil,
-    /// Above 150 °C: the driver switches off
-    Overtemperature,
-    /// A short circuit of a coil
-    Short,
-    /// Too low a supply voltage
-    Undervoltage,
-    /// The loss of all settings, as without supply
-    Reset,
-    /// No answer
-    Silent,
-}
-
-impl From<TroubleName> for Trouble {
-    fn from(name: TroubleName) -> Self {
-        match name {
-            TroubleName::Hot => Self::Hot,
-            TroubleName::OpenCoil => Self::OpenCoil,
-            TroubleName::Overtemperature => Self::Overtemperature,
-            TroubleName::Short => Self::Short,
-            TroubleName::Undervoltage => Self::Undervoltage,
-            TroubleName::Reset => Self::Reset,
-            TroubleName::Silent => Self::Silent,
-        }
-    }
 }
 
 /// Time for which the emergency button is pressed, seconds.
@@ -166,7 +133,7 @@ impl RehearsalOptions {
         let end = format!("{driver} has no trouble any more");
         add(rehearsed, &time, [begin, end], true);
         let motor = self.driver_trouble_motor as u8;
-        board.trouble_driver(DriverTrouble { motor, trouble: name.into(), time });
+        board.trouble_driver(DriverTrouble { motor, trouble: name, time });
         Ok(())
     }
 }
