@@ -21,17 +21,18 @@ use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
 use crate::cli::numbers;
 use pictures::{Shown, from_camera, from_folder};
 
+/// Ways that exclude the options.
+const NOT_LENS: [&str; 5] = ["board", "motors", "ball", "import", "print_board"];
 /// Pictures of the board for the lens.
 #[derive(Args)]
 #[command(next_help_heading = "With --lens")]
-#[group(conflicts_with_all = ["board", "motors", "ball", "import", "print_board"])]
 pub(super) struct LensOptions {
     /// Folder with the pictures, of one size; without it the rig's camera takes them
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = NOT_LENS)]
     pictures: Option<PathBuf>,
     /// Number of pictures that the rig's camera takes, 5 to 60 pictures [default: 20]
     #[arg(long, value_parser = numbers::whole::<u8>(5.0, 60.0, "pictures"))]
-    #[arg(conflicts_with = "pictures")]
+    #[arg(conflicts_with_all = NOT_LENS, conflicts_with = "pictures")]
     views: Option<u8>,
 }
 

@@ -11,8 +11,11 @@ use crate::cli::numbers;
 use crate::cli::numbers::{list, point};
 use crate::session::options::PageAddress;
 
-// The options of a way exclude the other ways. With `requires` clap accepts them: it waives a
-// requirement that conflicts with another argument.
+// The ways that exclude an option. With `requires` clap accepts the option: it waives a requirement
+// that conflicts with another argument.
+const NOT_BOARD: [&str; 5] = ["motors", "ball", "lens", "import", "print_board"];
+const NOT_MOTORS: [&str; 5] = ["board", "ball", "lens", "import", "print_board"];
+const NOT_BALL: [&str; 5] = ["board", "motors", "lens", "import", "print_board"];
 
 /// Parses a pixel, "U,V".
 fn pixel(text: &str) -> Result<Point2<f64>, String> {
@@ -28,20 +31,20 @@ fn square(text: &str) -> Result<CharucoSheet, String> {
 /// Where the board is.
 #[derive(Args)]
 #[command(next_help_heading = "With --board")]
-#[group(conflicts_with_all = ["motors", "ball", "lens", "import", "print_board"])]
 pub(super) struct BoardOptions {
     /// Side of the board's squares as measured on the print, 1 to 1000 mm [default: 36]
-    #[arg(long, value_name = "MM", value_parser = square)]
+    #[arg(long, value_name = "MM", value_parser = square, conflicts_with_all = NOT_BOARD)]
     square: Option<CharucoSheet>,
     /// Place of the board's origin (its lower left corner) in the rig frame, each -100 to 100 m
-    #[arg(long, value_name = "X,Y,Z", value_parser = point)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, conflicts_with_all = NOT_BOARD)]
     #[arg(allow_hyphen_values = true)]
     origin: Option<Point3<f64>>,
     /// Turn of the board about the rig's z axis, -360 to 360 degrees, counter-clockwise from above
     #[arg(long, value_name = "DEGREES", value_parser = numbers::within(numbers::ANGLE))]
+    #[arg(conflicts_with_all = NOT_BOARD)]
     turn: Option<f64>,
     /// The board stands on its lower edge instead of lying
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = NOT_BOARD)]
     upright: bool,
 }
 
@@ -62,25 +65,27 @@ impl BoardOptions {
 /// Where the motors are.
 #[derive(Args)]
 #[command(next_help_heading = "With --motors")]
-#[group(conflicts_with_all = ["board", "ball", "lens", "import", "print_board"])]
 pub(super) struct MotorOptions {
     /// Column and row where the cable leaves a motor, each -65535 to 65535 pixels; three times, in
     /// the order A, B, C. Without it the picture is kept, so that they can be read there
     #[arg(long = "pixel", value_name = "U,V", value_parser = pixel)]
+    #[arg(conflicts_with_all = NOT_MOTORS)]
     pixels: Vec<Point2<f64>>,
     /// Choose the pixels in the live picture in a browser, look at the pose and accept it there
-    #[arg(long, conflicts_with_all = ["pixels", "yes"])]
+    #[arg(long, conflicts_with_all = NOT_MOTORS, conflicts_with_all = ["pixels", "yes"])]
     pub(super) page: bool,
     #[command(flatten)]
     pub(super) address: PageAddress,
     /// Height of the motors above the origin, -100 to 100 m. The origin is then below motor C in x
     /// and below motor B in y
     #[arg(long, value_name = "M", value_parser = numbers::within(numbers::COORDINATE))]
+    #[arg(conflicts_with_all = NOT_MOTORS)]
     height: Option<f64>,
     /// Measured place of a motor in the rig frame, each -100 to 100 m, instead of --height; three
     /// times, in the order A, B, C
     #[arg(long = "motor", value_name = "X,Y,Z", value_parser = point)]
     #[arg(allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = NOT_MOTORS)]
     #[arg(conflicts_with = "height")]
     measured: Vec<Point3<f64>>,
 }
@@ -139,15 +144,16 @@ impl MotorOptions {
 /// Where the ball is put.
 #[derive(Args)]
 #[command(next_help_heading = "With --ball")]
-#[group(conflicts_with_all = ["board", "motors", "lens", "import", "print_board"])]
 pub(super) struct PlaceOptions {
     /// Place of the ball's centre in the rig frame, each -100 to 100 m; at least four times.
     /// Without it the places are typed
     #[arg(long = "place", value_name = "X,Y,Z", value_parser = point)]
     #[arg(allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = NOT_BALL)]
     pub(super) places: Vec<Point3<f64>>,
     /// Standard deviation of the measured places along each axis, 0.01 to 1000 mm
     #[arg(long, value_name = "MM", value_parser = numbers::within(numbers::DEVIATION))]
+    #[arg(conflicts_with_all = NOT_BALL)]
     place_error: Option<f64>,
 }
 
