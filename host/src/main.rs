@@ -1,9 +1,12 @@
 //! The program `plumb`.
 
-// These panic where nobody reads what they print: `commands::print` does not.
+// These panic where nobody reads what they print: `cli::print` does not.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+#[macro_use]
+mod cli;
 mod commands;
+mod session;
 // The starts of all commands are tried.
 #[cfg(all(test, feature = "full"))]
 mod tests;
@@ -11,8 +14,9 @@ mod tests;
 use std::process::ExitCode;
 
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
-use commands::{BAD_INPUT, FAILED, Failure, Work};
 use plumb_config::book::first_page;
+
+use cli::exit::{Exit, Failure, Work, report_usage};
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
@@ -91,21 +95,26 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    if let Err(error) = commands::outlive_file_size_limit() {
-        return Failure::from(error).report(FAILED);
+    ExitCode::from(run() as u8)
+}
+
+/// Reads the command line, and does the work of its command.
+fn run() -> Exit {
+    if let Err(error) = cli::interrupt::outlive_file_size_limit() {
+        return Failure::from(error).report(Exit::Failed);
     }
-    let cli = match Cli::try_parse_from(commands::command_line()) {
+    let cli = match Cli::try_parse_from(cli::home_folder::command_line()) {
         Ok(cli) => cli,
-        Err(error) => return commands::report_usage(&error),
+        Err(error) => return report_usage(&error),
     };
-    commands::print::set_quiet(cli.quiet);
-    let log = match commands::verbose::start(cli.verbose) {
+    cli::print::set_quiet(cli.quiet);
+    let log = match cli::verbose::start(cli.verbose) {
         Ok(log) => log,
-        Err(failure) => return failure.report(FAILED),
+        Err(failure) => return failure.report(Exit::Failed),
     };
     let ended = match cli.command.prepare() {
-        Ok(work) => work().map_err(|failure| (failure, FAILED)),
-        Err(failure) => Err((failure, BAD_INPUT)),
+        Ok(work) => work().map_err(|failure| (failure, Exit::Failed)),
+        Err(failure) => Err((failure, Exit::BadInput)),
     };
     // The messages of the log come before the failure.
     drop(log);

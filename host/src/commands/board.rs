@@ -2,24 +2,16 @@
 
 mod flash;
 mod selftest;
-
-use std::process::ExitCode;
+pub(crate) mod status;
 
 use clap::{Parser, Subcommand};
-use plumb_protocol::diagnostics::{ChipCounts, Diagnostics};
-use plumb_protocol::message::{State, Telemetry};
-use plumb_protocol::{Provenance, RELEASE};
-use plumb_runtime::board_fault::after_fault;
-use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, Transport};
-use plumb_runtime::rig::Rig;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::connection::connect;
-use super::print::{is_quiet, tell};
-use super::rig_args::{BoardArgs, PortArgs};
-use super::rig_path::RigArg;
-use super::{Failure, Work, print};
+use crate::cli::exit::{Exit, Failure, Work};
+use crate::cli::port_args::BoardArgs;
+use crate::cli::print;
+use crate::session::connection::connect;
 
 /// Ask the board for its state, store a configuration in it, or write new firmware to it
 #[derive(Parser)]
@@ -35,7 +27,7 @@ enum What {
     Status(BoardArgs),
     /// Configure the board by a rig file, and store that for the time after a loss of power
     #[command(after_help = examples!["plumb board save"])]
-    Save(SaveArgs),
+    Save(BoardArgs),
     /// Test the board's pulses, flash and clock, with the motors' supply off
     #[command(after_help = examples![
         "plumb board selftest",
@@ -56,22 +48,11 @@ enum What {
     Flash(flash::Args),
 }
 
-#[derive(Parser)]
-struct SaveArgs {
-    #[command(flatten)]
-    rig: RigArg,
-    #[command(flatten)]
-    port: PortArgs,
-    /// End with a line of JSON on standard output
-    #[arg(long)]
-    json: bool,
-}
-
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     match args.what {
         What::Status(args) => {
             let mut link = Link::connect(args.open()?)?;
-            Ok(Box::new(move || status(&mut link, args.json)))
+            Ok(Box::new(move || status::tell(&mut link, args.json)))
         }
         What::Save(args) => save(args),
         What::Flash(args) => flash::prepare(args),
@@ -82,157 +63,21 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
                 let port = serial.name();
                 Link::bootloader(serial)?;
                 tell!("{port}: the board has restarted into its bootloader");
-                if args.json {
-                    print::result(json!({ "port": port, "bootloader": true }))?;
-                }
-                Ok(ExitCode::SUCCESS)
+                print::json(args.json, json!({ "port": port, "bootloader": true }))?;
+                Ok(Exit::Done)
             }))
         }
     }
 }
 
-/// Prints the state of the board, its program and what it has counted.
-fn status<T: Transport>(link: &mut Link<T>, is_json: bool) -> Result<ExitCode, Failure> {
-    let (telemetry, provenance) = (link.status()?, link.provenance()?);
-    let diagnostics = link.diagnostics()?;
-    let port = link.port();
-    tell!("{port}: {provenance}; started by {}", diagnostics.start);
-    compare_release(&port, &provenance);
-    let report = BoardReport::from(&telemetry);
-    state(&port, &report);
-    if let State::Fault(fault) = telemetry.state {
-        tell!("{port}: {} `plumb clear` clears it", after_fault(fault));
-    }
-    counts(&port, &diagnostics);
-    if is_json {
-        print::result(whole_line(&port, &report, &provenance, &diagnostics))?;
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
-/// Asks the board for its state, its program and what it has counted, and returns them in JSON.
-pub(super) fn status_line<T: Transport>(link: &mut Link<T>) -> Result<Value, Failure> {
-    let (telemetry, provenance) = (link.status()?, link.provenance()?);
-    let report = BoardReport::from(&telemetry);
-    Ok(whole_line(&link.port(), &report, &provenance, &link.diagnostics()?))
-}
-
-/// Returns all that a board tells, in JSON.
-fn whole_line(
-    port: &str,
-    report: &BoardReport,
-    provenance: &Provenance,
-    diagnostics: &Diagnostics,
-) -> Value {
-    let mut line = line(port, report);
-    line["firmware"] = firmware_line(provenance);
-    line["counts"] = chip_counts(diagnostics);
-    line
-}
-
-/// Says so where the board runs another release than this program.
-fn compare_release(port: &str, provenance: &Provenance) {
-    if provenance.release != RELEASE {
-        tell!(
-            "{port}: this program is Plumb {RELEASE}: flash the firmware of this release (plumb \
-             board flash)"
-        );
-    }
-}
-
-/// Returns the board's program and chip in JSON.
-fn firmware_line(provenance: &Provenance) -> Value {
-    json!({
-        "release": provenance.release.to_string(),
-        "commit": provenance.commit.map(|commit| commit.to_string()),
-        "board": provenance.board.to_string(),
-        "stepping": provenance.stepping.map(|name| String::from_iter(name.map(char::from))),
-    })
-}
-
-/// Returns what the board has counted in JSON.
-fn chip_counts(diagnostics: &Diagnostics) -> Value {
-    let Diagnostics { start, bad_frames, chip, .. } = diagnostics;
-    json!({
-        "start_cause": start.to_string(),
-        "bad_frames": bad_frames,
-        "late_ticks": chip.late_ticks,
-        "late_at_rest": chip.late_at_rest,
-        "free_stack": chip.free_stack,
-        "usb_resets": chip.usb_resets,
-        "processor_fault": chip.fault.map(|fault| fault.to_string()),
-        "dropped_frames": chip.dropped_frames,
-    })
-}
-
-/// Prints what the board has counted.
-fn counts(port: &str, diagnostics: &Diagnostics) {
-    let ChipCounts { late_ticks, late_at_rest, free_stack, usb_resets, fault, dropped_frames } =
-        diagnostics.chip;
-    tell!(
-        "{port}: since its start {} damaged frames, {dropped_frames} dropped ones, {late_ticks} \
-         late ticks with motors turning, {late_at_rest} at rest, {usb_resets} resets of USB",
-        diagnostics.bad_frames
-    );
-    if let Some(bytes) = free_stack {
-        tell!("{port}: {bytes} bytes of its stack were never used");
-    }
-    if let Some(fault) = fault {
-        tell!("{port}: the fault of its processor was {fault}");
-    }
-}
-
-fn save(args: SaveArgs) -> Result<Work, Failure> {
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+fn save(args: BoardArgs) -> Result<Work, Failure> {
+    let (file, rig) = args.rig.read()?;
     let mut link = connect(&file, &rig, &args.port, false)?;
     Ok(Box::new(move || {
         link.save()?;
         let port = link.port();
         tell!("{port}: the board keeps the configuration of {}", file.display());
-        if args.json {
-            print::result(json!({ "port": port, "saved": file }))?;
-        }
-        Ok(ExitCode::SUCCESS)
+        print::json(args.json, json!({ "port": port, "saved": file }))?;
+        Ok(Exit::Done)
     }))
-}
-
-/// Prints the state of the board for people, and as JSON where that is asked for.
-pub(super) fn report<T: Transport>(
-    link: &Link<T>,
-    telemetry: &Telemetry,
-    is_json: bool,
-) -> Result<(), Failure> {
-    let port = link.port();
-    let report = BoardReport::from(telemetry);
-    if !is_quiet() {
-        state(&port, &report);
-        let BoardReport { bad_frames, late_ticks, .. } = report;
-        tell!("{port}: since its start {bad_frames} damaged frames, {late_ticks} late ticks");
-    }
-    if is_json {
-        print::result(line(&port, &report))?;
-    }
-    Ok(())
-}
-
-/// Prints the state of the board, and where its motors are.
-fn state(port: &str, board: &BoardReport) {
-    let [a, b, c] = board.motors;
-    tell!(
-        "{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel",
-        board.state
-    );
-}
-
-/// Returns the state of the board in JSON.
-pub(super) fn line(port: &str, board: &BoardReport) -> Value {
-    json!({
-        "port": port,
-        "state": board.state.to_string(),
-        "steps": board.motors,
-        "rates": board.rates,
-        "bad_frames": board.bad_frames,
-        "late_ticks": board.late_ticks,
-    })
 }

@@ -1,6 +1,5 @@
 //! `plumb calibrate`: the camera's pose in the rig frame.
 
-mod choice;
 mod clicks;
 mod import;
 mod lens;
@@ -12,13 +11,12 @@ mod view;
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Parser;
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Isometry3;
 use plumb_calibrate::board::Placement;
 use plumb_calibrate::board_pose::{BoardView, average, pose_from_board};
-use plumb_calibrate::calibration::{Calibration, Grade};
+use plumb_calibrate::calibration::Grade;
 use plumb_calibrate::corners::{SheetError, find_corners};
 use plumb_calibrate::motors::{pose_from_motors, see_motors};
 use plumb_calibrate::places::pose_from_places;
@@ -26,20 +24,19 @@ use plumb_calibrate::sheet::{self, Paper};
 use plumb_config::whole_writes::write_new;
 use plumb_runtime::rig::Rig;
 use plumb_vision::detect::DetectorKind;
-use plumb_vision::frame::RgbdFrame;
 
-use super::exit::Unwritten;
-use super::interrupt::interrupt_flag;
-use super::old_file::check_writable;
-use super::print::tell;
-use super::rig_path::RigArg;
-use super::run_camera::read_camera;
-use super::{FAILED, Failure, Work, failed, numbers};
+use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
+use crate::cli::interrupt::interrupt_flag;
+use crate::cli::numbers;
+use crate::cli::old_file::check_writable;
+use crate::cli::rig_path::RigArg;
+use crate::session::camera::read_camera;
 use clicks::Clicks;
 use import::ImportOptions;
 use lens::LensOptions;
 use options::{BoardOptions, MotorOptions, PlaceOptions};
 use output::CameraFile;
+use output::Found;
 use report::{Report, Way};
 use view::{Stage, View};
 
@@ -117,8 +114,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     if let Some(file) = &args.print_board {
         return print_board(file, args.paper);
     }
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+    let (file, rig) = args.rig.read()?;
     let (text, camera) = read_camera(&file, &rig)?;
     let camera_file = CameraFile { path: rig.camera.file.clone(), text };
     check_writable(&camera_file.path)?;
@@ -146,7 +142,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
         Some(clicks) => from_clicks(clicks, &mut view, &old, &camera_file, args.json),
         None => match find(&args, &rig, &mut view)? {
             Some(found) => conclude(&found, &old, &camera_file, args.yes, args.json),
-            None => Ok(ExitCode::from(FAILED)),
+            None => Ok(Exit::Failed),
         },
     }))
 }
@@ -158,7 +154,7 @@ fn from_clicks(
     old: &Isometry3<f64>,
     camera_file: &CameraFile,
     is_json: bool,
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     let Some(found) = clicks.collect(view, old, &*interrupt_flag(false)?)? else {
         clicks.end("Nothing is written.");
         return Err(failed("the calibration was ended without a pose: nothing is written"));
@@ -179,7 +175,7 @@ fn conclude(
     camera_file: &CameraFile,
     is_agreed: bool,
     is_json: bool,
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     let mut report = Report::new(found.way, &found.calibration, old);
     report.picture = Some(camera_file.keep_picture(&found.draw()?)?);
     report.tell();
@@ -187,27 +183,10 @@ fn conclude(
         Grade::Poor => Ok(false),
         _ => camera_file.offer(found, is_agreed),
     };
-    output::conclude(written, is_json, |is_written| {
-        report.written = is_written;
-        Ok(serde_json::to_string(&report)?)
+    output::conclude(written, is_json, |written| {
+        report.written = written;
+        report
     })
-}
-
-/// Result of one of the ways, with the last picture.
-struct Found {
-    way: Way,
-    calibration: Calibration,
-    frame: RgbdFrame,
-    /// Closed line to draw, rig frame, metres.
-    outline: Vec<Point3<f64>>,
-}
-
-impl Found {
-    fn draw(&self) -> Result<plumb_vision::image::ColourImage, Failure> {
-        let (frame, outline) = (&self.frame, &self.outline);
-        let (colour, intrinsics) = (frame.colour(), frame.intrinsics());
-        Ok(plumb_calibrate::overlay::draw(colour, intrinsics, &self.calibration, outline)?)
-    }
 }
 
 /// Takes the pictures and finds the pose. Returns `None` where the user must first read pixels.
@@ -313,5 +292,5 @@ fn print_board(file: &Path, paper: Paper) -> Result<Work, Failure> {
          100 mm, and glue it onto something flat.",
         file.display()
     );
-    Ok(Box::new(|| Ok(ExitCode::SUCCESS)))
+    Ok(Box::new(|| Ok(Exit::Done)))
 }

@@ -1,14 +1,13 @@
 //! `plumb cameras`: depth cameras, and what is missing to use them.
 
 use std::path::Path;
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_cameras::discovery::{Access, Discovery, discover};
 use plumb_frame::driver::LibraryState;
 
-use super::print::{self, tell};
-use super::{FAILED, Work};
+use crate::cli::exit::{Exit, Work};
+use crate::cli::print;
 
 /// The cameras that are there, and what is missing to use them
 ///
@@ -25,10 +24,8 @@ pub(crate) fn prepare(args: Args) -> Work {
     Box::new(move || {
         let found = discover(Path::new("/"));
         tell(&found);
-        if args.json {
-            print::result(serde_json::to_string(&found)?)?;
-        }
-        Ok(if found.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+        print::json(args.json, &found)?;
+        Ok(Exit::done_if(!found.cameras.is_empty()))
     })
 }
 

@@ -1,72 +1,19 @@
 //! `plumb check`: whether a rig file and its camera file are right, and the rig itself.
 
 mod commissioning;
+mod options;
 mod words;
 
-use std::process::ExitCode;
-
-use clap::Parser;
-use plumb_runtime::rig::check::{Finding, Severity, SimulationMistake, check};
+use plumb_runtime::rig::check::{Severity, SimulationMistake, check};
 use plumb_sim::emulator::EmulatedBoard;
 use plumb_sim::simulated::check_simulation;
-use plumb_vision::detect::DetectorKind;
-use serde::Serialize;
+use serde_json::json;
 
-use super::hints::INIT;
-use super::print::{self, note, tell};
-use super::rig_args::PortArgs;
-use super::rig_path::RigArg;
-use super::{BAD_INPUT, FAILED, Failure, Physics, Work};
-use commissioning::RigLine;
+use crate::cli::exit::{Exit, Failure, Work};
+use crate::cli::hints::INIT;
+use crate::cli::print;
 
-/// Check a rig: its files, then its wiring, cables and camera with small jogs
-///
-/// The files come first: every mistake at once. Then each motor turns a little, one after the other
-/// and back, and the camera watches the ball. The command names swapped and reversed motors, a
-/// motor that does not turn, slack and slipping cables, and a camera's pose that is turned or
-/// mirrored, and offers the corrected rig file. Nothing moves before a yes.
-///
-/// Exit code 0 where nothing is wrong, 1 where the rig has a fault, 2 where a file has an error.
-#[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb check --file-only",
-        "plumb check",
-        "plumb check --rig trial/rig.toml --yes --json",
-    ]
-)]
-pub(crate) struct Args {
-    #[command(flatten)]
-    rig: RigArg,
-    /// Check the files only: no board, no camera, nothing moves
-    #[arg(long)]
-    file_only: bool,
-    #[command(flatten)]
-    port: PortArgs,
-    /// Detector of the ball
-    #[arg(long, value_enum, default_value = "ball")]
-    detector: DetectorKind,
-    /// Physics of the simulated rig, where the camera is simulated
-    #[arg(long, value_enum, default_value = "quasi-static")]
-    physics: Physics,
-    /// Turn the motors and write the corrected rig file without asking
-    #[arg(long)]
-    yes: bool,
-    /// End with a line of JSON on standard output
-    #[arg(long)]
-    json: bool,
-}
-
-/// Line of JSON.
-#[derive(Serialize)]
-struct Line<'a> {
-    errors: usize,
-    warnings: usize,
-    findings: &'a [Finding],
-    /// Result of the jogs; absent with `--file-only` and where a file has an error.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rig: Option<RigLine>,
-}
+pub(crate) use options::Args;
 
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
@@ -93,16 +40,17 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
         _ => None,
     };
     Ok(Box::new(move || {
-        let rig = jogs.map(|jogs| jogs(&args)).transpose()?;
-        let code = match (errors, &rig) {
-            (0, Some(rig)) if !rig.right => FAILED,
-            (0, _) => 0,
-            _ => BAD_INPUT,
+        let jogged = jogs.map(|jogs| jogs(&args)).transpose()?;
+        let exit = match (errors, &jogged) {
+            (0, Some(jogged)) => Exit::done_if(jogged.is_right),
+            (0, None) => Exit::Done,
+            _ => Exit::BadInput,
         };
-        if args.json {
-            let line = Line { errors, warnings, findings: &findings, rig };
-            print::result(serde_json::to_string(&line)?)?;
+        let mut line = json!({ "errors": errors, "warnings": warnings, "findings": findings });
+        if let Some(jogged) = jogged {
+            line["rig"] = jogged.line;
         }
-        Ok(ExitCode::from(code))
+        print::json(args.json, line)?;
+        Ok(exit)
     }))
 }

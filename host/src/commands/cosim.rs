@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_config::bounded_read::read_line;
@@ -15,8 +14,10 @@ use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_sim::cosim::{Cosim, CosimError, Request};
 use plumb_sim::limits::RigLimits;
 
-use super::print::{self, Reader};
-use super::{Failure, Work, bad_input, law, numbers};
+use crate::cli::choices::law;
+use crate::cli::exit::{Exit, Failure, Work, bad_input};
+use crate::cli::numbers;
+use crate::cli::print::{self, Reader};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
 ///
@@ -27,12 +28,10 @@ use super::{Failure, Work, bad_input, law, numbers};
 /// "reached": bool}, full steps since the start, positive where cable is paid out. A board that
 /// stopped because it received no position for half a second continues with the next one.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb cosim --rig rig.toml --samples 10",
-        "echo '{\"t\": 0, \"dt\": 0.1, \"target\": [0.4, 0.4, 0.15]}' | plumb cosim",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb cosim --rig rig.toml --samples 10",
+    "echo '{\"t\": 0, \"dt\": 0.1, \"target\": [0.4, 0.4, 0.15]}' | plumb cosim",
+])]
 pub(crate) struct Args {
     /// Rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of
     /// ±4 m, 10 mm
@@ -82,7 +81,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
 }
 
 /// Answers the requests on standard input.
-fn serve(args: &Args, mut cosim: Cosim, workspace: &Workspace) -> Result<ExitCode, Failure> {
+fn serve(args: &Args, mut cosim: Cosim, workspace: &Workspace) -> Result<Exit, Failure> {
     let mut input = std::io::stdin().lock();
     for number in 1_u64.. {
         let wrong = |error: &(dyn Error + 'static)| {
@@ -106,5 +105,5 @@ fn serve(args: &Args, mut cosim: Cosim, workspace: &Workspace) -> Result<ExitCod
             break;
         }
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }

@@ -6,7 +6,6 @@ mod rehearsal;
 mod wire;
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -14,27 +13,27 @@ use std::time::Duration;
 use clap::Parser;
 use plumb_runtime::rig::Rig;
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, Served, serve};
-use serde::Serialize;
+use serde_json::{Value, json};
 use tracing::info;
 
 use self::link::TerminalLink;
 use self::motors::MotorLines;
 use self::rehearsal::{RehearsalOptions, Rehearsed};
 use self::wire::WireOptions;
-use super::interrupt::interrupt_flag;
-use super::{Failure, Physics, Work, bad_input, failed, print};
+use crate::cli::choices::Physics;
+use crate::cli::exit::{Exit, Failure, Work, bad_input, failed};
+use crate::cli::interrupt::interrupt_flag;
+use crate::cli::print;
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///
 /// Prints the terminal's path, with -v also every change of the board's state, and runs until it is
 /// interrupted.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb emulate --link /tmp/board",
-        "plumb emulate --rig rig.toml --link /tmp/board --baud 115200 --lost 0.05",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb emulate --link /tmp/board",
+    "plumb emulate --rig rig.toml --link /tmp/board --baud 115200 --lost 0.05",
+])]
 pub(crate) struct Args {
     /// Rig file, whose simulated rig the board's motors move; neither PLUMB_RIG nor rig.toml in
     /// this folder is taken without the option
@@ -62,26 +61,15 @@ pub(crate) struct Args {
     wire: WireOptions,
 }
 
-/// Final state of the board.
-#[derive(Serialize)]
-struct Line {
-    state: String,
-    motors: [f64; 3],
-    ball: Option<[f64; 3]>,
-    time_s: f64,
-}
-
-impl Line {
-    /// Returns the present state of a board.
-    fn of(served: &Served) -> Self {
-        let board = served.board();
-        Self {
-            state: board.state().to_string(),
-            motors: board.motors(),
-            ball: board.ball().map(Into::into),
-            time_s: board.now().0 as f64 * 1e-6,
-        }
-    }
+/// Returns the present state of a board in JSON.
+fn state(served: &Served) -> Value {
+    let board = served.board();
+    json!({
+        "state": board.state().to_string(),
+        "motors": board.motors(),
+        "ball": board.ball().map(<[f64; 3]>::from),
+        "time_s": board.now().0 as f64 * 1e-6,
+    })
 }
 
 /// Interval at which the board's state is read, short enough for a person to follow.
@@ -99,11 +87,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
 }
 
 /// Serves the board until an interrupt.
-fn emulate(
-    args: &Args,
-    board: EmulatedBoard,
-    rehearsed: Vec<Rehearsed>,
-) -> Result<ExitCode, Failure> {
+fn emulate(args: &Args, board: EmulatedBoard, rehearsed: Vec<Rehearsed>) -> Result<Exit, Failure> {
     let interrupted = interrupt_flag(false)?;
     let served = serve(board)?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
@@ -112,14 +96,12 @@ fn emulate(
     let mut lines = args.motors.then(MotorLines::start).transpose()?;
     follow(&served, lines.as_mut(), rehearsed, &interrupted);
     drop(link);
-    let line = Line::of(&served);
+    let line = state(&served);
     // A reader that takes no lines takes no result.
     let has_reader = lines.is_none_or(MotorLines::end);
-    if args.json && has_reader {
-        print::result(serde_json::to_string(&line)?)?;
-    }
+    print::json(args.json && has_reader, line)?;
     served.stop()?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }
 
 /// Returns the board of the options, with its simulated rig if there is one.

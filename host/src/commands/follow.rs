@@ -16,11 +16,12 @@ use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{FollowFile, PathPlan, misplaced};
 use plumb_runtime::targets::TargetOrigin;
 
-use super::number_list::point;
-use super::print::note;
-use super::rig_path::RigArg;
-use super::run::{Common, Goal, drive};
-use super::{Failure, Work, failed, numbers};
+use crate::cli::exit::{Failure, Work, failed};
+use crate::cli::numbers;
+use crate::cli::numbers::point;
+use crate::cli::rig_path::RigArg;
+use crate::commands::run::{Common, drive};
+use crate::session::goal::Goal;
 
 /// Speed along a path where none is given, m/s.
 const DEFAULT_SPEED: f64 = 0.05;
@@ -44,15 +45,13 @@ const LONG_PAUSE_S: f64 = 5.0;
 /// goes without a stop, with t,x,y,z it is at each place at its time, with a column dwell or
 /// tolerance it stops at each place, and lines of JSON are a target that moves.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb follow eight --speed 0.05 --loop",
-        "plumb follow path.csv --tolerance 0.01",
-        "plumb follow drawing.nc",
-        "tracker.py | plumb follow -",
-        "plumb follow tcp:127.0.0.1:5601",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb follow eight --speed 0.05 --loop",
+    "plumb follow path.csv --tolerance 0.01",
+    "plumb follow drawing.nc",
+    "tracker.py | plumb follow -",
+    "plumb follow tcp:127.0.0.1:5601",
+])]
 pub(crate) struct FollowArgs {
     /// circle, line, eight, square or spline; a file; or a program that sends lines of JSON: `-`
     /// (standard input), unix:PATH or tcp:127.0.0.1:PORT, where Plumb listens
@@ -70,8 +69,7 @@ pub(crate) struct FollowArgs {
 }
 
 pub(crate) fn follow(args: FollowArgs) -> Result<Work, Failure> {
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+    let (file, rig) = args.rig.read()?;
     args.options.port.note(&file, &rig);
     let goal = args.path.goal(&args.what, &rig, args.is_repeated)?;
     drive(&file, rig, goal, args.options)
@@ -111,29 +109,17 @@ impl FromStr for What {
 pub(super) struct PathOptions {
     /// Speed along the path, above 0, to 2 m/s; lower in corners, and where G-code has a lower
     /// feed; not with a file with times, which has its own [default: 0.05, or `path.max_speed`]
-    #[arg(
-        long,
-        allow_negative_numbers = true,
-        requires = "what",
-        value_parser = numbers::within(numbers::SPEED)
-    )]
+    #[arg(long, allow_negative_numbers = true, requires = "what")]
+    #[arg(value_parser = numbers::within(numbers::SPEED))]
     speed: Option<f64>,
     /// Largest distance of the path from a corner, 0 to 1 m; with 0 the ball stops there
     /// [default: 0.005]
-    #[arg(
-        long,
-        allow_negative_numbers = true,
-        requires = "what",
-        value_parser = numbers::within(numbers::TOLERANCE)
-    )]
+    #[arg(long, allow_negative_numbers = true, requires = "what")]
+    #[arg(value_parser = numbers::within(numbers::TOLERANCE))]
     tolerance: Option<f64>,
     /// Size of a shape, 0.001 to 8 m [default: 0.2]
-    #[arg(
-        long,
-        allow_negative_numbers = true,
-        requires = "what",
-        value_parser = numbers::within(numbers::SIZE)
-    )]
+    #[arg(long, allow_negative_numbers = true, requires = "what")]
+    #[arg(value_parser = numbers::within(numbers::SIZE))]
     size: Option<f64>,
     /// Centre of a shape in the rig frame, each -100 to 100 m [default: that of the workspace]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "what")]

@@ -1,12 +1,12 @@
 //! `plumb hold`: holds the ball where it is.
 
 use clap::Parser;
-use plumb_runtime::rig::Rig;
 use plumb_runtime::run::check_targets;
 
-use super::rig_path::RigArg;
-use super::run::{Common, Goal, drive};
-use super::{Failure, Work};
+use crate::cli::exit::{Failure, Work};
+use crate::cli::rig_path::RigArg;
+use crate::commands::run::{Common, drive};
+use crate::session::goal::Goal;
 
 /// Hold the ball where it is, until Ctrl-C
 ///
@@ -23,8 +23,7 @@ pub(crate) struct Args {
 
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     args.options.run.check_hold()?;
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+    let (file, rig) = args.rig.read()?;
     check_targets(&rig)?;
     args.options.port.note(&file, &rig);
     drive(&file, rig, Goal::PresentPlace, args.options)

@@ -1,14 +1,12 @@
 //! `plumb completions` and `plumb man`: the command line, described for a shell and for `man`.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::{Command, Parser};
 use clap_complete::Shell;
 
-use super::exit::Unwritten;
-use super::print::{self, note};
-use super::{Failure, Work, failed};
+use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
+use crate::cli::print;
 
 /// Print the completions of commands and options for a shell
 #[derive(Parser)]
@@ -35,7 +33,7 @@ pub(crate) fn completions(args: CompletionsArgs, mut cli: Command) -> Work {
         let mut script = Vec::new();
         clap_complete::generate(args.shell, &mut cli, "plumb", &mut script);
         print::result(String::from_utf8_lossy(&script).trim_end())?;
-        Ok(ExitCode::SUCCESS)
+        Ok(Exit::Done)
     })
 }
 
@@ -48,20 +46,20 @@ pub(crate) fn man(args: ManArgs, cli: Command) -> Result<Work, Failure> {
     }
     let mut cli = cli.disable_help_subcommand(true);
     cli.build();
-    let pages = with_usages(cli, synopsis).mut_subcommands(with_version);
+    let pages = with_synopses(cli).mut_subcommands(with_version);
     Ok(Box::new(move || {
         let written = std::fs::create_dir_all(&folder)
             .and_then(|()| clap_mangen::generate_to(pages, &folder).map(drop));
         written.map_err(Unwritten::at(&folder))?;
         note!("The manual pages are in {}", folder.display());
-        Ok(ExitCode::SUCCESS)
+        Ok(Exit::Done)
     }))
 }
 
-/// Returns `command` with what `usage` returns for it as its usage, likewise its subcommands.
-fn with_usages(mut command: Command, usage: fn(&mut Command) -> String) -> Command {
-    let own = usage(&mut command);
-    command.override_usage(own).mut_subcommands(|command| with_usages(command, usage))
+/// Returns `command` with its synopsis as its usage, likewise its subcommands.
+fn with_synopses(mut command: Command) -> Command {
+    let own = synopsis(&mut command);
+    command.override_usage(own).mut_subcommands(with_synopses)
 }
 
 /// Returns `command` with the version of the program, for the head of its page, likewise its
@@ -74,7 +72,7 @@ fn with_version(command: Command) -> Command {
 /// Returns the usage of a command with all its options and the names of their values, where that of
 /// `--help` has the word OPTIONS.
 fn synopsis(command: &mut Command) -> String {
-    let usage = usage(command);
+    let usage = command.render_usage().to_string();
     let groups = command.get_groups().filter(|group| group.is_required_set());
     let alternatives: Vec<_> = groups.flat_map(|group| group.get_args()).collect();
     let options = command.get_arguments().filter(|option| {
@@ -84,12 +82,7 @@ fn synopsis(command: &mut Command) -> String {
             && !alternatives.contains(&option.get_id())
     });
     let options: Vec<String> = options.map(|option| format!("[{option}]")).collect();
-    usage.replace("[OPTIONS]", &options.join(" "))
-}
-
-/// Returns the usage of a command.
-fn usage(command: &mut Command) -> String {
-    command.render_usage().to_string().trim_start_matches("Usage: ").to_owned()
+    usage.trim_start_matches("Usage: ").replace("[OPTIONS]", &options.join(" "))
 }
 
 #[cfg(test)]

@@ -3,23 +3,19 @@
 mod dialogue;
 mod jog;
 mod keys;
-mod terminal;
 
-use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
 use plumb_protocol::message::State;
 use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::link::{Link, LinkError, Serial};
-use plumb_runtime::rig::{BoardPort, Driver, Rig};
+use plumb_runtime::rig::{BoardPort, Driver};
 
-use super::board::report;
-use super::connection::connect;
-use super::print::note;
-use super::rig_args::{BoardArgs, PortArgs};
-use super::rig_path::RigArg;
-use super::{Failure, Work, failed};
+use crate::cli::exit::{Exit, Failure, Work, failed};
+use crate::cli::port_args::BoardArgs;
+use crate::commands::board::status::report;
+use crate::session::connection::connect;
 
 pub(crate) use jog::{JogArgs, jog};
 
@@ -43,12 +39,7 @@ pub(crate) struct StopArgs {
 #[command(after_help = examples!["plumb home"])]
 pub(crate) struct HomeArgs {
     #[command(flatten)]
-    rig: RigArg,
-    #[command(flatten)]
-    port: PortArgs,
-    /// End with a line of JSON on standard output
-    #[arg(long)]
-    json: bool,
+    board: BoardArgs,
 }
 
 /// Clear the fault for which the board stopped by itself
@@ -121,12 +112,12 @@ fn check_stands(link: &mut Link<Serial>) -> Result<(), Failure> {
 }
 
 pub(crate) fn home(args: HomeArgs) -> Result<Work, Failure> {
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
-    args.port.note(&file, &rig);
-    let link = connect(&file, &rig, &args.port, true)?;
+    let BoardArgs { rig, port, json } = args.board;
+    let (file, rig) = rig.read()?;
+    port.note(&file, &rig);
+    let link = connect(&file, &rig, &port, true)?;
     Ok(Box::new(move || {
-        serve(link, args.json, |link| {
+        serve(link, json, |link| {
             link.home()?;
             if let Driver::Tmc2209Uart(_) = rig.motors.driver {
                 check_stands(link)?;
@@ -141,10 +132,10 @@ fn serve(
     mut link: Link<Serial>,
     is_json: bool,
     request: impl FnOnce(&mut Link<Serial>) -> Result<&'static str, Failure>,
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     let done = request(&mut link)?;
     note!("{}: {done}", link.port());
     let telemetry = link.status()?;
     report(&link, &telemetry, is_json)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }

@@ -1,26 +1,21 @@
 //! `plumb plot`: the figures of runs, drawn again from their folders.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_log::{LoggedRun, compare};
 
-use super::old_file::check_svg;
-use super::print::note;
-use super::{Failure, Work, failed};
+use crate::cli::exit::{Exit, Failure, Work, failed};
 
 /// Draw the figures of runs again; of several runs also their errors over time in one figure
 ///
 /// Each folder is one that demo, run or goto wrote. figure4.svg and figure5.svg in it are replaced,
 /// and deviation.svg where the run followed a path.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb plot runs/demo-0001",
-        "plumb plot runs/run-0001 runs/run-0002 --out compared.svg",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb plot runs/demo-0001",
+    "plumb plot runs/run-0001 runs/run-0002 --out compared.svg",
+])]
 pub(crate) struct Args {
     /// The folders of the runs
     #[arg(required = true, value_name = "RUN")]
@@ -38,7 +33,9 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
         ));
     }
     let out = args.out.unwrap_or_else(|| "runs.svg".into());
-    check_svg(&out)?;
+    if out.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("svg")) {
+        return Err(failed(format!("{}: must end in .svg: the figure is an SVG", out.display())));
+    }
     if args.runs.len() > 1 && out.symlink_metadata().is_ok() {
         return Err(failed(format!(
             "{}: exists already, and is not overwritten: give another file with --out, or remove \
@@ -58,6 +55,6 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
             compare(&runs, &out)?;
             note!("{}", out.display());
         }
-        Ok(ExitCode::SUCCESS)
+        Ok(Exit::Done)
     }))
 }

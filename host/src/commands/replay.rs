@@ -3,7 +3,6 @@
 use std::cell::RefCell;
 use std::io::{IsTerminal, stdout};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
@@ -19,21 +18,20 @@ use plumb_log::replay::{DebugFolder, Problem, ReplayOutcome, replay};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::DetectorKind;
 
-use super::print::{self, note, tell};
-use super::progress::{ProgressLine, is_shown};
-use super::ros2::open_recording;
-use super::run_camera::other_depth_scale;
-use super::{FAILED, Failure, Work, detector, failed};
+use crate::cli::choices::detector;
+use crate::cli::exit::{Exit, Failure, Work, failed};
+use crate::cli::print;
+use crate::cli::print::{ProgressLine, is_shown};
+use crate::session::camera::other_depth_scale;
+use crate::session::ros2::open_recording;
 
 /// Detection and location on a recording (a TUM RGB-D folder, an .oni, .bag, .db3, .mcap or video
 /// file): a CSV row a frame
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb replay recordings/one > ball.csv",
-        "plumb replay one.oni --camera camera.toml --debug stages",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb replay recordings/one > ball.csv",
+    "plumb replay one.oni --camera camera.toml --debug stages",
+])]
 pub(crate) struct Args {
     /// The folder, with rgb.txt and depth.txt, or the file
     recording: PathBuf,
@@ -75,7 +73,7 @@ fn work(
     camera: &Camera,
     source: &mut dyn CameraSource,
     debug: Option<&DebugFolder>,
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     // Rows on the terminal are its progress.
     let line = RefCell::new(ProgressLine::shown_if(is_shown() && !stdout().is_terminal()));
     let mut detector = detector(args.detector, camera);
@@ -93,7 +91,7 @@ fn work(
     line.borrow_mut().clear();
     let outcome = match result {
         // Whoever reads the rows has enough of them.
-        Err(error) if error.is_closed_pipe() => return Ok(ExitCode::SUCCESS),
+        Err(error) if error.is_closed_pipe() => return Ok(Exit::Done),
         result => result?,
     };
     note!(
@@ -104,17 +102,15 @@ fn work(
         outcome.broken,
         outcome.without_depth
     );
-    if args.json {
-        let line = serde_json::json!({
-            "frames": outcome.frames,
-            "detected": outcome.detected,
-            "located": outcome.located,
-            "broken": outcome.broken,
-            "without_depth": outcome.without_depth,
-        });
-        print::result(line)?;
-    }
-    Ok(if outcome.broken == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    let line = serde_json::json!({
+        "frames": outcome.frames,
+        "detected": outcome.detected,
+        "located": outcome.located,
+        "broken": outcome.broken,
+        "without_depth": outcome.without_depth,
+    });
+    print::json(args.json, line)?;
+    Ok(Exit::done_if(outcome.broken == 0))
 }
 
 /// Checks that a recording exists, and is not the folder of a run.

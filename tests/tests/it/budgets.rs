@@ -15,7 +15,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("firmware/core", 7100),
     ("firmware/emulator", 2100),
     ("firmware/image", 450),
-    ("host", 8100),
+    ("host", 7850),
     ("host/bench", 5450),
     ("host/calibrate", 2600),
     ("host/calibrate/import", 700),

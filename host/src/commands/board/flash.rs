@@ -11,7 +11,6 @@ mod steps;
 mod tests;
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_cameras::camera_file::is_rig_file;
@@ -24,11 +23,11 @@ use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
 use serde_json::json;
 
-use super::super::print::{result, tell};
-use super::super::rig_args::PortArgs;
-use super::super::rig_path::RigArg;
-use super::super::{Failure, Work, failed};
-use super::{compare_release, firmware_line};
+use super::status::{compare_release, firmware_line};
+use crate::cli::exit::{Exit, Failure, Work, failed};
+use crate::cli::port_args::PortArgs;
+use crate::cli::print;
+use crate::cli::rig_path::RigArg;
 use computer::ThisComputer;
 use drive::{DriveSearch, Drives};
 use steps::{FlashError, Greeting};
@@ -80,11 +79,10 @@ pub(super) fn prepare(args: Args) -> Result<Work, Failure> {
         let cause = start.as_deref().unwrap_or("not reported");
         tell!("{port}: the board is back: {provenance}; cause of its start: {cause}");
         compare_release(port, &provenance);
-        if args.json {
-            let firmware = firmware_line(&provenance);
-            result(json!({ "port": port, "flashed": file, "start": start, "firmware": firmware }))?;
-        }
-        Ok(ExitCode::SUCCESS)
+        let firmware = firmware_line(&provenance);
+        let line = json!({ "port": port, "flashed": file, "start": start, "firmware": firmware });
+        print::json(args.json, line)?;
+        Ok(Exit::Done)
     }))
 }
 

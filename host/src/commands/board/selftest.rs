@@ -1,7 +1,6 @@
 //! `plumb board selftest`: tests the chip of a board without a rig.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_protocol::RELEASE;
@@ -10,11 +9,11 @@ use plumb_runtime::rig::BoardName;
 use plumb_setup::selftest::{self, Check, Outcome};
 use serde_json::json;
 
-use super::{chip_counts, firmware_line};
-use crate::commands::old_file::{ask, write};
-use crate::commands::print::tell;
-use crate::commands::rig_args::BoardArgs;
-use crate::commands::{FAILED, Failure, Work, failed, print};
+use super::status::{chip_counts, firmware_line};
+use crate::cli::exit::{Exit, Failure, Work, failed};
+use crate::cli::old_file::{ask, write};
+use crate::cli::port_args::BoardArgs;
+use crate::cli::print;
 
 #[derive(Parser)]
 pub(super) struct Args {
@@ -40,7 +39,7 @@ pub(super) fn prepare(args: Args) -> Result<Work, Failure> {
 }
 
 /// Tests the board, if the user agrees or has agreed.
-fn test(args: &Args, kind: BoardName) -> Result<ExitCode, Failure> {
+fn test(args: &Args, kind: BoardName) -> Result<Exit, Failure> {
     let pins = kind.board().name;
     let question =
         format!("The pins of board.kind = \"{pins}\" will give pulses. Is the motors' supply off?");
@@ -65,10 +64,8 @@ fn test(args: &Args, kind: BoardName) -> Result<ExitCode, Failure> {
         checks.len(),
         args.out.display()
     );
-    if args.board.json {
-        print::result(report)?;
-    }
-    Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    print::json(args.board.json, report)?;
+    Ok(Exit::done_if(failed == 0))
 }
 
 /// Returns the kind of the board: of the option, or of the rig file. A Pico without both.

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use clap::Args;
 use plumb_vision::image::ImageSize;
 
-use crate::commands::numbers;
+use crate::cli::numbers;
 
 pub(super) use work::prepare;
 

@@ -4,7 +4,6 @@ mod pictures;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Args;
 use plumb_calibrate::calibration::Grade;
@@ -13,14 +12,13 @@ use plumb_calibrate::lens::{LensCalibration, LensView, calibrate_lens};
 use plumb_calibrate::overlay::draw_corners;
 use plumb_cameras::{camera_file, png};
 use plumb_runtime::rig::Rig;
-use plumb_vision::camera::{CalibratedFor, Camera, DistortionCoefficients};
-use serde::Serialize;
+use plumb_vision::camera::{CalibratedFor, Camera, Intrinsics};
+use serde_json::{Value, json};
 
 use super::output::{self, CameraFile};
 use super::view::View;
-use crate::commands::exit::Unwritten;
-use crate::commands::print::tell;
-use crate::commands::{Failure, Work, failed, numbers};
+use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
+use crate::cli::numbers;
 use pictures::{Shown, from_camera, from_folder};
 
 /// Ways that exclude the options.
@@ -36,29 +34,6 @@ pub(super) struct LensOptions {
     #[arg(long, value_parser = numbers::whole::<u8>(5.0, 60.0, "pictures"))]
     #[arg(conflicts_with_all = NOT_LENS, conflicts_with = "pictures")]
     views: Option<u8>,
-}
-
-/// Result as a line of JSON.
-#[derive(Serialize)]
-struct Report {
-    grade: String,
-    fx: f64,
-    fy: f64,
-    cx: f64,
-    cy: f64,
-    /// k1, k2, p1, p2, k3.
-    distortion: [f64; 5],
-    focal_sd_px: f64,
-    centre_sd_px: f64,
-    rms_px: f64,
-    held_out_px: f64,
-    coverage: f64,
-    views: usize,
-    outliers: usize,
-    findings: Vec<String>,
-    /// Folder of the pictures with the corners drawn in.
-    pictures: PathBuf,
-    written: bool,
 }
 
 /// Reads the pictures of the options, or opens the camera.
@@ -88,7 +63,7 @@ fn calibrate(
     ignored: Option<String>,
     camera_file: &CameraFile,
     (is_agreed, is_json): (bool, bool),
-) -> Result<ExitCode, Failure> {
+) -> Result<Exit, Failure> {
     let Some(first) = shown.first() else {
         return Err(failed(
             "no picture shows the board: `plumb calibrate --print-board board.pdf`",
@@ -98,12 +73,10 @@ fn calibrate(
     let views: Vec<LensView> = shown.iter().map(|shown| shown.view.clone()).collect();
     let found = calibrate_lens(&views, size)?;
     let pictures = keep_pictures(shown, &found, &camera_file.path)?;
-    let mut report = Report::new(&found, pictures);
     let is_poor = found.grade() == Grade::Poor;
-    if !is_poor {
-        report.findings.extend(ignored);
-    }
-    report.tell(is_poor);
+    let mut findings = found.findings.clone();
+    findings.extend(ignored.filter(|_| !is_poor));
+    tell(&found, &findings, &pictures);
     let mut written = Ok(false);
     if !is_poor {
         let lens = (&found.intrinsics, size);
@@ -111,10 +84,7 @@ fn calibrate(
         camera_file::parse(&camera_file.path, &text)?;
         written = camera_file.replace(&text, "the intrinsics", is_agreed);
     }
-    output::conclude(written, is_json, |is_written| {
-        report.written = is_written;
-        Ok(serde_json::to_string(&report)?)
-    })
+    output::conclude(written, is_json, |is_written| line(&found, &findings, &pictures, is_written))
 }
 
 /// Returns the folder beside the camera file that holds pictures of the board.
@@ -140,59 +110,57 @@ fn keep_pictures(
     Ok(folder)
 }
 
-impl Report {
-    fn new(found: &LensCalibration, pictures: PathBuf) -> Self {
-        let lens = &found.intrinsics;
-        let coefficients = lens.distortion.map(|it| it.coefficients()).unwrap_or_default();
-        Self {
-            grade: found.grade().to_string(),
-            fx: lens.fx,
-            fy: lens.fy,
-            cx: lens.cx,
-            cy: lens.cy,
-            distortion: DistortionCoefficients::to_array(coefficients),
-            focal_sd_px: found.focal_sd,
-            centre_sd_px: found.centre_sd,
-            rms_px: found.rms,
-            held_out_px: found.held_out,
-            coverage: found.coverage,
-            views: found.views.len(),
-            outliers: found.outliers,
-            findings: found.findings.clone(),
-            pictures,
-            written: false,
-        }
+/// Prints the result for a person. A poor lens is not written.
+fn tell(found: &LensCalibration, findings: &[String], pictures: &Path) {
+    let LensCalibration { intrinsics, focal_sd, centre_sd, rms, held_out, coverage, .. } = found;
+    let Intrinsics { fx, fy, cx, cy, .. } = intrinsics;
+    let [k1, k2, p1, p2, k3] = coefficients(found);
+    let (views, outliers) = (found.views.len(), found.outliers);
+    tell!("lens: {} ({views} pictures, {outliers} corners left out)", found.grade());
+    tell!(
+        "  fx {fx:.2}, fy {fy:.2} (± {focal_sd:.2}), cx {cx:.2}, cy {cy:.2} (± {centre_sd:.2}) px"
+    );
+    tell!("  k1 {k1:.5}, k2 {k2:.5}, p1 {p1:.5}, p2 {p2:.5}, k3 {k3:.5}");
+    tell!(
+        "  residual {rms:.2} px, in held-out pictures {held_out:.2} px; corners in {:.0} % of the \
+         picture",
+        100.0 * coverage
+    );
+    for finding in findings {
+        tell!("  note: {finding}");
     }
+    tell!("  pictures: {} (green seen, yellow expected)", pictures.display());
+    match found.grade() {
+        Grade::Poor => tell!("  this lens is not written, for it is too uncertain"),
+        _ => tell!("  a pose that was found with other intrinsics is wrong: calibrate it again"),
+    }
+}
 
-    /// Prints the report for a person. A poor lens is not written.
-    fn tell(&self, is_poor: bool) {
-        let [k1, k2, p1, p2, k3] = self.distortion;
-        tell!("lens: {} ({} pictures, {} corners left out)", self.grade, self.views, self.outliers);
-        tell!(
-            "  fx {:.2}, fy {:.2} (± {:.2}), cx {:.2}, cy {:.2} (± {:.2}) px",
-            self.fx,
-            self.fy,
-            self.focal_sd_px,
-            self.cx,
-            self.cy,
-            self.centre_sd_px
-        );
-        tell!("  k1 {k1:.5}, k2 {k2:.5}, p1 {p1:.5}, p2 {p2:.5}, k3 {k3:.5}");
-        tell!(
-            "  residual {:.2} px, in held-out pictures {:.2} px; corners in {:.0} % of the picture",
-            self.rms_px,
-            self.held_out_px,
-            100.0 * self.coverage
-        );
-        for finding in &self.findings {
-            tell!("  note: {finding}");
-        }
-        tell!("  pictures: {} (green seen, yellow expected)", self.pictures.display());
-        match is_poor {
-            true => tell!("  this lens is not written, for it is too uncertain"),
-            false => {
-                tell!("  a pose that was found with other intrinsics is wrong: calibrate it again");
-            }
-        }
-    }
+/// Returns k1, k2, p1, p2, k3.
+fn coefficients(found: &LensCalibration) -> [f64; 5] {
+    let coefficients = found.intrinsics.distortion.map(|it| it.coefficients());
+    coefficients.unwrap_or_default().to_array()
+}
+
+/// Returns the result in JSON.
+fn line(found: &LensCalibration, findings: &[String], pictures: &Path, is_written: bool) -> Value {
+    let Intrinsics { fx, fy, cx, cy, .. } = found.intrinsics;
+    json!({
+        "grade": found.grade().to_string(),
+        "fx": fx,
+        "fy": fy,
+        "cx": cx,
+        "cy": cy,
+        "distortion": coefficients(found),
+        "focal_sd_px": found.focal_sd,
+        "centre_sd_px": found.centre_sd,
+        "rms_px": found.rms,
+        "held_out_px": found.held_out,
+        "coverage": found.coverage,
+        "views": found.views.len(),
+        "outliers": found.outliers,
+        "findings": findings,
+        "pictures": pictures,
+        "written": is_written,
+    })
 }

@@ -6,9 +6,10 @@ use plumb_calibrate::board::{CharucoSheet, Placement};
 use plumb_calibrate::motors::MotorMeasures;
 use plumb_calibrate::places::{MAX_PLACES, MIN_PLACES, PLACE_SD_M};
 
-use crate::commands::number_list::{list, point};
-use crate::commands::page::PageAddress;
-use crate::commands::{Failure, failed, numbers};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::numbers;
+use crate::cli::numbers::{list, point};
+use crate::session::options::PageAddress;
 
 // The ways that exclude an option. With `requires` clap accepts the option: it waives a requirement
 // that conflicts with another argument.

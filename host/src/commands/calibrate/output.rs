@@ -1,19 +1,23 @@
-//! Files of a calibration: the camera file and the picture.
+//! Result of a calibration, and its files: the camera file and the picture.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
+use nalgebra::Point3;
+use plumb_calibrate::calibration::Calibration;
 use plumb_calibrate::camera_text::with_pose;
+use plumb_calibrate::overlay::draw;
 use plumb_cameras::camera_file;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::rig::Rig;
+use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::ColourImage;
+use serde::Serialize;
 
-use super::Found;
-use crate::commands::old_file::OldFile;
-use crate::commands::print;
-use crate::commands::{FAILED, Failure};
+use super::report::Way;
+use crate::cli::exit::{Exit, Failure};
+use crate::cli::old_file::OldFile;
+use crate::cli::print;
 
 /// The rig's camera file.
 pub(super) struct CameraFile {
@@ -67,18 +71,15 @@ pub(super) fn without_effect(file: &Path, rig: &Rig) -> Option<String> {
 ///
 /// # Errors
 /// Where the file could not be written, or nobody could be asked.
-pub(super) fn conclude(
+pub(super) fn conclude<R: Serialize>(
     written: Result<bool, Failure>,
     is_json: bool,
-    report: impl FnOnce(bool) -> Result<String, Failure>,
-) -> Result<ExitCode, Failure> {
-    let is_written = matches!(written, Ok(true));
-    if is_json {
-        print::result(report(is_written)?)?;
-    }
+    report: impl FnOnce(bool) -> R,
+) -> Result<Exit, Failure> {
+    print::json(is_json, report(matches!(written, Ok(true))))?;
     match written {
-        Ok(true) => Ok(ExitCode::SUCCESS),
-        Ok(false) => Ok(ExitCode::from(FAILED)),
+        Ok(true) => Ok(Exit::Done),
+        Ok(false) => Ok(Exit::Failed),
         Err(failure) if is_json => Err(failure.with_result()),
         Err(failure) => Err(failure),
     }
@@ -87,4 +88,21 @@ pub(super) fn conclude(
 /// Returns the path of a picture beside the camera file: "camera.NAME.png".
 pub(super) fn beside(camera_file: &Path, name: &str) -> PathBuf {
     camera_file.with_extension(format!("{name}.png"))
+}
+
+/// Result of one of the ways, with the last picture.
+pub(super) struct Found {
+    pub(super) way: Way,
+    pub(super) calibration: Calibration,
+    pub(super) frame: RgbdFrame,
+    /// Closed line to draw, rig frame, metres.
+    pub(super) outline: Vec<Point3<f64>>,
+}
+
+impl Found {
+    pub(super) fn draw(&self) -> Result<ColourImage, Failure> {
+        let (frame, outline) = (&self.frame, &self.outline);
+        let (colour, intrinsics) = (frame.colour(), frame.intrinsics());
+        Ok(draw(colour, intrinsics, &self.calibration, outline)?)
+    }
 }

@@ -11,9 +11,10 @@ use plumb_vision::observation::Gaussian3;
 
 use super::options::PlaceOptions;
 use super::view::{Stage, View, last};
-use crate::commands::number_list::typed_point;
-use crate::commands::print::{message, tell};
-use crate::commands::{self, Failure, failed};
+use crate::cli::choices;
+use crate::cli::exit::{Failure, failed};
+use crate::cli::numbers::typed_point;
+use crate::cli::print::message;
 
 /// Places of the ball, and a picture.
 pub(super) struct Places {
@@ -107,7 +108,7 @@ fn look(
     let frames = view.frames(&Stage::Ball(*place))?;
     // With this pose the detector's positions are in camera axes.
     let camera = Camera { pose: Isometry3::identity(), ..view.camera().clone() };
-    let mut detector = commands::detector(detector, &camera);
+    let mut detector = choices::detector(detector, &camera);
     let mut seen = Vec::new();
     for frame in &frames {
         let found = detector.detect(frame)?;

@@ -6,8 +6,6 @@ use nalgebra::Isometry3;
 use plumb_calibrate::calibration::{Calibration, Grade, Sample};
 use serde::Serialize;
 
-use crate::commands::print::tell;
-
 /// Way of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -19,11 +19,10 @@ use plumb_sim::synthetic::{ExtraBall, Material, Scene, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 
-use crate::commands::print::note;
-use crate::commands::progress::tell_above;
-use crate::commands::ros2::open_recording;
-use crate::commands::run_camera::RunCamera;
-use crate::commands::{Failure, failed};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::print::tell_above;
+use crate::session::camera::{RunCamera, chosen_source};
+use crate::session::ros2::open_recording;
 
 /// Pictures that a live camera took before it was asked; they are left out.
 const STALE: usize = 2;
@@ -31,12 +30,6 @@ const STALE: usize = 2;
 const MAX_LOST: usize = 30;
 /// Diameter of the simulated motors, metres.
 const MOTOR_DIAMETER_M: f64 = 0.02;
-
-/// Returns the source of the pictures that the rig file `file` chooses.
-fn source_name(file: &Path, rig: &Rig) -> Result<SourceName, Failure> {
-    let chosen = rig.camera.source(rig.simulation.is_some());
-    chosen.map_err(|error| failed(format!("{}: {error}", file.display())))
-}
 
 /// What a picture shows.
 pub(super) enum Stage {
@@ -82,7 +75,8 @@ impl View {
     /// Opens the camera as [`open`](Self::open), for one picture of each stage. Every picture of a
     /// recording is read, however long the search in one takes.
     pub(super) fn open_whole(file: &Path, rig: &Rig, camera: Camera) -> Result<Self, Failure> {
-        let (SourceName::Recording, Some(path)) = (source_name(file, rig)?, &rig.camera.recording)
+        let (SourceName::Recording, Some(path)) =
+            (chosen_source(file, rig)?, &rig.camera.recording)
         else {
             return Self::open(file, rig, camera, 1);
         };
@@ -99,7 +93,7 @@ impl View {
         camera: Camera,
         frames: usize,
     ) -> Result<Self, Failure> {
-        let chosen = source_name(file, rig)?;
+        let chosen = chosen_source(file, rig)?;
         if let (SourceName::Simulated, Some(simulation)) = (chosen, &rig.simulation) {
             let source = SimulatedView::new(simulation, &camera)?;
             return Ok(Self { source: Source::Simulated(Box::new(source)), camera, frames });

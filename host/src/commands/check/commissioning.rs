@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::board_report::BoardReport;
@@ -11,49 +10,28 @@ use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::wakeups::{RealClock, WakeupCheck};
-use plumb_setup::commission::{
-    Examination, ExaminationParts, Explanation, Fault, Report, corrected,
-};
-use serde::Serialize;
+use plumb_setup::commission::{Examination, ExaminationParts, Explanation, Report, corrected};
+use serde_json::{Value, json};
 
-use super::super::connection::{check_state, configured, without_simulation};
-use super::super::interrupt::{interrupt_flag, interrupted_before};
-use super::super::old_file::{OldFile, ask};
-use super::super::print::{note, tell};
-use super::super::run_camera::{RunCamera, read_camera};
-use super::super::{Failure, detector, failed};
-use super::{Args, words};
+use super::options::Args;
+use super::words;
+use crate::cli::choices::detector;
+use crate::cli::exit::{Failure, failed};
+use crate::cli::interrupt::{interrupt_flag, interrupted_before};
+use crate::cli::old_file::{OldFile, ask};
+use crate::session::camera::{RunCamera, read_camera};
+use crate::session::connection::{check_state, configured};
 
 /// Result of the jogs.
-#[derive(Serialize)]
-pub(super) struct RigLine {
+pub(super) struct Jogged {
     /// Whether no fault was found.
-    pub(super) right: bool,
-    /// Place of the ball before the first jog, metres.
-    ball_m: [f64; 3],
-    /// Displacement of the ball for outputs A, B, C at the far end of the jog that pays out,
-    /// millimetres.
-    moved_mm: [[f64; 3]; 3],
-    /// Its distance, full steps.
-    steps: [f64; 3],
-    faults: Vec<Fault>,
-    /// Doubt about the measured positions; left out where there is none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    doubt: Option<String>,
-    /// Faults that would look the same.
-    alternatives: Vec<Vec<Fault>>,
-    /// Turn of the camera's pose about the vertical beyond the faults, degrees.
-    yaw_deg: f64,
-    /// Whether the rig file was corrected.
-    written: bool,
-    /// Greatest lateness of the program's wake-ups before the jogs, milliseconds; left out with an
-    /// emulated board.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    latest_wakeup_ms: Option<f64>,
+    pub(super) is_right: bool,
+    /// Line of JSON.
+    pub(super) line: Value,
 }
 
 /// Jogs of a check that are prepared.
-pub(super) type Jogs = Box<dyn FnOnce(&Args) -> Result<RigLine, Failure>>;
+pub(super) type Jogs = Box<dyn FnOnce(&Args) -> Result<Jogged, Failure>>;
 
 /// Prepares the jogs of the rig of `file`, if the user agrees or has agreed: connects to the board,
 /// and opens the camera.
@@ -81,21 +59,15 @@ pub(super) fn prepare(args: &Args, file: PathBuf) -> Result<Jogs, Failure> {
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
     let mut link = configured(&file, &rig, &args.port, port, false)?;
     let motors = BoardReport::from(&link.status()?).motors;
-    let chosen = rig.camera.source(rig.simulation.is_some());
-    let chosen = chosen.map_err(|error| failed(format!("{}: {error}", file.display())))?;
-    let camera = match chosen {
-        SourceName::Simulated => RunCamera::simulated(&rig, camera, args.physics, motors)?,
-        _ => {
-            let advice = without_simulation(&file, &rig, &args.port);
-            RunCamera::open(&rig, camera, None, advice.as_deref())?
-        }
-    };
+    let parts = (&*file, &rig, &args.port);
+    let camera = RunCamera::open_beside_board(parts, camera, None, args.physics, motors)?;
     Ok(Box::new(move |args| {
         camera.check_ball(&rig, motors)?;
         let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;
         words::tell_report(&report);
         let written = offer_correction((args, &file), &rig, &report)?;
-        Ok(RigLine::new(&report, written, wakeups))
+        let line = line(&report, written, wakeups);
+        Ok(Jogged { is_right: report.is_right(), line })
     }))
 }
 
@@ -143,20 +115,27 @@ fn offer_correction(
     OldFile { path, text: &text }.offer(&new, &format!("`reversed = {reversed:?}`"), args.yes)
 }
 
-impl RigLine {
-    fn new(report: &Report, written: bool, wakeups: Option<WakeupCheck>) -> Self {
-        let micrometres = |metres: f64| (metres * 1e6).round() / 1e3;
-        Self {
-            right: report.is_right(),
-            ball_m: [0, 1, 2].map(|axis| micrometres(report.ball[axis]) / 1e3),
-            moved_mm: report.responses.map(|it| <[f64; 3]>::from(it.out.moved).map(micrometres)),
-            steps: report.responses.map(|it| it.out.steps),
-            faults: report.faults.clone(),
-            doubt: report.doubt.map(|doubt| doubt.to_string()),
-            alternatives: report.alternatives.iter().map(Explanation::faults).collect(),
-            yaw_deg: (report.yaw_deg * 10.0).round() / 10.0,
-            written,
-            latest_wakeup_ms: wakeups.map(|it| it.latest.as_micros() as f64 / 1e3),
-        }
+/// Returns the result of the jogs in JSON: places and moves for outputs A, B, C at the far end of
+/// the jog that pays out, and whether the rig file is `written`.
+fn line(report: &Report, written: bool, wakeups: Option<WakeupCheck>) -> Value {
+    let micrometres = |metres: f64| (metres * 1e6).round() / 1e3;
+    let ball = [0, 1, 2].map(|axis| micrometres(report.ball[axis]) / 1e3);
+    let mut line = json!({
+        "right": report.is_right(),
+        "ball_m": ball,
+        "moved_mm": report.responses.map(|it| <[f64; 3]>::from(it.out.moved).map(micrometres)),
+        "steps": report.responses.map(|it| it.out.steps),
+        "faults": report.faults,
+        "alternatives": report.alternatives.iter().map(Explanation::faults).collect::<Vec<_>>(),
+        "yaw_deg": (report.yaw_deg * 10.0).round() / 10.0,
+        "written": written,
+    });
+    if let Some(doubt) = report.doubt {
+        line["doubt"] = doubt.to_string().into();
     }
+    // An emulated board needs no time of the computer.
+    if let Some(WakeupCheck { latest, .. }) = wakeups {
+        line["latest_wakeup_ms"] = (latest.as_micros() as f64 / 1e3).into();
+    }
+    line
 }

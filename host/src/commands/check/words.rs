@@ -2,8 +2,6 @@
 
 use plumb_setup::commission::{Fault, Output, Report};
 
-use super::super::print::{note, tell};
-
 /// Question before the first jog.
 pub(super) const QUESTION: &str = "\
 Each motor turns a little, one after the other, both ways and back: by one revolution or 60 mm of

@@ -5,8 +5,6 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
-use crate::commands::print::tell;
-
 /// Symbolic link to a pseudo-terminal. Dropping it removes the link.
 pub(super) struct TerminalLink {
     path: PathBuf,

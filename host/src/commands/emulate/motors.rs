@@ -9,7 +9,8 @@ use std::time::Duration;
 use plumb_protocol::units::Micros;
 use plumb_sim::emulator::MotorSample;
 
-use crate::commands::print::{self, Reader, tell};
+use crate::cli::exit::Failure;
+use crate::cli::print::{self, Reader};
 
 /// Interval of the lines on the board's clock.
 pub(super) const INTERVAL: Micros = Micros(5000);
@@ -87,7 +88,7 @@ fn write(lines: &Receiver<Line>) {
         match print::results(line) {
             Ok(Reader::Open) => {}
             Ok(Reader::Closed) => return,
-            Err(failure) => return failure.print(),
+            Err(error) => return Failure::from(error).print(),
         }
     }
 }

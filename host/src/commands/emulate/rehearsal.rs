@@ -9,8 +9,9 @@ use plumb_runtime::rig::{Driver, Rig};
 use plumb_sim::emulator::tmc2209::Trouble;
 use plumb_sim::emulator::{DriverTrouble, EmulatedBoard};
 
-use crate::commands::print::{note, tell};
-use crate::commands::{Failure, failed, numbers};
+use crate::cli::choices::MotorName;
+use crate::cli::exit::{Failure, failed};
+use crate::cli::numbers;
 
 /// What goes wrong with the emulated board.
 #[derive(Args)]
@@ -25,21 +26,13 @@ pub(super) struct RehearsalOptions {
     driver_trouble: Option<Trouble>,
     /// Motor whose driver has the trouble
     #[arg(long, value_enum, value_name = "MOTOR", ignore_case = true)]
-    #[arg(default_value = "a", requires = "driver_trouble")]
+    #[arg(default_value = "A", requires = "driver_trouble")]
     driver_trouble_motor: MotorName,
     /// Time after which the driver has the trouble, above 0, to 1e9 s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     #[arg(default_value_t = 10.0, requires = "driver_trouble")]
     #[arg(value_parser = numbers::within(numbers::TIME))]
     driver_trouble_after: f64,
-}
-
-/// Name of a motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum MotorName {
-    A,
-    B,
-    C,
 }
 
 /// Time for which the emergency button is pressed, seconds.
@@ -124,7 +117,7 @@ impl RehearsalOptions {
         rig: Option<(&Path, &Rig)>,
         rehearsed: &mut Vec<Rehearsed>,
     ) -> Result<(), Failure> {
-        let Some(trouble) = self.driver_trouble else { return Ok(()) };
+        let Some(name) = self.driver_trouble else { return Ok(()) };
         let has_uart = |rig: &Rig| matches!(rig.motors.driver, Driver::Tmc2209Uart(_));
         if let Some((file, _)) = rig.filter(|(_, rig)| !has_uart(rig)) {
             return Err(failed(format!(
@@ -135,12 +128,12 @@ impl RehearsalOptions {
         }
         let time = span(self.driver_trouble_after, TROUBLE_S);
         let driver = format!("the driver of motor {:?}", self.driver_trouble_motor);
-        let option = trouble.to_possible_value().unwrap_or_default();
+        let option = name.to_possible_value().unwrap_or_default();
         let begin = format!("{driver} has a trouble: {}", option.get_name());
         let end = format!("{driver} has no trouble any more");
         add(rehearsed, &time, [begin, end], true);
         let motor = self.driver_trouble_motor as u8;
-        board.trouble_driver(DriverTrouble { motor, trouble, time });
+        board.trouble_driver(DriverTrouble { motor, trouble: name, time });
         Ok(())
     }
 }

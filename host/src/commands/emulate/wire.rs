@@ -9,7 +9,8 @@ use plumb_runtime::rig::quantity::BAUD;
 use plumb_sim::emulator::Wire;
 use plumb_sim::emulator::wire::{Lane, Line, Reboot};
 
-use super::super::{Failure, failed, numbers};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::numbers;
 
 /// Faults of the link to the emulated board, the same in both directions. Without options the link
 /// is ideal.

@@ -6,7 +6,7 @@ use plumb_cameras::settings::{SourceName, not_built};
 use plumb_config::book::page;
 use plumb_setup::new_rig::{DriverKind, NewCamera, NewRig};
 
-use crate::commands::rig_path::{quoted, rig_option};
+use crate::cli::rig_path::{quoted, rig_option};
 
 /// Returns what a person must know of the board and its drivers before they get current.
 pub(super) fn notes(rig: &NewRig) -> Vec<String> {

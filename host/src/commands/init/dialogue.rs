@@ -19,17 +19,21 @@ pub(super) enum DialogueError {
 }
 
 /// Dialogue with a person, or none.
-pub(super) struct Dialogue<I, O> {
-    input: I,
-    output: O,
+pub(super) struct Dialogue<'a> {
+    input: Box<dyn BufRead + 'a>,
+    output: Box<dyn Write + 'a>,
     /// Whether questions are asked. Without them each answer is its default.
     is_interactive: bool,
 }
 
-impl<I: BufRead, O: Write> Dialogue<I, O> {
+impl<'a> Dialogue<'a> {
     /// Creates a dialogue. Without `is_interactive` each answer is its default.
-    pub(super) fn new(input: I, output: O, is_interactive: bool) -> Self {
-        Self { input, output, is_interactive }
+    pub(super) fn new(
+        input: impl BufRead + 'a,
+        output: impl Write + 'a,
+        is_interactive: bool,
+    ) -> Self {
+        Self { input: Box::new(input), output: Box::new(output), is_interactive }
     }
 
     /// Returns whether questions are asked.
@@ -40,6 +44,17 @@ impl<I: BufRead, O: Write> Dialogue<I, O> {
     /// Writes a line to the person.
     pub(super) fn tell(&mut self, line: &str) -> Result<(), DialogueError> {
         Ok(writeln!(self.output, "{line}")?)
+    }
+
+    /// Returns the value of an option, or else the answer to `question`, as [`ask`](Self::ask).
+    pub(super) fn given_or_ask<T>(
+        &mut self,
+        given: Option<T>,
+        question: &str,
+        default: &str,
+        parse: impl Fn(&str) -> Result<T, String>,
+    ) -> Result<T, DialogueError> {
+        given.map_or_else(|| self.ask(question, default, parse), Ok)
     }
 
     /// Asks `question` until `parse` accepts the answer. An empty answer is `default`.
@@ -91,6 +106,7 @@ mod tests {
         let mut dialogue = Dialogue::new("x\n 7 \n\n".as_bytes(), &mut output, true);
         assert_eq!(dialogue.ask("How many?", "3", number).unwrap(), 7);
         assert_eq!(dialogue.ask("How many?", "3", number).unwrap(), 3);
+        drop(dialogue);
         let text = String::from_utf8(output).unwrap();
         assert_eq!(text.matches("How many? [3]: ").count(), 3);
         assert_eq!(text.matches("must be a number").count(), 1);

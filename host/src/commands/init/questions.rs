@@ -1,6 +1,5 @@
 //! Questions about a new rig.
 
-use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -9,20 +8,18 @@ use plumb_cameras::settings::kinect;
 use plumb_cameras::stream::AddressError;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::quantity::Range;
-use plumb_runtime::link::windows_port;
 use plumb_runtime::rig::{BoardName, Stiffness};
 use plumb_setup::new_rig::{BALL_RANGE_M, DriverKind, NewCamera, NewRig, Triangle};
 use plumb_vision::camera::Camera;
 
+use super::colour;
 use super::dialogue::{Dialogue, DialogueError};
-use super::{Args, CameraName, colour};
-use crate::commands::{Failure, failed, numbers};
+use super::options::{Args, CameraName, port};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::numbers;
 
 /// Returns the rig of the options, and of the answers to questions about the others.
-pub(super) fn rig<I: BufRead, O: Write>(
-    args: &Args,
-    dialogue: &mut Dialogue<I, O>,
-) -> Result<NewRig, Failure> {
+pub(super) fn rig(args: &Args, dialogue: &mut Dialogue<'_>) -> Result<NewRig, Failure> {
     let usual = usual(args.recording.as_deref().and_then(own_camera));
     if dialogue.is_interactive() {
         dialogue.tell("Lengths in metres. Enter takes the value in brackets; Ctrl-D ends.")?;
@@ -31,55 +28,44 @@ pub(super) fn rig<I: BufRead, O: Write>(
     let (sides, height) = size(args, &usual, dialogue)?;
     let board = board(args, &usual, dialogue)?;
     let (driver, microsteps) = motors(args, board, &usual, dialogue)?;
-    let steps_per_turn = match &args.steps_per_turn {
-        Some(steps) => steps_per_turn(steps).map_err(failed)?,
-        // A simulated motor has those of the default.
-        None if args.simulated => usual.steps_per_turn,
-        None => {
-            let question = "Full steps in a turn of a motor (200 of 1.8°, 400 of 0.9°)";
-            dialogue.ask(question, &usual.steps_per_turn.to_string(), steps_per_turn)?
-        }
-    };
+    // A simulated motor has those of the default.
+    let simulated = args.simulated.then_some(usual.steps_per_turn);
+    let given = args.steps_per_turn.as_deref().map(steps_per_turn).transpose().map_err(failed)?;
+    let steps_per_turn = dialogue.given_or_ask(
+        given.or(simulated),
+        "Full steps in a turn of a motor (200 of 1.8°, 400 of 0.9°)",
+        &usual.steps_per_turn.to_string(),
+        steps_per_turn,
+    )?;
     let cable_per_turn = length(
         args.cable_per_turn,
         "Cable that a turn of a motor winds (circumference of its drum)",
         (usual.cable_per_turn, &numbers::CABLE_PER_TURN),
         dialogue,
     )?;
-    let stiffness = stiffness(args, &usual, dialogue)?;
+    let stiffness = dialogue.given_or_ask(
+        args.cables,
+        "Cables (steel or braided line: stiff; nylon or elastic: soft; not sure: unknown)",
+        usual.stiffness.name(),
+        |text| {
+            Stiffness::from_str(text, true).map_err(|_| "must be stiff, soft or unknown".to_owned())
+        },
+    )?;
     let usual_ball = (usual.ball_diameter, &numbers::BALL);
     let ball_diameter = length(args.ball, "Diameter of the ball", usual_ball, dialogue)?;
-    let ball_hue = match args.colour {
-        Some(hue) => hue,
-        // A simulated ball has the colour of the file.
-        None if args.simulated => usual.ball_hue,
-        None => {
-            let question =
-                format!("Colour of the ball ({}, or its hue in degrees)", colour::names());
-            let usual = colour::name(usual.ball_hue);
-            dialogue.ask(&question, &usual, colour::hue)?
-        }
-    };
+    // A simulated ball has the colour of the file.
+    let ball_hue = dialogue.given_or_ask(
+        args.colour.or(args.simulated.then_some(usual.ball_hue)),
+        &format!("Colour of the ball ({}, or its hue in degrees)", colour::names()),
+        &colour::name(usual.ball_hue),
+        colour::hue,
+    )?;
     let camera = camera(args, dialogue)?;
     let recorded = match &camera {
         NewCamera::Recording(path) => own_camera(path),
         _ => None,
     };
-    // The link of an emulated board may be in this folder.
-    let is_named = |text: &str| !text.trim().is_empty();
-    let port_of = |text: &str| match (args.simulated && is_named(text)) || text.contains('/') {
-        true => port(text),
-        false => port(text).and(Err("must be a path, such as /dev/ttyACM0".to_owned())),
-    };
-    let port = match &args.port {
-        Some(port) => port_of(port).map_err(|why| {
-            let port = if is_named(port) { port } else { "''" };
-            failed(format!("--port {port}: {why}"))
-        })?,
-        // An emulated board has a port of its own, which `--port` names.
-        None if args.simulated => usual.port,
-        None => dialogue.ask("Serial port of the board", &usual.port, port_of)?,
-    };
+    let port = port_of_board(args, usual.port, dialogue)?;
     Ok(NewRig {
         port,
         board,
@@ -114,54 +100,56 @@ fn steps_per_turn(text: &str) -> Result<u16, String> {
     steps.ok_or_else(|| "must be 200 or 400".to_owned())
 }
 
-/// Returns the name of a serial port.
-///
-/// # Errors
-/// Where it is one of Windows.
-pub(super) fn port(text: &str) -> Result<String, String> {
-    match windows_port(text) {
-        Some(hint) => Err(hint.to_owned()),
-        None => Ok(text.to_owned()),
+/// Returns the serial port of the board.
+fn port_of_board(
+    args: &Args,
+    usual: String,
+    dialogue: &mut Dialogue<'_>,
+) -> Result<String, Failure> {
+    // The link of an emulated board may be in this folder.
+    let is_named = |text: &str| !text.trim().is_empty();
+    let port_of = |text: &str| match (args.simulated && is_named(text)) || text.contains('/') {
+        true => port(text),
+        false => port(text).and(Err("must be a path, such as /dev/ttyACM0".to_owned())),
+    };
+    match &args.port {
+        Some(port) => port_of(port).map_err(|why| {
+            let port = if is_named(port) { port } else { "''" };
+            failed(format!("--port {port}: {why}"))
+        }),
+        // An emulated board has a port of its own, which `--port` names.
+        None if args.simulated => Ok(usual),
+        None => Ok(dialogue.ask("Serial port of the board", &usual, port_of)?),
     }
 }
 
 /// Returns a length from its option, or else asks for it, metres.
-fn length<I: BufRead, O: Write>(
+fn length(
     given: Option<f64>,
     question: &str,
     (default, range): (f64, &Range),
-    dialogue: &mut Dialogue<I, O>,
+    dialogue: &mut Dialogue<'_>,
 ) -> Result<f64, DialogueError> {
-    match given {
-        Some(length) => Ok(length),
-        None => {
-            let question = format!("{question}, m");
-            dialogue.ask(&question, &default.to_string(), |text| range.parse(text))
-        }
-    }
+    let (question, default) = (format!("{question}, m"), default.to_string());
+    dialogue.given_or_ask(given, &question, &default, |text| range.parse(text))
 }
 
 /// Returns the sides of the triangle and its height, metres. Answers that no rig has are asked
 /// again.
-fn size<I: BufRead, O: Write>(
+fn size(
     args: &Args,
     usual: &NewRig,
-    dialogue: &mut Dialogue<I, O>,
+    dialogue: &mut Dialogue<'_>,
 ) -> Result<([f64; 3], f64), Failure> {
     // Answers that do not fit are the defaults of the next questions.
-    let (mut sides, mut height) = (usual.sides, usual.height);
+    let (mut sides, mut height) = (args.sides.unwrap_or(usual.sides), usual.height);
     loop {
-        sides = match args.sides {
-            Some(sides) => sides,
-            None => {
-                let names = ["A and B", "B and C", "C and A"];
-                for (side, name) in sides.iter_mut().zip(names) {
-                    let question = format!("Distance between the guides of motors {name}");
-                    *side = length(None, &question, (*side, &numbers::SIDE), dialogue)?;
-                }
-                sides
+        if args.sides.is_none() {
+            for (side, name) in sides.iter_mut().zip(["A and B", "B and C", "C and A"]) {
+                let question = format!("Distance between the guides of motors {name}");
+                *side = length(None, &question, (*side, &numbers::SIDE), dialogue)?;
             }
-        };
+        }
         let question = "Height of the guides above the floor";
         height = length(args.height, question, (height, &numbers::HEIGHT), dialogue)?;
         match Triangle::new(sides, height) {
@@ -178,96 +166,62 @@ fn size<I: BufRead, O: Write>(
 }
 
 /// Returns the kind of the board.
-fn board<I: BufRead, O: Write>(
+fn board(
     args: &Args,
     usual: &NewRig,
-    dialogue: &mut Dialogue<I, O>,
-) -> Result<BoardName, Failure> {
-    if let Some(board) = args.board {
-        return Ok(board);
-    }
+    dialogue: &mut Dialogue<'_>,
+) -> Result<BoardName, DialogueError> {
     let names = BoardName::ALL.map(|name| name.board().name).join(", ");
     let parse =
         |text: &str| BoardName::from_str(text, true).map_err(|_| format!("must be one of {names}"));
     let usual = usual.board.board().name;
-    Ok(dialogue.ask(&format!("Board ({names})"), usual, parse)?)
+    dialogue.given_or_ask(args.board, &format!("Board ({names})"), usual, parse)
 }
 
 /// Returns the drivers and their microsteps. A board with drivers of its own has no others.
-fn motors<I: BufRead, O: Write>(
+fn motors(
     args: &Args,
     board: BoardName,
     usual: &NewRig,
-    dialogue: &mut Dialogue<I, O>,
-) -> Result<(DriverKind, u8), Failure> {
-    let driver = match args.driver {
-        Some(driver) => driver,
-        None if !board.board().has_free_drivers => DriverKind::Tmc2209Uart,
-        None => {
-            let names = DriverKind::ALL.map(DriverKind::name).join(", ");
-            let question = format!("Motor drivers ({names})");
-            let parse = |text: &str| {
-                DriverKind::from_str(text, true).map_err(|_| format!("must be one of {names}"))
-            };
-            dialogue.ask(&question, usual.driver.name(), parse)?
-        }
-    };
-    let microsteps = match args.microsteps {
-        Some(microsteps) => microsteps,
-        None => {
-            let list: Vec<String> = driver.microsteps().iter().map(u8::to_string).collect();
-            let question = format!("Microsteps in a full step ({})", list.join(", "));
-            let parse = |text: &str| {
-                let number = text.strip_prefix("1/").unwrap_or(text);
-                let wrong = |_| format!("must be one of {}", list.join(", "));
-                let microsteps = number.parse().map_err(wrong)?;
-                driver.straps(microsteps).map_err(|error| error.to_string())?;
-                Ok(microsteps)
-            };
-            dialogue.ask(&question, &usual.microsteps.to_string(), parse)?
-        }
-    };
+    dialogue: &mut Dialogue<'_>,
+) -> Result<(DriverKind, u8), DialogueError> {
+    let own = (!board.board().has_free_drivers).then_some(DriverKind::Tmc2209Uart);
+    let names = DriverKind::ALL.map(DriverKind::name).join(", ");
+    let question = format!("Motor drivers ({names})");
+    let driver =
+        dialogue.given_or_ask(args.driver.or(own), &question, usual.driver.name(), |text| {
+            DriverKind::from_str(text, true).map_err(|_| format!("must be one of {names}"))
+        })?;
+    let list: Vec<String> = driver.microsteps().iter().map(u8::to_string).collect();
+    let list = list.join(", ");
+    let question = format!("Microsteps in a full step ({list})");
+    let usual = usual.microsteps.to_string();
+    let microsteps = dialogue.given_or_ask(args.microsteps, &question, &usual, |text| {
+        let number = text.strip_prefix("1/").unwrap_or(text);
+        let microsteps = number.parse().map_err(|_| format!("must be one of {list}"))?;
+        driver.straps(microsteps).map_err(|error| error.to_string())?;
+        Ok(microsteps)
+    })?;
     Ok((driver, microsteps))
 }
 
-/// Returns how much the cables stretch.
-fn stiffness<I: BufRead, O: Write>(
-    args: &Args,
-    usual: &NewRig,
-    dialogue: &mut Dialogue<I, O>,
-) -> Result<Stiffness, Failure> {
-    if let Some(stiffness) = args.cables {
-        return Ok(stiffness);
-    }
-    let question =
-        "Cables (steel or braided line: stiff; nylon or elastic: soft; not sure: unknown)";
-    let parse = |text: &str| {
-        Stiffness::from_str(text, true).map_err(|_| "must be stiff, soft or unknown".to_owned())
-    };
-    Ok(dialogue.ask(question, usual.stiffness.name(), parse)?)
-}
-
 /// Returns the source of the pictures.
-fn camera<I: BufRead, O: Write>(
-    args: &Args,
-    dialogue: &mut Dialogue<I, O>,
-) -> Result<NewCamera, Failure> {
+fn camera(args: &Args, dialogue: &mut Dialogue<'_>) -> Result<NewCamera, Failure> {
     if args.simulated {
         return Ok(NewCamera::Simulated);
     }
-    let name = match (args.camera, &args.recording, &args.stream) {
-        (Some(name), _, _) => name,
-        (None, Some(_), _) => CameraName::Recording,
-        (None, None, Some(_)) => CameraName::Stream,
-        (None, None, None) => {
-            let names = "openni, realsense, webcam, ros2, recording, stream";
-            let parse = |text: &str| match CameraName::from_str(text, true) {
+    let recording = args.recording.as_ref().map(|_| CameraName::Recording);
+    let stream = args.stream.as_ref().map(|_| CameraName::Stream);
+    let names = "openni, realsense, webcam, ros2, recording, stream";
+    let question = format!("Camera ({names})");
+    let given = args.camera.or(recording).or(stream);
+    let name =
+        dialogue.given_or_ask(given, &question, "openni", |text| {
+            match CameraName::from_str(text, true) {
                 Ok(CameraName::Kinect) => Err(kinect()),
                 name => name.map_err(|_| format!("must be one of {names}")),
-            };
-            dialogue.ask(&format!("Camera ({names})"), "openni", parse)?
-        }
-    };
+            }
+        })?;
     if name != CameraName::Recording && args.recording.is_some() {
         return Err(failed("--recording is for --camera recording, not for a live camera"));
     }
@@ -281,12 +235,11 @@ fn camera<I: BufRead, O: Write>(
         CameraName::Ros2 => Ok(NewCamera::Ros2),
         CameraName::Recording => recorded(args.recording.as_deref(), dialogue),
         CameraName::Stream => {
-            let address = match &args.stream {
-                Some(address) => address.clone(),
-                None => dialogue.ask("Address of the stream", STREAM, |text| {
+            let given = args.stream.clone();
+            let address =
+                dialogue.given_or_ask(given, "Address of the stream", STREAM, |text| {
                     text.parse().map_err(|error: AddressError| error.to_string())
-                })?,
-            };
+                })?;
             Ok(NewCamera::Stream(address))
         }
         CameraName::Kinect => Err(failed(format!("--camera kinect: {}", kinect()))),
@@ -301,10 +254,7 @@ const NO_PATH: &str = "write the path of a TUM folder, or of an .oni, .bag, .db3
                        file";
 
 /// Returns the recording at `path`, or at the path that the dialogue asks for.
-fn recorded<I: BufRead, O: Write>(
-    path: Option<&Path>,
-    dialogue: &mut Dialogue<I, O>,
-) -> Result<NewCamera, Failure> {
+fn recorded(path: Option<&Path>, dialogue: &mut Dialogue<'_>) -> Result<NewCamera, Failure> {
     match path {
         Some(path) => recording(path).map_err(failed),
         None if !dialogue.is_interactive() => {

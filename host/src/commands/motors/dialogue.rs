@@ -1,19 +1,24 @@
 //! `plumb jog` with keys.
 
+use std::io::{self, IsTerminal, Stdin, stdin};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use nix::errno::Errno;
+use nix::sys::termios::{
+    LocalFlags, SetArg, SpecialCharacterIndices, Termios, tcgetattr, tcsetattr,
+};
+use nix::unistd;
 use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
-use super::super::print::{message, renew, tell};
-use super::super::{Failure, failed};
 use super::keys::{Key, KeyDecoder, KeyJogger, Motion, NAMES};
-use super::terminal::{KeyMode, is_terminal};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::print::{message, renew};
 
 /// Interval in which keys are read and the board is asked for its state.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -136,4 +141,56 @@ fn line(selected: u8, board: &BoardReport) -> String {
     let [a, b, c] = board.motors;
     let (name, state) = (NAMES[usize::from(selected)], board.state);
     format!("motor {name}   A {a:.2}  B {b:.2}  C {c:.2} steps   {state}")
+}
+
+/// Returns whether standard input is a terminal.
+pub(super) fn is_terminal() -> bool {
+    stdin().is_terminal()
+}
+
+/// Mode of standard input in which a key arrives without Enter and is not shown. Dropping it
+/// restores the mode before.
+pub(super) struct KeyMode {
+    input: Stdin,
+    before: Termios,
+}
+
+impl KeyMode {
+    /// Begins the mode.
+    ///
+    /// # Errors
+    /// Where standard input is no terminal.
+    pub(super) fn begin() -> io::Result<Self> {
+        let input = stdin();
+        let before = tcgetattr(&input)?;
+        let mut mode = before.clone();
+        mode.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
+        // A read returns at once, also without a key.
+        mode.control_chars[SpecialCharacterIndices::VMIN as usize] = 0;
+        mode.control_chars[SpecialCharacterIndices::VTIME as usize] = 0;
+        tcsetattr(&input, SetArg::TCSANOW, &mode)?;
+        Ok(Self { input, before })
+    }
+
+    /// Returns the bytes of the keys since the last call.
+    ///
+    /// # Errors
+    /// Where the terminal is gone.
+    pub(super) fn read(&self) -> io::Result<Vec<u8>> {
+        let mut buffer = [0; 256];
+        // Not through the buffer of `Stdin`.
+        let count = match unistd::read(&self.input, &mut buffer) {
+            Err(Errno::EINTR) => 0,
+            read => read?,
+        };
+        Ok(buffer[..count].to_vec())
+    }
+}
+
+impl Drop for KeyMode {
+    fn drop(&mut self) {
+        // A terminal that is gone needs no mode. The repetitions of a key that is held down are no
+        // part of the next command.
+        let _gone = tcsetattr(&self.input, SetArg::TCSAFLUSH, &self.before);
+    }
 }

@@ -1,11 +1,10 @@
 //! `plumb jog`: turns one motor, by a distance or with keys.
 
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
@@ -13,14 +12,16 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
-use super::super::connection::{connect, explained};
-use super::super::interrupt::interrupt_flag;
-use super::super::print::{self, note, tell};
-use super::super::rig_args::PortArgs;
-use super::super::rig_path::RigArg;
-use super::super::{FAILED, Failure, Work, board, failed, numbers};
 use super::dialogue;
 use super::keys::NAMES;
+use crate::cli::choices::MotorName;
+use crate::cli::exit::{Exit, Failure, Work, failed};
+use crate::cli::interrupt::interrupt_flag;
+use crate::cli::port_args::PortArgs;
+use crate::cli::rig_path::RigArg;
+use crate::cli::{numbers, print};
+use crate::commands::board::status;
+use crate::session::connection::{connect, explained};
 
 /// Interval of the requests for the state during a jog: below the shortest usual deadline of the
 /// board for a silent host, 300 ms.
@@ -35,18 +36,16 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Jogs have limits of their own in the rig file (`jog.max_rate`, `jog.max_distance`). The ball
 /// falls when the motors lose their current: at the emergency button, and without power.
 #[derive(Parser)]
-#[command(
-    after_help = examples![
-        "plumb jog A 200",
-        "plumb jog C -20mm",
-        "plumb jog          # with keys",
-        "plumb jog --rig trial/rig.toml B 50 --rate 20",
-    ]
-)]
+#[command(after_help = examples![
+    "plumb jog A 200",
+    "plumb jog C -20mm",
+    "plumb jog          # with keys",
+    "plumb jog --rig trial/rig.toml B 50 --rate 20",
+])]
 pub(crate) struct JogArgs {
     /// Motor
     #[arg(value_enum, ignore_case = true, requires = "distance")]
-    motor: Option<Motor>,
+    motor: Option<MotorName>,
     /// Distance in full steps, or in millimetres of cable: 200, -200, 20mm (-100000000 to
     /// 100000000)
     #[arg(allow_hyphen_values = true, value_parser = distance)]
@@ -61,15 +60,6 @@ pub(crate) struct JogArgs {
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
-}
-
-/// Motor of the rig.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "verbatim")]
-enum Motor {
-    A,
-    B,
-    C,
 }
 
 /// Distance of a jog, in the unit of the command line.
@@ -89,8 +79,7 @@ struct Move {
 }
 
 pub(crate) fn jog(args: JogArgs) -> Result<Work, Failure> {
-    let file = args.rig.needed()?;
-    let rig = Rig::read(&file)?;
+    let (file, rig) = args.rig.read()?;
     let wanted = args.motor.zip(args.distance);
     let wanted = wanted.map(|(motor, distance)| wanted_move(motor, distance, &rig)).transpose()?;
     let rate = rate(args.rate, &rig)?;
@@ -111,11 +100,9 @@ pub(crate) fn jog(args: JogArgs) -> Result<Work, Failure> {
         let report = BoardReport::from(&telemetry);
         let [a, b, c] = report.motors;
         note!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
-        if args.json {
-            print::result(board::line(&link.port(), &report))?;
-        }
+        print::json(args.json, status::line(&link.port(), &report))?;
         let is_interrupted = interrupted.load(Ordering::Relaxed);
-        Ok(if is_interrupted { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+        Ok(Exit::done_if(!is_interrupted))
     }))
 }
 
@@ -133,7 +120,7 @@ fn distance(text: &str) -> Result<Distance, String> {
 }
 
 /// Returns the move of `distance`, within the limit of the rig file.
-fn wanted_move(motor: Motor, distance: Distance, rig: &Rig) -> Result<Move, Failure> {
+fn wanted_move(motor: MotorName, distance: Distance, rig: &Rig) -> Result<Move, Failure> {
     let Distance { number, is_mm } = distance;
     let motor = motor as u8;
     let steps = if is_mm { number * 1e-3 / cable_per_step(rig, motor)? } else { number };

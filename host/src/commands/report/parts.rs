@@ -15,11 +15,10 @@ use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::rig::{BoardPort, Rig};
 use serde_json::Value;
 
-use crate::commands::board::status_line;
-use crate::commands::print::note;
-use crate::commands::rig_args::PortArgs;
-use crate::commands::rig_path::is_default;
-use crate::commands::{Failure, failed};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::port_args::PortArgs;
+use crate::cli::rig_path::is_default;
+use crate::commands::board::status::status_line;
 
 /// Most bytes of a file in a report: the rows of a run of an hour and a half at 30 Hz.
 const MAX_BYTES: u64 = 64 << 20;
@@ -33,30 +32,26 @@ const RUNS: &str = "runs";
 /// Results of the self-test that are named by no option.
 const SELFTEST: &str = "plumb-selftest.json";
 
-/// Files of a run's folder, with their names in the report.
-const RUN_FILES: [(&str, &str, &str); 7] = [
-    ("summary.json", "run/summary.json", "how the run ended, its targets and events"),
-    ("run.csv", "run/run.csv", "a row for each picture"),
-    ("lost.csv", "run/lost.csv", "lost pictures"),
-    ("figures.json", "run/figures.json", "what the figures show"),
-    ("figure4.svg", "run/figure4.svg", "figure: position and error over time"),
-    ("figure5.svg", "run/figure5.svg", "figure: the path in space"),
-    ("deviation.svg", "run/deviation.svg", "figure: the distance from the path over time"),
+/// Files of a run's folder, and what they have. They are in the folder `run` of the report.
+const RUN_FILES: [(&str, &str); 9] = [
+    ("summary.json", "how the run ended, its targets and events"),
+    ("run.csv", "a row for each picture"),
+    ("lost.csv", "lost pictures"),
+    ("figures.json", "what the figures show"),
+    ("figure4.svg", "figure: position and error over time"),
+    ("figure5.svg", "figure: the path in space"),
+    ("deviation.svg", "figure: the distance from the path over time"),
+    (FIRST_PICTURE, "the first picture of the run"),
+    (LAST_PICTURE, "the last picture of the run"),
 ];
 
 /// Files that a run which has ended may lack: it lost no picture, or followed no path.
 const OPTIONAL_FILES: [&str; 2] = ["lost.csv", "deviation.svg"];
 
-/// Pictures in a run's folder, with their names in the report.
-const PICTURES: [(&str, &str, &str); 2] = [
-    (FIRST_PICTURE, "run/first.jpg", "the first picture of the run"),
-    (LAST_PICTURE, "run/last.jpg", "the last picture of the run"),
-];
-
 /// A file of the report.
 pub(super) struct Part {
     /// Name in the report.
-    pub(super) name: &'static str,
+    pub(super) name: String,
     /// What it has, in words.
     pub(super) content: &'static str,
     pub(super) bytes: Vec<u8>,
@@ -71,16 +66,18 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    fn add(&mut self, name: &'static str, content: &'static str, text: String) {
-        self.parts.push(Part { name, content, bytes: text.into_bytes() });
+    fn add(&mut self, name: &str, content: &'static str, bytes: impl Into<Vec<u8>>) {
+        self.parts.push(Part { name: name.to_owned(), content, bytes: bytes.into() });
     }
 
     /// Adds a file, or the reason why it cannot be read.
-    fn add_file(&mut self, name: &'static str, content: &'static str, file: &Path) {
-        match read_text(file, MAX_BYTES) {
-            Ok(text) if name.ends_with(".csv") => self.add(name, content, last_rows(&text)),
-            Ok(text) => self.add(name, content, text),
-            Err(error) => self.miss(name, &Failure::from(error)),
+    fn add_file(&mut self, name: &str, content: &'static str, file: &Path) {
+        match read(file, MAX_BYTES) {
+            Ok(bytes) if name.ends_with(".csv") => {
+                self.add(name, content, last_rows(&String::from_utf8_lossy(&bytes)));
+            }
+            Ok(bytes) => self.add(name, content, bytes),
+            Err(error) => self.miss(name, &error.into()),
         }
     }
 
@@ -191,14 +188,8 @@ impl Parts {
         // A run that has not ended may lack any of its files; one that has, these.
         let is_needed = |file: &str| is_ended && !OPTIONAL_FILES.contains(&file);
         let has = |file: &str| folder.join(file).exists() || is_needed(file);
-        for (file, name, content) in RUN_FILES.into_iter().filter(|(file, ..)| has(file)) {
-            self.add_file(name, content, &folder.join(file));
-        }
-        for (file, name, content) in PICTURES.into_iter().filter(|(file, ..)| has(file)) {
-            match read(&folder.join(file), MAX_BYTES) {
-                Ok(bytes) => self.parts.push(Part { name, content, bytes }),
-                Err(error) => self.miss(name, &Failure::from(error)),
-            }
+        for (file, content) in RUN_FILES.into_iter().filter(|(file, _)| has(file)) {
+            self.add_file(&format!("run/{file}"), content, &folder.join(file));
         }
         Ok(())
     }
@@ -212,7 +203,7 @@ impl Parts {
     pub(super) fn finish(mut self) -> Vec<Part> {
         let bytes = escaped(&overview(&self.missing)).into_bytes();
         let content = "versions, and what is missing";
-        self.parts.insert(0, Part { name: "report.txt", content, bytes });
+        self.parts.insert(0, Part { name: "report.txt".to_owned(), content, bytes });
         self.parts
     }
 }

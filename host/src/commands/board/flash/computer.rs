@@ -9,10 +9,9 @@ use plumb_image::chip::Chip;
 use plumb_runtime::link::{Link, LinkError, Serial, boards};
 use plumb_runtime::rig::BoardPort;
 
-use super::super::super::print::tell;
-use super::super::super::rig_args::PortArgs;
 use super::drive::{self, DriveSearch, Drives, Written};
 use super::steps::{Computer, Greeting};
+use crate::cli::port_args::PortArgs;
 
 /// Ports, drives and clock of this computer.
 pub(super) struct ThisComputer {

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
 
-use super::super::output::CameraFile;
 use super::ImportOptions;
-use crate::commands::{Failure, Work, failed};
+use crate::cli::exit::{Failure, Work, failed};
+use crate::commands::calibrate::output::CameraFile;
 
 /// Reason to refuse the option.
 const ABSENT: &str = "this program was built without the calibrations of others; build it with \

@@ -11,24 +11,11 @@ use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::check::implausible;
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::image::ImageSize;
-use serde::Serialize;
+use serde_json::json;
 
-use super::super::output::{self, CameraFile};
 use super::ImportOptions;
-use crate::commands::print::tell;
-use crate::commands::{Failure, Work, failed};
-
-/// Result as a line of JSON.
-#[derive(Serialize)]
-struct Report {
-    program: String,
-    /// What is taken: "lens" or "pose".
-    content: &'static str,
-    notes: Vec<String>,
-    /// What is not plausible about the camera file with it.
-    findings: Vec<String>,
-    written: bool,
-}
+use crate::cli::exit::{Failure, Work, failed};
+use crate::commands::calibrate::output::{self, CameraFile};
 
 /// Reads the path of the calibration file.
 pub(super) fn file(text: &str) -> Result<PathBuf, String> {
@@ -67,13 +54,17 @@ pub(in super::super) fn prepare(
     if let Content::Lens(_) = imported.content {
         findings.extend(output::without_effect(file, rig));
     }
-    let mut report = Report::new(&imported, content, findings);
-    report.tell(&imported.content, options.import_size);
+    tell(&imported, &findings, options.import_size);
     Ok(Box::new(move || {
         let written = camera_file.replace(&text, &format!("the {content}"), is_agreed);
         output::conclude(written, is_json, |is_written| {
-            report.written = is_written;
-            Ok(serde_json::to_string(&report)?)
+            json!({
+                "program": imported.program.to_string(),
+                "content": content,
+                "notes": imported.notes,
+                "findings": findings,
+                "written": is_written,
+            })
         })
     }))
 }
@@ -93,24 +84,18 @@ fn intrinsics(lens: &ImportedLens, camera: &Camera) -> Intrinsics {
     Intrinsics { fx, fy, cx, cy, depth_scale: camera.intrinsics.depth_scale, distortion }
 }
 
-impl Report {
-    fn new(imported: &Imported, content: &'static str, findings: Vec<String>) -> Self {
-        let program = imported.program.to_string();
-        Self { program, content, notes: imported.notes.clone(), findings, written: false }
+/// Prints the result for a person. `stated` is the size of the pictures by the command line.
+fn tell(imported: &Imported, findings: &[String], stated: Option<ImageSize>) {
+    let program = imported.program.to_string();
+    match &imported.content {
+        Content::Lens(lens) => tell_lens(&program, lens, stated),
+        Content::Pose(pose) => tell_pose(&program, pose),
     }
-
-    /// Prints the report for a person. `stated` is the size of the pictures by the command line.
-    fn tell(&self, content: &Content, stated: Option<ImageSize>) {
-        match content {
-            Content::Lens(lens) => tell_lens(&self.program, lens, stated),
-            Content::Pose(pose) => tell_pose(&self.program, pose),
-        }
-        for note in &self.notes {
-            tell!("  note: {note}");
-        }
-        for finding in &self.findings {
-            tell!("  {finding}");
-        }
+    for note in &imported.notes {
+        tell!("  note: {note}");
+    }
+    for finding in findings {
+        tell!("  {finding}");
     }
 }
 

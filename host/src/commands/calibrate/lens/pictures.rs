@@ -17,10 +17,9 @@ use plumb_log::OutputDir;
 use plumb_pictures::decode;
 use plumb_vision::image::{ColourImage, ImageSize};
 
-use super::super::view::{Stage, View};
-use crate::commands::print::tell;
-use crate::commands::progress::{ProgressLine, is_shown};
-use crate::commands::{Failure, failed};
+use crate::cli::exit::{Failure, failed};
+use crate::cli::print::{ProgressLine, is_shown};
+use crate::commands::calibrate::view::{Stage, View};
 
 /// Least mean movement of the board's corners from every picture that is kept, in widths of the
 /// picture.
