@@ -16,12 +16,13 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle};
 use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::Coordinate;
+use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::rig::MotorPoints;
 use plumb_runtime::rig::quantity::Distance;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::output_dir::write_new;
-use super::{FigureSettings, LogRow, RunLogError};
+use super::{FigureSettings, RunLogError};
 
 pub(super) use comparison::errors_over_time;
 pub(super) use panels::{HasError, Samples, from_path, over_time};
@@ -53,25 +54,25 @@ const FARTHEST_M: f64 = 100.0;
 /// Latest time that is drawn, seconds: 30 years.
 const LATEST_S: f64 = 1e9;
 
-/// Plotted part of a row: the values that are numbers and within [`FARTHEST_M`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Plotted part of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Sample {
     /// Time since the run's start, seconds.
-    time_s: f64,
-    position: Option<Point3<f64>>,
-    target: Option<Point3<f64>>,
-    error_m: Option<f64>,
+    pub(super) time_s: f64,
+    pub(super) position: Option<Point3<f64>>,
+    pub(super) target: Option<Point3<f64>>,
+    pub(super) error_m: Option<f64>,
     /// Deviation from a path, where the ball follows one.
-    deviation: Option<Deviation>,
+    pub(super) deviation: Option<Deviation>,
 }
 
 /// Deviation of the ball from a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Deviation {
     /// How far the ball is ahead, metres.
-    along_m: Option<f64>,
+    pub(super) along_m: Option<f64>,
     /// Distance across the path, metres.
-    cross_m: Option<f64>,
+    pub(super) cross_m: Option<f64>,
 }
 
 impl HasError for Sample {
@@ -80,19 +81,32 @@ impl HasError for Sample {
     }
 }
 
-impl From<&LogRow> for Sample {
-    fn from(row: &LogRow) -> Self {
+impl From<&FrameRecord> for Sample {
+    fn from(record: &FrameRecord) -> Self {
+        let position = record.position();
+        let deviation = record.path.map(|path| Deviation {
+            along_m: position.map(|position| path.along_track(position)),
+            cross_m: position.map(|position| path.cross_track(position)),
+        });
+        let (target, error_m) = (record.target, record.error());
+        Self { time_s: record.time, position, target, error_m, deviation }.shown()
+    }
+}
+
+impl Sample {
+    /// Returns the values that are numbers and within [`FARTHEST_M`].
+    pub(super) fn shown(self) -> Self {
         let near = |c: &f64| c.abs() <= FARTHEST_M;
         let shown = |p: &Point3<f64>| p.iter().all(near);
         Self {
             // A time that is not a number is drawn at the start.
-            time_s: if row.t_s.is_nan() { 0.0 } else { row.t_s.clamp(-LATEST_S, LATEST_S) },
-            position: row.position.filter(shown),
-            target: row.target.filter(shown),
-            error_m: row.error_m.filter(near),
-            deviation: row.path.map(|path| Deviation {
-                along_m: path.along_m.filter(near),
-                cross_m: path.cross_m.filter(near),
+            time_s: if self.time_s.is_nan() { 0.0 } else { self.time_s.clamp(-LATEST_S, LATEST_S) },
+            position: self.position.filter(shown),
+            target: self.target.filter(shown),
+            error_m: self.error_m.filter(near),
+            deviation: self.deviation.map(|deviation| Deviation {
+                along_m: deviation.along_m.filter(near),
+                cross_m: deviation.cross_m.filter(near),
             }),
         }
     }

@@ -29,7 +29,7 @@ pub use log::{FigureSettings, RunLog};
 pub use logged_run::{LoggedRun, compare};
 pub use output_dir::OutputDir;
 pub use pictures::{FIRST_PICTURE, LAST_PICTURE, RunPictures};
-pub use row::{LogDetection, LogPath, LogRow};
+pub use row::columns;
 
 /// Failure to create or write the run log.
 #[derive(Debug, Error)]

@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use super::figures::{self, Sample, Samples};
 use super::output_dir::{create_new, write_new};
-use super::{LogRow, OutputDir, RunLogError};
+use super::row::{columns, row};
+use super::{OutputDir, RunLogError};
 
 /// Content of the figures besides the rows.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,7 +74,7 @@ impl RunLog {
             failure: None,
             unwritten: None,
         };
-        log.write(LogRow::HEADER)?;
+        log.write(columns())?;
         figures::write(&log.path, &log.settings)?;
         Ok(log)
     }
@@ -90,14 +91,14 @@ impl RunLog {
         self.unwritten.as_ref()
     }
 
-    /// Adds a row, which is in the file when this returns.
+    /// Adds the row of a frame, which is in the file when this returns.
     ///
     /// # Errors
     /// [`RunLogError::Csv`] or [`RunLogError::Io`] where it cannot be written (a full disk).
-    pub fn record(&mut self, row: &LogRow) -> Result<(), RunLogError> {
-        self.samples.push(Sample::from(row));
-        self.last_frame = Some(row.frame);
-        self.write(row.fields())
+    pub fn record(&mut self, record: &FrameRecord) -> Result<(), RunLogError> {
+        self.samples.push(Sample::from(record));
+        self.last_frame = Some(record.number);
+        self.write(row(record))
     }
 
     /// Ends the log: writes the rows to the disk and `summary.json`, and draws the figures from the
@@ -173,7 +174,7 @@ impl RunLog {
 
 impl Observer for RunLog {
     fn frame(&mut self, record: &FrameRecord) {
-        if let Err(error) = self.record(&LogRow::from(record)) {
+        if let Err(error) = self.record(record) {
             self.failure.get_or_insert(error);
         }
     }
@@ -245,4 +246,4 @@ impl LostFrames {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -333,7 +333,7 @@ impl<T: Transport> Run<T> {
             detector: parts.detector.name(),
             frames: stats.frames,
             time_s: round(stats.time, 1e6),
-            error_mm: stats.error.map(millimetres),
+            filtered_error_mm: stats.error.map(millimetres),
             targets_reached,
             legs_left_out: legs.left_out(),
             legs: legs.into_kept(),

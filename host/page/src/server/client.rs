@@ -139,7 +139,7 @@ impl Client {
         now: Instant,
     ) -> Result<(), Gone> {
         let picture = picture.filter(|picture| self.shown != Some(picture.frame.number));
-        let frame = picture.map(|picture| picture.frame);
+        let frame = picture.map(|picture| picture.frame.clone());
         let text = subject.update(self.next, frame, &mut self.cursor).map_err(|_| Gone)?;
         self.write(Message::text(text))?;
         if let Some(picture) = picture {
