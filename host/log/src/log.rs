@@ -6,36 +6,15 @@ use plumb_config::escape::escaped;
 use plumb_config::whole_writes::{WholeWrites, check_named};
 use plumb_frame::source::BoxedError;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
-use plumb_runtime::rig::{MotorPoints, Rig};
 use plumb_runtime::run::Summary;
 use serde::Serialize;
 
-use super::figures::{self, Sample, Samples};
+use super::drawing::draw;
+use super::figures::{self, FigureSettings};
 use super::output_dir::{create_new, write_new};
 use super::row::{columns, row};
+use super::samples::{Sample, Samples};
 use super::{OutputDir, RunLogError};
-
-/// Content of the figures besides the rows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FigureSettings {
-    /// Title of the figures: the law, its gain and the like.
-    pub title: String,
-    /// |e| below which the target counts as reached, metres.
-    pub threshold_m: f64,
-    /// Motor points, if they are known.
-    pub motors: Option<MotorPoints>,
-}
-
-impl FigureSettings {
-    /// Returns the settings for a run of `rig`.
-    pub fn of(rig: &Rig) -> Self {
-        Self {
-            title: rig.law.title(),
-            threshold_m: rig.reached.radius.get(),
-            motors: rig.motor_points(),
-        }
-    }
-}
 
 /// Observer that writes the log of a run. Every row is handed to the operating system when it is
 /// recorded. The end of the run adds the other files.
@@ -121,13 +100,10 @@ impl RunLog {
 
     /// Writes `summary.json` and the figures.
     fn write_result<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunLogError> {
-        let written = [
-            self.write_summary(summary),
-            self.draw("figure4.svg", figures::over_time),
-            self.draw("figure5.svg", figures::in_space),
-            self.draw_deviation(),
-        ];
-        written.into_iter().collect()
+        let written = self.write_summary(summary);
+        let samples = self.samples.to_vec();
+        let drawn = draw(&self.path, &samples, &self.settings, write_new);
+        written.and(drawn.into_iter().map(|figure| figure.map(drop)).collect())
     }
 
     fn write_summary<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunLogError> {
@@ -136,28 +112,6 @@ impl RunLog {
             .map_err(|source| RunLogError::Json { path: path.clone(), source })?;
         json.push(b'\n');
         write_new(&path, &json)
-    }
-
-    fn draw(
-        &self,
-        name: &str,
-        figure: fn(&[Sample], &FigureSettings) -> Result<String, figures::DrawError>,
-    ) -> Result<(), RunLogError> {
-        let path = self.path.join(name);
-        match figure(&self.samples.to_vec(), &self.settings) {
-            Ok(svg) => write_new(&path, svg.as_bytes()),
-            Err(source) => Err(RunLogError::Figure { path, source }),
-        }
-    }
-
-    /// Draws the deviation from a path, where the ball followed one.
-    fn draw_deviation(&self) -> Result<(), RunLogError> {
-        let path = self.path.join("deviation.svg");
-        match figures::from_path(&self.samples.to_vec(), &self.settings) {
-            Ok(Some(svg)) => write_new(&path, svg.as_bytes()),
-            Ok(None) => Ok(()),
-            Err(source) => Err(RunLogError::Figure { path, source }),
-        }
     }
 
     fn write<T: AsRef<[u8]>>(

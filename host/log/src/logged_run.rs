@@ -6,8 +6,10 @@ use csv::{ErrorKind, StringRecord};
 use nalgebra::Point3;
 use serde::Deserialize;
 
-use super::figures::{self, Deviation, Sample, Samples};
-use super::output_dir::{replace, write_new};
+use super::drawing::{draw, write_errors};
+use super::figures;
+use super::output_dir::replace;
+use super::samples::{Deviation, Sample, Samples};
 use super::{FigureSettings, LawCurve, RunLogError};
 
 /// Run as its folder has it.
@@ -79,22 +81,8 @@ impl LoggedRun {
     /// # Errors
     /// Where one cannot be drawn or written. What was there then stays.
     pub fn redraw(&self) -> Result<Vec<PathBuf>, RunLogError> {
-        let draw = |name: &str, svg: Result<String, figures::DrawError>| {
-            let path = self.folder.join(name);
-            match svg {
-                Ok(svg) => replace(&path, svg.as_bytes()).map(|()| path),
-                Err(source) => Err(RunLogError::Figure { path, source }),
-            }
-        };
         let samples = self.samples.to_vec();
-        let mut drawn = vec![
-            draw("figure4.svg", figures::over_time(&samples, &self.settings))?,
-            draw("figure5.svg", figures::in_space(&samples, &self.settings))?,
-        ];
-        if let Some(svg) = figures::from_path(&samples, &self.settings).transpose() {
-            drawn.push(draw("deviation.svg", svg)?);
-        }
-        Ok(drawn)
+        draw(&self.folder, &samples, &self.settings, replace).into_iter().collect()
     }
 
     /// Returns the errors over time, named after the folder and the law.
@@ -134,10 +122,7 @@ pub fn compare(runs: &[LoggedRun], path: &Path) -> Result<(), RunLogError> {
     thresholds.dedup();
     let threshold = Some(thresholds).filter(|all| all.len() == 1).map(|all| all[0]);
     let title = format!("Distance from the target over time, {} runs", runs.len());
-    match figures::errors_over_time(&title, &curves, threshold) {
-        Ok(svg) => write_new(path, svg.as_bytes()),
-        Err(source) => Err(RunLogError::Figure { path: path.into(), source }),
-    }
+    write_errors(path, &title, &curves, threshold)
 }
 
 /// A row, or the whole file, cannot be read.

@@ -63,45 +63,30 @@ pub fn observation(record: &FrameRecord) -> Record {
     let ball = record.observation;
     let circle = ball.map(|ball| ball.circle);
     let covariance = ball.and_then(|ball| ball.position).map(|position| position.covariance);
+    let covariance = covariance.map(|matrix| std::array::from_fn(|i| matrix[(i / 3, i % 3)]));
     let (path, position) = (record.path, record.position());
-    let tensions = record.ground_truth.map(|truth| thousandths(truth.tensions));
+    let pace = path.map(|path| round(path.pace, 1e3));
     let along = path.zip(position).map(|(path, position)| path.along_track(position));
     let cross = path.zip(position).map(|(path, position)| path.cross_track(position));
-    let rows = [
-        ("time_s", number(Some(record.time)), "Time since the first frame of the run, seconds"),
+    let tensions = record.ground_truth.map(|truth| thousandths(truth.tensions));
+    let mut fields = record_of([
+        ("time_s", number(Some(record.time)), "Time since the first frame of the run, s"),
         ("u_px", number(circle.map(|it| it.u)), "Column of the centre of the ball's disc, pixels"),
         ("v_px", number(circle.map(|it| it.v)), "Row of the centre of the ball's disc, pixels"),
         ("radius_px", number(circle.map(|it| it.radius)), "Radius of the ball's disc, pixels"),
         ("score", number(ball.map(|it| it.score)), "The detector's score; larger is surer"),
-        ("position_m", point(position), "Measured position of the ball in the rig frame, metres"),
-        (
-            "covariance_m2",
-            Matrix(covariance.map(|matrix| std::array::from_fn(|i| matrix[(i / 3, i % 3)]))),
-            "Covariance of the position, row by row, square metres",
-        ),
-        (
-            "target_m",
-            point(record.target),
-            "Target in the rig frame, metres; along a path the place on it at the frame",
-        ),
-        ("error_m", number(record.error()), "Distance of the position from the target, metres"),
-        (
-            "true_tensions_weights",
-            Motors(tensions),
-            "Tensions of the cables of a simulated rig over the ball's weight",
-        ),
-        ("path_time_s", number(path.map(|it| it.time)), "Time of the path at the frame, seconds"),
-        (
-            "path_pace",
-            Number(path.map(|it| round(it.pace, 1e3))),
-            "Speed of the path's time: 1 where the motors and the ball keep up",
-        ),
-        ("along_track_m", number(along), "How far the ball is ahead along the path, metres"),
-        ("cross_track_m", number(cross), "Distance of the ball across the path, metres"),
-    ];
-    let Record(mut fields) = record_of(rows);
-    fields.insert(0, frame_number(record));
-    Record(fields)
+        ("position_m", point(position), "Measured position of the ball in the rig frame, m"),
+        ("covariance_m2", Matrix(covariance), "Covariance of the position, row by row, m²"),
+        ("target_m", point(record.target), "Target in the rig frame, m; the place on a path"),
+        ("error_m", number(record.error()), "Distance of the position from the target, m"),
+        ("true_tensions_weights", Motors(tensions), "Tensions of a simulated rig, ball's weights"),
+        ("path_time_s", number(path.map(|it| it.time)), "Time of the path at the frame, s"),
+        ("path_pace", Number(pace), "Speed of the path's time; 1 where motors and ball keep up"),
+        ("along_track_m", number(along), "How far the ball is ahead along the path, m"),
+        ("cross_track_m", number(cross), "Distance of the ball across the path, m"),
+    ]);
+    fields.0.insert(0, frame_number(record));
+    fields
 }
 
 /// Returns the record of the board at a frame, from its newest telemetry.
@@ -111,63 +96,34 @@ pub fn telemetry(record: &FrameRecord) -> Record {
     let count = |of: fn(BoardReport) -> Option<u16>| Count(board.and_then(of).map(u64::from));
     let motors = |of: fn(BoardReport) -> [f64; 3]| Motors(board.map(|it| of(it).map(micro)));
     let state = |state: Option<State>| Text(state.map(state_name));
-    let tensions = board.and_then(|it| it.tensions);
-    let drivers = board.and_then(|it| it.drivers);
+    let advice = fault.map(|fault| fault.advice().to_owned());
     let error = board.filter(|_| record.filtered_error.is_some()).map(|it| it.error);
-    let rows = [
+    let tensions = board.and_then(|it| it.tensions);
+    let reference = board.and_then(|it| it.reference);
+    let drivers = board.and_then(|it| it.drivers);
+    let loads = drivers.map(|drivers| drivers.map(|driver| driver.stall_guard));
+    let warnings = drivers.as_ref().map(driver_warnings);
+    record_of([
         ("state", state(board.map(|it| it.state)), "State of the board"),
-        (
-            "target_state",
-            state(record.board_state()),
-            "State of the board once its telemetry is about the present target, or after a fault",
-        ),
+        ("target_state", state(record.board_state()), "The same, about the present target"),
         ("fault", Text(fault.map(|it| it.to_string())), "Why the board has stopped by itself"),
-        ("advice", Text(fault.map(|it| it.advice().to_owned())), "What to do after the fault"),
-        ("board_time_s", number(board.map(|it| it.time)), "Time on the board's clock, seconds"),
-        (
-            "configuration",
-            count(|it| it.configuration),
-            "Number of the command whose configuration is in force",
-        ),
-        ("target", count(|it| it.target), "Number of the command whose target is in force"),
+        ("advice", Text(advice), "What to do after the fault"),
+        ("board_time_s", number(board.map(|it| it.time)), "Time on the board's clock, s"),
+        ("configuration", count(|it| it.configuration), "Id of the configuration in force"),
+        ("target", count(|it| it.target), "Id of the target in force"),
         ("sequence", count(|it| it.sequence), "Number of the last accepted position"),
-        (
-            "motors_steps",
-            motors(|it| it.motors),
-            "Motor positions from the zero of travel, full steps; + pays out",
-        ),
-        ("rates_steps_s", motors(|it| it.rates), "Motor rates, full steps a second; + pays out"),
-        ("error_vector_m", point(error), "Last accepted position minus target, metres"),
-        ("filtered_error_m", number(record.filtered_error), "Length of the filtered error, metres"),
+        ("motors_steps", motors(|it| it.motors), "Motor positions, full steps; + pays out"),
+        ("rates_steps_s", motors(|it| it.rates), "Motor rates, full steps/s; + pays out"),
+        ("error_vector_m", point(error), "Last accepted position minus target, m"),
+        ("filtered_error_m", number(record.filtered_error), "Length of the filtered error, m"),
         ("bad_frames", count(|it| Some(it.bad_frames)), "Damaged frames that the board received"),
-        (
-            "late_ticks",
-            count(|it| Some(it.late_ticks)),
-            "Ticks since the board's start whose pulses came late while motors turned",
-        ),
-        (
-            "tensions_weights",
-            Motors(tensions.map(thousandths)),
-            "The law's estimate of the tensions of the cables over the ball's weight",
-        ),
+        ("late_ticks", count(|it| Some(it.late_ticks)), "Ticks that came late in motion"),
+        ("tensions_weights", Motors(tensions.map(thousandths)), "Estimated tensions, weights"),
         ("near_slack", Marks(tensions.map(near_slack)), "Whether each cable is near slack"),
-        (
-            "reference_m",
-            point(board.and_then(|it| it.reference)),
-            "Place of the reference that the board follows in the rig frame, metres",
-        ),
-        (
-            "stall_guard",
-            Readings(drivers.map(|it| it.map(|driver| driver.stall_guard))),
-            "StallGuard's readings of drivers on a UART; lower at a higher load",
-        ),
-        (
-            "driver_warnings",
-            Text(drivers.as_ref().map(driver_warnings)),
-            "Warnings of drivers on a UART, such as A hot",
-        ),
-    ];
-    record_of(rows)
+        ("reference_m", point(reference), "Reference that the board follows, m"),
+        ("stall_guard", Readings(loads), "StallGuard's readings; lower at a higher load"),
+        ("driver_warnings", Text(warnings), "Warnings of drivers on a UART, such as A hot"),
+    ])
 }
 
 fn record_of<const N: usize>(rows: [(&'static str, Value, &'static str); N]) -> Record {

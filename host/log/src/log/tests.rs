@@ -8,6 +8,7 @@ use plumb_protocol::message::{DriverReading, Fault, State};
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::PathPoint;
 use plumb_runtime::record::{observation, telemetry};
+use plumb_runtime::rig::MotorPoints;
 use serde_json::json;
 
 use super::*;

@@ -9,7 +9,7 @@ use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
-use super::Site;
+use super::site::Site;
 use crate::limits::{Bucket, Limits};
 use crate::message::ToPage;
 use crate::picture::EncodedPicture;
