@@ -16,6 +16,7 @@ mod chip_terminal;
 mod chip_timing;
 mod chip_tmc2209;
 mod chip_usb;
+mod circles;
 mod closed_loop;
 mod commissioning;
 mod crates;
