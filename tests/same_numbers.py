@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 # Columns whose text must be the same.
-EXACT = ("frame", "t_s", "board", "motor_", "rate_", "near_slack")
+EXACT = ("frame", "time_s", "state", "target_state", "motors_", "rates_", "near_slack")
 # Most that another column may differ: one in the sixth digit after the point, and rounding.
 LAST_DIGIT = 1.001e-6
 

@@ -59,7 +59,7 @@ test("the warning of a driver comes and goes, and the run goes on", async () => 
     await tab.until(`${text("drivers")} === "B hot"`);
     assert.equal(await tab.evaluate(`document.getElementById("driver-row").hidden`), false);
     assert.notEqual(await tab.evaluate(text("state")), "fault");
-    await tab.until(`${text("drivers")} === "no warning"`);
+    await tab.until(`${text("drivers")} === "none"`);
     assert.notEqual(await tab.evaluate(text("state")), "fault");
   });
 });

@@ -47,7 +47,7 @@ pub fn drive(camera: &Camera, law: LawName, seed: u64) -> RunEnd {
             interrupted: &AtomicBool::new(false),
         })
         .expect("an unbroken run");
-    let target = Point3::from(summary.legs[0].target);
+    let target = Point3::from(summary.legs[0].target_m);
     let ball = board.board().borrow().ball().expect("a simulated ball");
     let true_error = (ball - target).norm();
     RunEnd { reached: summary.reached, true_error, seconds: summary.time_s }

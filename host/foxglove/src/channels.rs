@@ -1,16 +1,18 @@
 //! Topics of a run.
 
+use std::borrow::Cow;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
 use foxglove::messages::{CameraCalibration, CompressedImage, FrameTransform, SceneUpdate};
 use foxglove::{Channel, Context, PartialMetadata, RawChannel, Schema};
-use plumb_runtime::observer::EventRecord;
+use plumb_runtime::observer::{EventRecord, FrameRecord};
+use plumb_runtime::record::{Record, observation};
 use plumb_runtime::run::Summary;
 use serde::Serialize;
 
 use crate::FoxgloveError;
-use crate::message::{Observation, TelemetryMessage};
+use crate::message::{schema, telemetry_message};
 
 /// One channel for each topic.
 pub(crate) struct Channels {
@@ -18,8 +20,8 @@ pub(crate) struct Channels {
     pub(crate) calibration: Channel<CameraCalibration>,
     pub(crate) transform: Channel<FrameTransform>,
     pub(crate) scene: Channel<SceneUpdate>,
-    pub(crate) observation: JsonChannel<Observation>,
-    pub(crate) telemetry: JsonChannel<TelemetryMessage>,
+    pub(crate) observation: JsonChannel<Record>,
+    pub(crate) telemetry: JsonChannel<Record>,
     pub(crate) event: JsonChannel<EventRecord>,
     pub(crate) summary: JsonChannel<Summary>,
 }
@@ -27,6 +29,7 @@ pub(crate) struct Channels {
 impl Channels {
     /// Makes the channels of `context`.
     pub(crate) fn new(context: &Arc<Context>) -> Result<Self, FoxgloveError> {
+        let unknown = FrameRecord::default();
         Ok(Self {
             image: context.channel_builder("/camera/image").build(),
             calibration: context.channel_builder("/camera/calibration").build(),
@@ -36,25 +39,25 @@ impl Channels {
                 context,
                 "/ball/observation",
                 "plumb.Observation",
-                include_bytes!("../schemas/observation.json"),
+                schema("plumb.Observation", &observation(&unknown)),
             )?,
             telemetry: JsonChannel::new(
                 context,
                 "/board/telemetry",
                 "plumb.Telemetry",
-                include_bytes!("../schemas/telemetry.json"),
+                schema("plumb.Telemetry", &telemetry_message(&unknown)),
             )?,
             event: JsonChannel::new(
                 context,
                 "/run/events",
                 "plumb.Event",
-                include_bytes!("../schemas/event.json"),
+                include_bytes!("../schemas/event.json").as_slice(),
             )?,
             summary: JsonChannel::new(
                 context,
                 "/run/summary",
                 "plumb.Summary",
-                include_bytes!("../schemas/summary.json"),
+                include_bytes!("../schemas/summary.json").as_slice(),
             )?,
         })
     }
@@ -72,7 +75,7 @@ impl<T: Serialize> JsonChannel<T> {
         context: &Arc<Context>,
         topic: &'static str,
         name: &str,
-        schema: &'static [u8],
+        schema: impl Into<Cow<'static, [u8]>>,
     ) -> Result<Self, FoxgloveError> {
         let raw = context
             .channel_builder(topic)

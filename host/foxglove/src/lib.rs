@@ -10,8 +10,9 @@
 //! ```
 //!
 //! docs/use/logs.md lists the topics and their messages. The pictures, the camera and the scene use
-//! Foxglove's own schemas; the measurement, the board's telemetry and the events are JSON with the
-//! schemas in `host/foxglove/schemas/`.
+//! Foxglove's own schemas. The measurement and the board's telemetry are the
+//! [records](plumb_runtime::record) of the run, with schemas made from them; the events and the
+//! summary are JSON with the schemas in `host/foxglove/schemas/`.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -36,6 +37,7 @@ use plumb_frame::camera::Camera;
 use plumb_frame::source::BoxedError;
 use plumb_runtime::listening::other_address;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer};
+use plumb_runtime::record::observation;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::Summary;
 use plumb_runtime::wall_clock::RunClock;
@@ -44,7 +46,7 @@ use thiserror::Error;
 use channels::Channels;
 use file::McapFile;
 use front::Front;
-use message::{Observation, TelemetryMessage};
+use message::telemetry_message;
 use scene::Scene;
 
 /// Number of messages that may wait for a viewer: about a second. Older ones are dropped.
@@ -220,11 +222,11 @@ impl Observer for FoxgloveOutput {
         self.log_picture(record, stamp);
         self.channels.transform.log_with_time(&camera::transform(&self.camera.pose, stamp), stamp);
         self.channels.scene.log_with_time(&self.scene.update(record, stamp), stamp);
-        self.channels.observation.log(&Observation::from(record), stamp);
+        self.channels.observation.log(&observation(record), stamp);
         if let Some(board) = &record.board
             && self.board_time.replace(board.time) != Some(board.time)
         {
-            self.channels.telemetry.log(&TelemetryMessage::new(record, board), stamp);
+            self.channels.telemetry.log(&telemetry_message(record), stamp);
         }
         self.check_file();
     }

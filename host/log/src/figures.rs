@@ -16,15 +16,16 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle};
 use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::Coordinate;
-use plumb_runtime::rig::MotorPoints;
 use plumb_runtime::rig::quantity::Distance;
+use plumb_runtime::rig::{MotorPoints, Rig};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::RunLogError;
 use super::output_dir::write_new;
-use super::{FigureSettings, LogRow, RunLogError};
+use super::samples::Sample;
 
 pub(super) use comparison::errors_over_time;
-pub(super) use panels::{HasError, Samples, from_path, over_time};
+pub(super) use panels::{from_path, over_time};
 pub(super) use path::in_space;
 
 /// Failure to draw a figure.
@@ -47,53 +48,24 @@ const START: RGBColor = RGBColor(40, 140, 70);
 const INK: RGBColor = RGBColor(50, 50, 55);
 const FAINT: RGBColor = RGBColor(218, 220, 224);
 
-/// Largest coordinate that is drawn, metres. One that is larger would shrink the rest to a dot.
-const FARTHEST_M: f64 = 100.0;
-
-/// Latest time that is drawn, seconds: 30 years.
-const LATEST_S: f64 = 1e9;
-
-/// Plotted part of a row: the values that are numbers and within [`FARTHEST_M`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sample {
-    /// Time since the run's start, seconds.
-    time_s: f64,
-    position: Option<Point3<f64>>,
-    target: Option<Point3<f64>>,
-    error_m: Option<f64>,
-    /// Deviation from a path, where the ball follows one.
-    deviation: Option<Deviation>,
+/// Content of the figures besides the rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FigureSettings {
+    /// Title of the figures: the law, its gain and the like.
+    pub title: String,
+    /// |e| below which the target counts as reached, metres.
+    pub threshold_m: f64,
+    /// Motor points, if they are known.
+    pub motors: Option<MotorPoints>,
 }
 
-/// Deviation of the ball from a path.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Deviation {
-    /// How far the ball is ahead, metres.
-    along_m: Option<f64>,
-    /// Distance across the path, metres.
-    cross_m: Option<f64>,
-}
-
-impl HasError for Sample {
-    fn error_m(&self) -> Option<f64> {
-        self.error_m
-    }
-}
-
-impl From<&LogRow> for Sample {
-    fn from(row: &LogRow) -> Self {
-        let near = |c: &f64| c.abs() <= FARTHEST_M;
-        let shown = |p: &Point3<f64>| p.iter().all(near);
+impl FigureSettings {
+    /// Returns the settings for a run of `rig`.
+    pub fn of(rig: &Rig) -> Self {
         Self {
-            // A time that is not a number is drawn at the start.
-            time_s: if row.t_s.is_nan() { 0.0 } else { row.t_s.clamp(-LATEST_S, LATEST_S) },
-            position: row.position.filter(shown),
-            target: row.target.filter(shown),
-            error_m: row.error_m.filter(near),
-            deviation: row.path.map(|path| Deviation {
-                along_m: path.along_m.filter(near),
-                cross_m: path.cross_m.filter(near),
-            }),
+            title: rig.law.title(),
+            threshold_m: rig.reached.radius.get(),
+            motors: rig.motor_points(),
         }
     }
 }

@@ -8,6 +8,7 @@
 #![deny(missing_docs)]
 
 mod comparison;
+mod drawing;
 mod figures;
 mod log;
 mod logged_run;
@@ -17,6 +18,7 @@ pub mod plot_axis;
 pub mod plot_colours;
 pub mod replay;
 mod row;
+mod samples;
 
 use std::path::PathBuf;
 
@@ -24,12 +26,14 @@ use plotters::drawing::DrawingAreaErrorKind;
 use plumb_frame::source::BoxedError;
 use thiserror::Error;
 
-pub use comparison::{ComparisonLog, LawCurve};
-pub use log::{FigureSettings, RunLog};
+pub use comparison::ComparisonLog;
+pub use figures::FigureSettings;
+pub use log::RunLog;
 pub use logged_run::{LoggedRun, compare};
 pub use output_dir::OutputDir;
 pub use pictures::{FIRST_PICTURE, LAST_PICTURE, RunPictures};
-pub use row::{LogDetection, LogPath, LogRow};
+pub use row::columns;
+pub use samples::LawCurve;
 
 /// Failure to create or write the run log.
 #[derive(Debug, Error)]

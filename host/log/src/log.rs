@@ -6,35 +6,15 @@ use plumb_config::escape::escaped;
 use plumb_config::whole_writes::{WholeWrites, check_named};
 use plumb_frame::source::BoxedError;
 use plumb_runtime::observer::{EventRecord, FrameRecord, Observer, RunEvent};
-use plumb_runtime::rig::{MotorPoints, Rig};
 use plumb_runtime::run::Summary;
 use serde::Serialize;
 
-use super::figures::{self, Sample, Samples};
+use super::drawing::draw;
+use super::figures::{self, FigureSettings};
 use super::output_dir::{create_new, write_new};
-use super::{LogRow, OutputDir, RunLogError};
-
-/// Content of the figures besides the rows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FigureSettings {
-    /// Title of the figures: the law, its gain and the like.
-    pub title: String,
-    /// |e| below which the target counts as reached, metres.
-    pub threshold_m: f64,
-    /// Motor points, if they are known.
-    pub motors: Option<MotorPoints>,
-}
-
-impl FigureSettings {
-    /// Returns the settings for a run of `rig`.
-    pub fn of(rig: &Rig) -> Self {
-        Self {
-            title: rig.law.title(),
-            threshold_m: rig.reached.radius.get(),
-            motors: rig.motor_points(),
-        }
-    }
-}
+use super::row::{columns, row};
+use super::samples::{Sample, Samples};
+use super::{OutputDir, RunLogError};
 
 /// Observer that writes the log of a run. Every row is handed to the operating system when it is
 /// recorded. The end of the run adds the other files.
@@ -73,7 +53,7 @@ impl RunLog {
             failure: None,
             unwritten: None,
         };
-        log.write(LogRow::HEADER)?;
+        log.write(columns())?;
         figures::write(&log.path, &log.settings)?;
         Ok(log)
     }
@@ -90,14 +70,14 @@ impl RunLog {
         self.unwritten.as_ref()
     }
 
-    /// Adds a row, which is in the file when this returns.
+    /// Adds the row of a frame, which is in the file when this returns.
     ///
     /// # Errors
     /// [`RunLogError::Csv`] or [`RunLogError::Io`] where it cannot be written (a full disk).
-    pub fn record(&mut self, row: &LogRow) -> Result<(), RunLogError> {
-        self.samples.push(Sample::from(row));
-        self.last_frame = Some(row.frame);
-        self.write(row.fields())
+    pub fn record(&mut self, record: &FrameRecord) -> Result<(), RunLogError> {
+        self.samples.push(Sample::from(record));
+        self.last_frame = Some(record.number);
+        self.write(row(record))
     }
 
     /// Ends the log: writes the rows to the disk and `summary.json`, and draws the figures from the
@@ -120,13 +100,10 @@ impl RunLog {
 
     /// Writes `summary.json` and the figures.
     fn write_result<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunLogError> {
-        let written = [
-            self.write_summary(summary),
-            self.draw("figure4.svg", figures::over_time),
-            self.draw("figure5.svg", figures::in_space),
-            self.draw_deviation(),
-        ];
-        written.into_iter().collect()
+        let written = self.write_summary(summary);
+        let samples = self.samples.to_vec();
+        let drawn = draw(&self.path, &samples, &self.settings, write_new);
+        written.and(drawn.into_iter().map(|figure| figure.map(drop)).collect())
     }
 
     fn write_summary<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunLogError> {
@@ -135,28 +112,6 @@ impl RunLog {
             .map_err(|source| RunLogError::Json { path: path.clone(), source })?;
         json.push(b'\n');
         write_new(&path, &json)
-    }
-
-    fn draw(
-        &self,
-        name: &str,
-        figure: fn(&[Sample], &FigureSettings) -> Result<String, figures::DrawError>,
-    ) -> Result<(), RunLogError> {
-        let path = self.path.join(name);
-        match figure(&self.samples.to_vec(), &self.settings) {
-            Ok(svg) => write_new(&path, svg.as_bytes()),
-            Err(source) => Err(RunLogError::Figure { path, source }),
-        }
-    }
-
-    /// Draws the deviation from a path, where the ball followed one.
-    fn draw_deviation(&self) -> Result<(), RunLogError> {
-        let path = self.path.join("deviation.svg");
-        match figures::from_path(&self.samples.to_vec(), &self.settings) {
-            Ok(Some(svg)) => write_new(&path, svg.as_bytes()),
-            Ok(None) => Ok(()),
-            Err(source) => Err(RunLogError::Figure { path, source }),
-        }
     }
 
     fn write<T: AsRef<[u8]>>(
@@ -173,7 +128,7 @@ impl RunLog {
 
 impl Observer for RunLog {
     fn frame(&mut self, record: &FrameRecord) {
-        if let Err(error) = self.record(&LogRow::from(record)) {
+        if let Err(error) = self.record(record) {
             self.failure.get_or_insert(error);
         }
     }
@@ -245,4 +200,4 @@ impl LostFrames {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -6,9 +6,11 @@ use csv::{ErrorKind, StringRecord};
 use nalgebra::Point3;
 use serde::Deserialize;
 
-use super::figures::{self, Sample, Samples};
-use super::output_dir::{replace, write_new};
-use super::{FigureSettings, LawCurve, LogPath, LogRow, RunLogError};
+use super::drawing::{draw, write_errors};
+use super::figures;
+use super::output_dir::replace;
+use super::samples::{Deviation, Sample, Samples};
+use super::{FigureSettings, LawCurve, RunLogError};
 
 /// Run as its folder has it.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,45 +22,32 @@ pub struct LoggedRun {
     errors: LawCurve,
 }
 
-/// Columns of `run.csv` that the figures show. [`LogRow`] says what they are.
+/// Columns of `run.csv` that the figures show.
 #[derive(Deserialize)]
 struct Row {
-    frame: u64,
-    t_s: f64,
-    x_m: Option<f64>,
-    y_m: Option<f64>,
-    z_m: Option<f64>,
-    target_x_m: Option<f64>,
-    target_y_m: Option<f64>,
-    target_z_m: Option<f64>,
+    time_s: f64,
+    position_m_x: Option<f64>,
+    position_m_y: Option<f64>,
+    position_m_z: Option<f64>,
+    target_m_x: Option<f64>,
+    target_m_y: Option<f64>,
+    target_m_z: Option<f64>,
     error_m: Option<f64>,
-    // Runs of older versions do not have the columns of paths.
-    #[serde(default)]
     path_time_s: Option<f64>,
-    #[serde(default)]
-    path_pace: Option<f64>,
-    #[serde(default)]
     along_track_m: Option<f64>,
-    #[serde(default)]
     cross_track_m: Option<f64>,
 }
 
-impl From<Row> for LogRow {
+impl From<Row> for Sample {
     fn from(row: Row) -> Self {
         let point = |[x, y, z]: [Option<f64>; 3]| Some(Point3::new(x?, y?, z?));
+        let deviation = Deviation { along_m: row.along_track_m, cross_m: row.cross_track_m };
         Self {
-            frame: row.frame,
-            t_s: row.t_s,
-            position: point([row.x_m, row.y_m, row.z_m]),
-            target: point([row.target_x_m, row.target_y_m, row.target_z_m]),
+            time_s: row.time_s,
+            position: point([row.position_m_x, row.position_m_y, row.position_m_z]),
+            target: point([row.target_m_x, row.target_m_y, row.target_m_z]),
             error_m: row.error_m,
-            path: row.path_time_s.map(|time| LogPath {
-                time,
-                pace: row.path_pace.unwrap_or_default(),
-                along_m: row.along_track_m,
-                cross_m: row.cross_track_m,
-            }),
-            ..Self::default()
+            deviation: row.path_time_s.map(|_| deviation),
         }
     }
 }
@@ -76,11 +65,11 @@ impl LoggedRun {
             RunLogError::NotARun { folder: folder.into(), source: RowError { path, source }.into() }
         };
         let (mut samples, mut errors) = (Samples::new(), LawCurve::new(String::new()));
-        let take = |row: LogRow| {
-            if let Some(error) = row.error_m {
-                errors.add(row.t_s, error);
+        let take = |sample: Sample| {
+            if let Some(error) = sample.error_m {
+                errors.add(sample.time_s, error);
             }
-            samples.push(Sample::from(&row));
+            samples.push(sample.shown());
         };
         read_rows(&folder.join("run.csv"), take).map_err(failed)?;
         Ok(Self { folder: folder.into(), settings, samples, errors })
@@ -92,22 +81,8 @@ impl LoggedRun {
     /// # Errors
     /// Where one cannot be drawn or written. What was there then stays.
     pub fn redraw(&self) -> Result<Vec<PathBuf>, RunLogError> {
-        let draw = |name: &str, svg: Result<String, figures::DrawError>| {
-            let path = self.folder.join(name);
-            match svg {
-                Ok(svg) => replace(&path, svg.as_bytes()).map(|()| path),
-                Err(source) => Err(RunLogError::Figure { path, source }),
-            }
-        };
         let samples = self.samples.to_vec();
-        let mut drawn = vec![
-            draw("figure4.svg", figures::over_time(&samples, &self.settings))?,
-            draw("figure5.svg", figures::in_space(&samples, &self.settings))?,
-        ];
-        if let Some(svg) = figures::from_path(&samples, &self.settings).transpose() {
-            drawn.push(draw("deviation.svg", svg)?);
-        }
-        Ok(drawn)
+        draw(&self.folder, &samples, &self.settings, replace).into_iter().collect()
     }
 
     /// Returns the errors over time, named after the folder and the law.
@@ -119,7 +94,7 @@ impl LoggedRun {
 }
 
 /// Hands the rows of `run.csv` to `take`. A last row that a full disk cut off is left out.
-fn read_rows(path: &Path, mut take: impl FnMut(LogRow)) -> Result<(), csv::Error> {
+fn read_rows(path: &Path, mut take: impl FnMut(Sample)) -> Result<(), csv::Error> {
     let mut reader = csv::Reader::from_path(path)?;
     let header = reader.headers()?.clone();
     let mut record = StringRecord::new();
@@ -147,10 +122,7 @@ pub fn compare(runs: &[LoggedRun], path: &Path) -> Result<(), RunLogError> {
     thresholds.dedup();
     let threshold = Some(thresholds).filter(|all| all.len() == 1).map(|all| all[0]);
     let title = format!("Distance from the target over time, {} runs", runs.len());
-    match figures::errors_over_time(&title, &curves, threshold) {
-        Ok(svg) => write_new(path, svg.as_bytes()),
-        Err(source) => Err(RunLogError::Figure { path: path.into(), source }),
-    }
+    write_errors(path, &title, &curves, threshold)
 }
 
 /// A row, or the whole file, cannot be read.
@@ -165,6 +137,9 @@ struct RowError {
 mod tests {
     use std::fs;
 
+    use plumb_runtime::observer::FrameRecord;
+
+    use super::super::log::tests::ball;
     use super::super::{OutputDir, RunLog};
     use super::*;
 
@@ -175,13 +150,12 @@ mod tests {
         let mut log = RunLog::create(&OutputDir::Path(folder.into()), settings).unwrap();
         for frame in 0..3 {
             let position = (frame != 1).then(|| Point3::new(0.1, 0.2, 0.3));
-            log.record(&LogRow {
-                frame,
-                t_s: 0.5 * frame as f64,
-                position,
+            log.record(&FrameRecord {
+                number: frame,
+                time: 0.5 * frame as f64,
+                observation: position.map(ball),
                 target: Some(Point3::new(0.1, 0.2, 0.4)),
-                error_m: position.map(|_| 0.1),
-                ..LogRow::default()
+                ..FrameRecord::default()
             })
             .unwrap();
         }

@@ -3,21 +3,20 @@
 //!
 //! | column | meaning |
 //! |---|---|
-//! | `t` | time stamp of the colour image, seconds |
-//! | `u`, `v`, `radius` | centre and radius of the ball, pixels |
-//! | `depth` | depth of the ball's centre along the optical axis, metres |
-//! | `x`, `y`, `z` | centre of the ball in the rig frame, metres |
+//! | `time_s` | time stamp of the colour image, seconds |
+//! | `u_px`, `v_px`, `radius_px` | centre and radius of the ball, pixels |
+//! | `depth_m` | depth of the ball's centre along the optical axis, metres |
+//! | `position_m_x`, `position_m_y`, `position_m_z` | centre of the ball in the rig frame, metres |
 //! | `score` | score of the detector |
 //!
-//! Unknown fields are empty: all after `t` if the frame is broken or has no ball, and `depth`, `x`,
-//! `y` and `z` if the ball has too little depth.
+//! Unknown fields are empty: all after `time_s` if the frame is broken or has no ball, and the
+//! depth and the position if the ball has too little depth.
 
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::png::{self, PngError};
-use plumb_cameras::tum::{TumError, TumFolder};
 use plumb_frame::camera::Camera;
 use plumb_frame::detect::{BallDetector, DetectError, StageImage};
 use plumb_frame::frame::RgbdFrame;
@@ -27,15 +26,22 @@ use plumb_runtime::doubt::{DepthComparison, Doubt};
 use thiserror::Error;
 
 /// Header of the CSV: the names of the columns.
-pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", "score"];
+const HEADER: [&str; 9] = [
+    "time_s",
+    "u_px",
+    "v_px",
+    "radius_px",
+    "depth_m",
+    "position_m_x",
+    "position_m_y",
+    "position_m_z",
+    "score",
+];
 
 /// Error that ends a replay early.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReplayError {
-    /// The recording could not be opened.
-    #[error(transparent)]
-    Open(#[from] TumError),
     /// The rows could not be written.
     #[error("the rows cannot be written")]
     Write(#[from] io::Error),
@@ -93,25 +99,9 @@ pub struct ReplayOutcome {
     pub broken: usize,
 }
 
-/// Runs `detector` over the TUM RGB-D recording in `folder`, taken by `camera`. Writes a row for
-/// each colour frame to `out` and flushes it. Problems with single frames go to `report` and do not
-/// end the replay.
-///
-/// # Errors
-/// Returns an error if the recording's lists cannot be read or `out` cannot be written.
-pub fn replay_folder(
-    folder: &Path,
-    camera: &Camera,
-    detector: &mut dyn BallDetector,
-    out: impl Write,
-    report: impl FnMut(&Problem),
-) -> Result<ReplayOutcome, ReplayError> {
-    let mut source = TumFolder::open(folder, camera)?;
-    replay(&mut source, camera, detector, out, None, report, |_| ())
-}
-
-/// Runs `detector` over the frames of `source` until it ends, as [`replay_folder`]. Writes images
-/// of the detector's stages to `debug`. Calls `progress` after each row with the counts so far.
+/// Runs `detector` over the frames of `source` until it ends. Writes a row for each frame to `out`
+/// and flushes it, and images of the detector's stages to `debug`. Problems with single frames go to
+/// `report`. Calls `progress` after each row with the counts so far.
 ///
 /// # Errors
 /// Returns an error if `out` or the images cannot be written.

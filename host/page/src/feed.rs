@@ -17,13 +17,14 @@ use nalgebra::Point3;
 use plumb_frame::frame::RgbdFrame;
 use plumb_runtime::observer::{EventRecord, FrameRecord, RunEvent, Tone};
 use plumb_runtime::operator::{CommandOutcome, Continuity, OperatorCommand, OperatorSender};
+use plumb_runtime::record::{Record, telemetry};
 use plumb_runtime::run::Summary;
 
 use crate::assets::{Asset, RUN_ASSETS};
 use crate::files::{RunFile, RunFiles};
 use crate::message::{
-    Action, BoardView, Ended, Event, FrameView, FromPage, Gesture, Goal, Hello, RigView, Sample,
-    ToPage, Update, VERSION,
+    Action, Ended, Event, FrameView, FromPage, Gesture, Goal, Hello, RigView, Sample, ToPage,
+    Update, VERSION,
 };
 use crate::shared::Shared;
 use crate::signal::Signal;
@@ -64,7 +65,7 @@ struct News {
     events: Numbered<Event>,
     frame: Option<FrameView>,
     image: Option<Arc<RgbdFrame>>,
-    board: Option<BoardView>,
+    telemetry: Option<Record>,
     goal: Option<Goal>,
     ended: Option<Ended>,
     files: RunFiles,
@@ -97,7 +98,7 @@ impl Feed {
         let mut news = self.shared.lock();
         news.samples.push(sample(record), SAMPLES);
         news.frame = Some(frame_view(record, self.aim.sight()));
-        news.board = BoardView::of(record);
+        news.telemetry = record.board.map(|_| telemetry(record));
         // The old frame is freed after the lock.
         let old = std::mem::replace(&mut news.image, image);
         self.shared.publish(news);
@@ -110,7 +111,7 @@ impl Feed {
         let mut news = self.shared.lock();
         match event {
             RunEvent::TargetSet { target, .. } => {
-                news.goal = Some(Goal { target: (*target).into(), reached: false, ending: None });
+                news.goal = Some(Goal { target_m: (*target).into(), reached: false, ending: None });
             }
             RunEvent::TargetEnded { reason, .. } => {
                 if let Some(goal) = &mut news.goal {
@@ -168,8 +169,8 @@ impl Feed {
             number,
             picture: None,
             samples,
-            frame: news.frame,
-            board: news.board.clone(),
+            observation: news.frame.clone(),
+            telemetry: news.telemetry.clone(),
             goal: news.goal.clone(),
             stop: self.operator.as_ref().and_then(OperatorSender::stop).map(stop_view),
             events,
@@ -182,7 +183,7 @@ impl Feed {
     /// Returns the newest frame and its pictures; `None` before the first one.
     fn newest(&self) -> Option<(FrameView, Arc<RgbdFrame>)> {
         let news = self.shared.lock();
-        news.frame.zip(news.image.clone())
+        news.frame.clone().zip(news.image.clone())
     }
 
     /// Hands a command of a page to the run.
@@ -274,7 +275,7 @@ impl Subject for Feed {
 
     fn picture(&self) -> Option<(FrameView, Picture)> {
         let news = self.shared.lock();
-        Some((news.frame?, Picture::Frame(Arc::clone(news.image.as_ref()?))))
+        Some((news.frame.clone()?, Picture::Frame(Arc::clone(news.image.as_ref()?))))
     }
 
     fn take(&self, text: &str, client: ClientId) -> Result<Received, String> {
@@ -323,9 +324,9 @@ impl Subject for Feed {
 }
 
 impl News {
-    fn add_event(&mut self, kind: Tone, text: String) {
-        let (number, at) = (self.events.next, milliseconds(SystemTime::now()));
-        self.events.push(Event { number, at, kind, text }, EVENTS);
+    fn add_event(&mut self, tone: Tone, text: String) {
+        let (id, at_ms) = (self.events.next, milliseconds(SystemTime::now()));
+        self.events.push(Event { id, at_ms, tone, text }, EVENTS);
     }
 }
 

@@ -1,22 +1,19 @@
 //! Messages between the program and its page: JSON, a `type` in each. docs/use/page.md lists them.
 
-mod board_view;
-
 use nalgebra::Point3;
 use plumb_frame::camera::Camera;
 use plumb_runtime::observer::Tone;
 use plumb_runtime::operator::OperatorCommand;
+use plumb_runtime::record::Record;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::rig::quantity::Corner;
 use serde::{Deserialize, Serialize};
 
 use crate::files::FileView;
-use crate::sight::{Click, PlaneView, Sight, Source};
-
-pub(crate) use board_view::BoardView;
+use crate::sight::{Click, PlaneView, SeenBall, Sight, Source};
 
 /// Version of the messages. A page of another version reloads itself.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// Message of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -251,9 +248,9 @@ pub(crate) struct Update {
     /// Samples since the client's last update, oldest first.
     pub(crate) samples: Vec<Sample>,
     /// The newest frame.
-    pub(crate) frame: Option<FrameView>,
-    /// Newest state of the board.
-    pub(crate) board: Option<BoardView>,
+    pub(crate) observation: Option<FrameView>,
+    /// Newest telemetry of the board.
+    pub(crate) telemetry: Option<Record>,
     /// The present target and what became of it.
     pub(crate) goal: Option<Goal>,
     /// The Stop in force.
@@ -268,9 +265,9 @@ pub(crate) struct Update {
     pub(crate) files: Vec<FileView>,
 }
 
-/// Measurement of one frame: frame number, time (s), position x, y, z (m), |e| (m), target x, y, z
-/// (m). The position and the error are `null` where the ball was not located, the target and the
-/// error before there is one.
+/// Fields of the observation of one frame: `frame`, `time_s`, `position_m`, `error_m`, `target_m`.
+/// The position and the error are `null` where the ball was not located, the target and the error
+/// before there is one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct Sample(
     pub(crate) u64,
@@ -281,17 +278,18 @@ pub(crate) struct Sample(
 );
 
 /// Frame with the ball in it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct FrameView {
+    #[serde(skip)]
     pub(crate) number: u64,
-    /// Seconds since the run's start.
-    pub(crate) time: f64,
-    /// Column, row and radius of the ball's disc, pixels; `None` if it was not found.
-    pub(crate) circle: Option<[f64; 3]>,
-    /// Measured position, metres.
-    pub(crate) position: Option<[f64; 3]>,
+    /// The ball, if it was found and its position is known.
+    #[serde(skip)]
+    pub(crate) ball: Option<SeenBall>,
+    /// The observation.
+    #[serde(flatten)]
+    pub(crate) record: Record,
     /// Column and row of the target, pixels; `None` where it is not seen.
-    pub(crate) target: Option<[f64; 2]>,
+    pub(crate) target_px: Option<[f64; 2]>,
 }
 
 /// Stop in force.
@@ -302,7 +300,7 @@ pub(crate) struct StopView {
     /// Who sent it, for people.
     pub(crate) by: String,
     /// When it was sent, milliseconds since 1970.
-    pub(crate) since: u64,
+    pub(crate) since_ms: u64,
     /// Number of commands and targets that were refused since then.
     pub(crate) refused: u64,
 }
@@ -311,7 +309,7 @@ pub(crate) struct StopView {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Goal {
     /// Metres in the rig frame.
-    pub(crate) target: [f64; 3],
+    pub(crate) target_m: [f64; 3],
     /// Whether the run has confirmed that the ball is there.
     pub(crate) reached: bool,
     /// How the drive ended; `None` while it lasts.
@@ -321,10 +319,11 @@ pub(crate) struct Goal {
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct Event {
-    pub(crate) number: u64,
+    /// Number of the event on the page, from 0.
+    pub(crate) id: u64,
     /// When it happened, milliseconds since 1970.
-    pub(crate) at: u64,
-    pub(crate) kind: Tone,
+    pub(crate) at_ms: u64,
+    pub(crate) tone: Tone,
     pub(crate) text: String,
 }
 

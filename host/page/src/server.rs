@@ -2,22 +2,23 @@
 
 mod client;
 mod connection;
+mod site;
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use mio::net::TcpListener;
 use mio::{Events, Interest, Poll, Token};
 use tungstenite::protocol::frame::coding::CloseCode;
 
-use crate::access::Access;
-use crate::limits::{Bucket, Limits};
+use crate::limits::Bucket;
 use crate::picture::Encoder;
-use crate::subject::{ClientId, Subject};
+use crate::subject::ClientId;
 use client::Gone;
 use connection::Connection;
+
+pub(crate) use site::Site;
 
 /// Longest time between two updates. A page that gets none for longer shows that the connection is
 /// lost.
@@ -33,13 +34,6 @@ const LISTENER: Token = Token(0);
 /// Wakes the thread for news of the subject.
 pub(crate) const WAKER: Token = Token(1);
 const FIRST_CONNECTION: usize = 2;
-
-/// What all connections share.
-pub(crate) struct Site {
-    pub(crate) access: Access,
-    pub(crate) limits: Limits,
-    pub(crate) subject: Arc<dyn Subject>,
-}
 
 /// State of the server.
 pub(crate) struct Server {

@@ -98,7 +98,7 @@ fn read_all(mut client: Client, shown: &Sender<u64>) -> Received {
             Ok(Message::Text(text)) => {
                 let message: serde_json::Value = serde_json::from_str(&text).unwrap();
                 let Some(number) = message["number"].as_u64() else { continue };
-                picture = message["picture"]["number"].as_u64().unwrap_or(picture);
+                picture = message["picture"]["frame"].as_u64().unwrap_or(picture);
                 let new = message["samples"].as_array().unwrap();
                 received.updates += 1;
                 received.samples += new.len() as u64 + message["missed"].as_u64().unwrap();

@@ -1,7 +1,7 @@
 // Connection to the program: a WebSocket with JSON messages, and pictures as binary messages.
 
 /** Version of the messages. It differs from the program's if the program was updated since. */
-const VERSION = 4;
+const VERSION = 5;
 
 /** Time without an update after which the connection is lost, ms. One comes each second. */
 const SILENCE = 3000;

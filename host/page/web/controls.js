@@ -92,15 +92,15 @@ export class Controls {
   }
 
   /**
-   * Enables the controls that make sense in a state of the board, which is null if it is unknown,
+   * Enables the controls that make sense with the board's telemetry, which is null if it is unknown,
    * and with the Stop in force, which is null if there is none; all are off if not `enabled`.
    */
-  update(enabled, board, stop) {
+  update(enabled, telemetry, stop) {
     this.#isEnabled = enabled;
     this.#stop = stop;
     // The gesture under way does not go on after a Resume.
     if (stop) this.#endMoves();
-    const canJog = enabled && !stop && board?.state === "ready";
+    const canJog = enabled && !stop && telemetry?.state === "ready";
     for (const button of document.querySelectorAll("[data-motor]")) button.disabled = !canJog;
     byId("jog-note").textContent =
       !enabled || canJog
@@ -114,7 +114,7 @@ export class Controls {
     byId("stop-label").textContent = stop ? "Stopped" : "STOP";
     byId("stop").classList.toggle("is-stopped", stop !== null);
     // The board refuses to clear a fault before its motors stand.
-    const isTurning = board?.rates.some((rate) => rate !== 0) ?? false;
+    const isTurning = telemetry?.rates_steps_s.some((rate) => rate !== 0) ?? false;
     byId("clear").disabled = !enabled || isTurning;
     this.#checkChoice();
   }

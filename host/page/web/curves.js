@@ -12,8 +12,8 @@ const NAMES = ["x (m)", "y (m)", "z (m)", "|e| (mm)"];
 
 /** Returns the measured value and the wanted value of panel `index` in a sample. */
 function values(sample, index, radius) {
-  if (index < 3) return [sample.position?.[index] ?? null, sample.target[index]];
-  return [sample.error === null ? null : 1e3 * sample.error, 1e3 * radius];
+  if (index < 3) return [sample.position_m?.[index] ?? null, sample.target_m[index]];
+  return [sample.error_m === null ? null : 1e3 * sample.error_m, 1e3 * radius];
 }
 
 /** Draws the curves of `history` into the canvas; `radius` is the threshold of |e|, metres. */
@@ -21,7 +21,7 @@ export function drawCurves(canvas, history, radius, whole) {
   const { context, width, height } = fit(canvas);
   const seconds = whole ? WINDOWS.whole : WINDOWS.short;
   const samples = history.last(seconds);
-  const end = Math.max(samples.at(-1)?.time ?? 0, seconds);
+  const end = Math.max(samples.at(-1)?.time_s ?? 0, seconds);
   const panelHeight = (height - 6) / NAMES.length;
   NAMES.forEach((name, index) => {
     const panel = {
@@ -34,7 +34,7 @@ export function drawCurves(canvas, history, radius, whole) {
       ...range(samples, index, radius),
     };
     drawAxes(context, panel, index === NAMES.length - 1);
-    const lines = samples.map((sample) => [sample.time, ...values(sample, index, radius)]);
+    const lines = samples.map((sample) => [sample.time_s, ...values(sample, index, radius)]);
     drawLine(context, panel, lines.map(([t, , wanted]) => [t, wanted]), COLOURS.target, [6, 4]);
     drawLine(context, panel, lines.map(([t, measured]) => [t, measured]), COLOURS.measured, []);
     drawName(context, panel, name);

@@ -4,20 +4,20 @@
 const CAPACITY = 3600;
 
 /**
- * Samples of the run, oldest first: `{ number, time, position, error, target }` in seconds and
- * metres; `position` and `error` are null where the ball was not located.
+ * Samples of the run, oldest first: `{ frame, time_s, position_m, error_m, target_m }`;
+ * `position_m` and `error_m` are null where the ball was not located.
  */
 export class History {
   samples = [];
 
-  /** Adds the samples of an update: [number, time, [x, y, z], |e|, [x, y, z] of the target]. */
+  /** Adds the samples of an update: [frame, time_s, position_m, error_m, target_m]. */
   add(samples) {
-    for (const [number, time, position, error, target] of samples) {
+    for (const [frame, time_s, position, error_m, target_m] of samples) {
       const last = this.samples.at(-1);
       // After a reconnection the program sends what it keeps once more.
-      if (last && number <= last.number) continue;
-      const located = position[0] !== null;
-      this.samples.push({ number, time, position: located ? position : null, error, target });
+      if (last && frame <= last.frame) continue;
+      const position_m = position[0] === null ? null : position;
+      this.samples.push({ frame, time_s, position_m, error_m, target_m });
     }
     if (this.samples.length > CAPACITY) this.samples.splice(0, this.samples.length - CAPACITY);
   }
@@ -29,14 +29,14 @@ export class History {
 
   /** Returns the samples of the last `seconds`. */
   last(seconds) {
-    const end = this.samples.at(-1)?.time ?? 0;
-    return this.samples.filter((sample) => sample.time >= end - seconds);
+    const end = this.samples.at(-1)?.time_s ?? 0;
+    return this.samples.filter((sample) => sample.time_s >= end - seconds);
   }
 
   /** Returns the mean rate of the last pictures, pictures/s; null if it is unknown. */
   rate() {
     const part = this.samples.slice(-30);
-    const span = part.length > 1 ? part.at(-1).time - part[0].time : 0;
+    const span = part.length > 1 ? part.at(-1).time_s - part[0].time_s : 0;
     return span > 0 ? (part.length - 1) / span : null;
   }
 }

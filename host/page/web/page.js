@@ -33,7 +33,8 @@ const space = new Space(byId("space"), byId("rig"), {
 
 /** State of the run as the program last told it; null is unknown. */
 const run = {
-  rig: null, commands: false, frame: null, board: null, goal: null, stop: null, ended: null,
+  rig: null, commands: false, observation: null, telemetry: null, goal: null, stop: null,
+  ended: null,
 };
 /** Whether the connection is there, when the last frame came, and the newest event. */
 const link = { isLost: true, framed: 0, event: -1 };
@@ -60,10 +61,13 @@ const connection = new Connection("run", {
   },
 
   update(message) {
-    if (message.frame && run.frame && message.frame.number < run.frame.number) beginAnew();
-    if (message.frame?.number !== run.frame?.number) link.framed = performance.now();
+    const [before, frame] = [run.observation?.frame, message.observation?.frame];
+    if (frame < before) beginAnew();
+    if (frame !== before) link.framed = performance.now();
     history.add(message.samples);
-    for (const key of ["frame", "board", "goal", "stop", "ended"]) run[key] = message[key];
+    for (const key of ["observation", "telemetry", "goal", "stop", "ended"]) {
+      run[key] = message[key];
+    }
     message.events.forEach(addEvent);
     files.take(message.files);
     showState();
@@ -77,12 +81,12 @@ const connection = new Connection("run", {
   projected: (message) => aim.takeProjected(message),
 
   problem(text) {
-    addEvent({ at: Date.now(), kind: "bad", text });
+    addEvent({ at_ms: Date.now(), tone: "bad", text });
   },
 
   lost(reason) {
     link.isLost = true;
-    run.board = null;
+    run.telemetry = null;
     byId("lost").hidden = false;
     byId("lost").classList.toggle("ended", run.ended !== null);
     byId("main").inert = true;
@@ -112,62 +116,63 @@ function endText({ ending, at_rest: atRest }) {
 }
 
 function showState() {
-  const { board, goal, ended } = run;
-  const state = ended ? "ended" : link.isLost ? "unknown" : (board?.state ?? "unknown");
+  const { telemetry, goal, ended } = run;
+  const state = ended ? "ended" : link.isLost ? "unknown" : (telemetry?.state ?? "unknown");
   byId("state").textContent = state;
   byId("state").className = `badge ${state}`;
-  byId("fault").hidden = link.isLost || !board?.fault;
-  byId("fault-text").textContent = board?.fault?.text ?? "";
-  byId("fault-next").textContent = board?.fault?.next ?? "";
+  byId("fault").hidden = link.isLost || !telemetry?.fault;
+  byId("fault-text").textContent = telemetry?.fault ?? "";
+  byId("fault-next").textContent = telemetry?.advice ?? "";
   // A fault is named below.
-  const ending = board?.fault ? "not reached" : goal?.ending;
-  const place = goal?.target.map((value) => value.toFixed(3)).join(", ");
+  const ending = telemetry?.fault ? "not reached" : goal?.ending;
+  const place = goal?.target_m.map((value) => value.toFixed(3)).join(", ");
   byId("goal").classList.toggle("reached", goal?.reached ?? false);
   byId("goal").textContent = !goal
     ? "no target"
     : `target (${place}) m${goal.reached ? " reached" : ending ? `: ${ending}` : ""}`;
   const isLive = !link.isLost && !ended;
   showStop(isLive ? run.stop : null);
-  controls.update(isLive && run.commands, board, run.stop);
+  controls.update(isLive && run.commands, telemetry, run.stop);
 }
 
 /** Says who has stopped the rig, and when; `stop` is null where no Stop is in force. */
 function showStop(stop) {
   byId("stopped").hidden = !stop;
   if (!stop) return;
-  const time = new Date(stop.since).toLocaleTimeString();
+  const time = new Date(stop.since_ms).toLocaleTimeString();
   const refused = stop.refused > 0 ? ` Refused since then: ${stop.refused}.` : "";
   byId("stopped-text").textContent = `By ${stop.by} at ${time} (command ${stop.number}).${refused}`;
 }
 
 function showValues() {
-  const { board, frame } = run;
+  const { telemetry, observation } = run;
   const known = (value, text) => (value === null || value === undefined ? "unknown" : text(value));
   const numbers = (digits) => (list) =>
     list.map((value) => value.toFixed(digits).padStart(digits + 4)).join(" ");
   const millimetres = (metres) => (1e3 * metres).toFixed(1);
   const last = history.samples.at(-1);
-  byId("ball").textContent = frame?.position ? numbers(3)(frame.position) : "not seen";
-  byId("error").textContent = known(last?.error, millimetres);
-  byId("filtered").textContent = known(board?.filtered_error, millimetres);
-  byId("pace").textContent = board?.pace === null || board?.pace === undefined
-    ? "no path" : (100 * board.pace).toFixed(0);
-  byId("rates").textContent = known(board?.rates, numbers(1));
-  byId("motors").textContent = known(board?.motors, numbers(1));
-  showTensions(board);
-  showDrivers(board?.drivers);
-  byId("number").textContent = known(frame, () => `${frame.number} at ${frame.time.toFixed(1)} s`);
+  byId("ball").textContent = observation?.position_m ? numbers(3)(observation.position_m) : "not seen";
+  byId("error").textContent = known(last?.error_m, millimetres);
+  byId("filtered").textContent = known(telemetry?.filtered_error_m, millimetres);
+  byId("pace").textContent = typeof observation?.path_pace === "number"
+    ? (100 * observation.path_pace).toFixed(0) : "no path";
+  byId("rates").textContent = known(telemetry?.rates_steps_s, numbers(1));
+  byId("motors").textContent = known(telemetry?.motors_steps, numbers(1));
+  showTensions(telemetry);
+  showDrivers(telemetry?.driver_warnings);
+  byId("number").textContent = known(observation, ({ frame, time_s: time }) =>
+    `${frame} at ${time.toFixed(1)} s`);
   byId("rate").textContent = known(history.rate(), (rate) => `${rate.toFixed(0)}/s`);
 }
 
 /** Shows the law's estimate of the tensions, over the ball's weight, with marks near slack. */
-function showTensions(board) {
-  const tensions = board?.tensions;
+function showTensions(telemetry) {
+  const tensions = telemetry?.tensions_weights;
   byId("tensions").hidden = !tensions;
   byId("no-tensions").hidden = !!tensions;
   if (!tensions) {
-    const isDriven = ["seeking", "holding"].includes(board?.state);
-    byId("no-tensions").textContent = !board
+    const isDriven = ["seeking", "holding"].includes(telemetry?.state);
+    byId("no-tensions").textContent = !telemetry
       ? "unknown"
       : run.rig.law !== "taut"
         ? "no estimate with this law"
@@ -175,27 +180,27 @@ function showTensions(board) {
     return;
   }
   [...byId("tensions").children].forEach((bar, cable) => {
-    const isNearSlack = tensions.near_slack[cable];
+    const isNearSlack = telemetry.near_slack[cable];
     bar.className = isNearSlack ? "near-slack" : "";
-    bar.querySelector("meter").value = tensions.weights[cable];
+    bar.querySelector("meter").value = tensions[cable];
     bar.querySelector("b").textContent =
-      tensions.weights[cable].toFixed(2) + (isNearSlack ? " near slack" : "");
+      tensions[cable].toFixed(2) + (isNearSlack ? " near slack" : "");
   });
 }
 
 /** Shows the warnings of drivers on a UART; others have none. */
 function showDrivers(warnings) {
   byId("driver-row").hidden = !warnings;
-  byId("drivers").textContent = warnings === "none" ? "no warning" : warnings ?? "";
+  byId("drivers").textContent = warnings ?? "";
 }
 
-function addEvent({ number, at, kind, text }) {
-  if (number !== undefined) {
-    if (number <= link.event) return;
-    link.event = number;
+function addEvent({ id, at_ms: at, tone, text }) {
+  if (id !== undefined) {
+    if (id <= link.event) return;
+    link.event = id;
   }
   const item = document.createElement("li");
-  item.className = kind;
+  item.className = tone;
   item.textContent = `${new Date(at).toLocaleTimeString()}  ${text}`;
   const list = byId("events");
   list.prepend(item);
@@ -207,10 +212,10 @@ function showPictureNote() {
   const note = byId("picture-note");
   const age = performance.now() - link.framed;
   let text;
-  if (!run.frame) text = "no picture yet";
+  if (!run.observation) text = "no picture yet";
   else if (run.ended) text = "last picture";
   else if (age > STALE) text = `no new picture for ${(age / 1e3).toFixed(0)} s`;
-  else text = aim.told() || (run.frame.circle ? "" : "the ball is not seen");
+  else text = aim.told() || (run.observation.u_px === null ? "the ball is not seen" : "");
   // A text that is set again would be read aloud again.
   if (note.textContent !== text) note.textContent = text;
 }
@@ -218,7 +223,7 @@ function showPictureNote() {
 function draw() {
   showPictureNote();
   const choice = controls.choice();
-  const isTarget = run.goal !== null || run.board?.state === "following";
+  const isTarget = run.goal !== null || run.telemetry?.state === "following";
   picture.draw(isTarget, link.isLost ? { pixel: null, lines: null } : aim.look(choice));
   space.draw(history, run.goal, choice);
   drawCurves(byId("curves"), history, run.rig?.radius ?? 0, byId("whole").checked);

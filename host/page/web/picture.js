@@ -45,7 +45,7 @@ export class Picture {
     this.#isAim = isAim;
   }
 
-  /** Takes a frame with its picture. */
+  /** Takes the observation of a frame, and its picture. */
   show(frame, bitmap) {
     this.#bitmap?.close();
     [this.#frame, this.#bitmap] = [frame, bitmap];
@@ -69,8 +69,8 @@ export class Picture {
     context.imageSmoothingEnabled = right - left < 3 * this.#bitmap.width;
     context.drawImage(this.#bitmap, left, top, right - left, bottom - top);
     for (const line of lines ?? []) this.#trace(context, line);
-    if (this.#frame?.circle) this.#drawBall(context, this.#frame.circle);
-    if (isTarget && this.#frame?.target) this.#drawTarget(context, this.#frame.target);
+    if (this.#hasBall()) this.#drawBall(context, this.#frame);
+    if (isTarget && this.#frame?.target_px) this.#drawTarget(context, this.#frame.target_px);
     if (pixel) this.#drawCross(context, pixel, CHOICE, 0);
     if (this.#cursor) this.#drawCross(context, this.#cursor, "#ffffff", 4);
   }
@@ -133,8 +133,10 @@ export class Picture {
   /** Moves the crosshair; it begins at the ball, or in the middle. */
   #moveCursor([right, down], step) {
     const { width, height } = this.#bitmap;
-    const [u, v] = this.#cursor ?? this.#frame?.circle?.map(Math.round) ??
-      [Math.floor(width / 2), Math.floor(height / 2)];
+    const middle = this.#hasBall()
+      ? [Math.round(this.#frame.u_px), Math.round(this.#frame.v_px)]
+      : [Math.floor(width / 2), Math.floor(height / 2)];
+    const [u, v] = this.#cursor ?? middle;
     const clamp = (value, size) => Math.min(size - 1, Math.max(0, value));
     this.#setCursor([clamp(u + step * right, width), clamp(v + step * down, height)]);
   }
@@ -158,7 +160,12 @@ export class Picture {
     context.stroke();
   }
 
-  #drawBall(context, [u, v, radius]) {
+  /** Returns whether the ball was found in the picture. */
+  #hasBall() {
+    return typeof this.#frame?.u_px === "number";
+  }
+
+  #drawBall(context, { u_px: u, v_px: v, radius_px: radius }) {
     const [x, y] = this.#place([u, v]);
     outlined(context, BALL, () => {
       context.arc(x, y, radius * this.#whole().scale * this.#zoom.factor, 0, 2 * Math.PI);

@@ -67,11 +67,11 @@ export class Space {
     const draw = new Pen(context, this.#view);
     drawBox(draw, corners);
     drawAxes(draw, workspace);
-    const path = history.samples.map((sample) => sample.position);
+    const path = history.samples.map((sample) => sample.position_m);
     const ball = path.findLast((position) => position !== null) ?? null;
     if (motors) drawMotors(draw, motors, names, ball, workspace[0][2]);
     drawPath(draw, path, workspace[0][2]);
-    if (goal) drawTarget(draw, goal.target, workspace[0][2]);
+    if (goal) drawTarget(draw, goal.target_m, workspace[0][2]);
     drawChoice(draw, choice, workspace[0][2]);
     if (ball) draw.dot(ball, 6, COLOURS.measured);
   }

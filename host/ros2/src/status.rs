@@ -172,16 +172,16 @@ impl RunStatus {
     pub(crate) fn run(&self, now: Instant) -> Report {
         let (level, message) = self.run_message(now);
         let mut values =
-            vec![KeyValue::new("pictures", self.frames), KeyValue::new("lost pictures", self.lost)];
+            vec![KeyValue::new("frames", self.frames), KeyValue::new("lost", self.lost)];
         let mut add = |key, value: Option<String>| {
             values.extend(value.map(|value| KeyValue::new(key, value)));
         };
         add("state", self.state.map(|state| state.to_string()));
-        add("target m", self.present_target.map(|p| format!("{:.3} {:.3} {:.3}", p.x, p.y, p.z)));
-        add("error mm", self.error.map(|error| format!("{:.1}", error * 1e3)));
-        add("driver warnings", self.drivers.as_ref().map(driver_warnings));
-        add("last target", self.last_leg.clone());
-        add("last loss", self.last_loss.clone());
+        add("target_m", self.present_target.map(|p| format!("{:.3} {:.3} {:.3}", p.x, p.y, p.z)));
+        add("error_mm", self.error.map(|error| format!("{:.1}", error * 1e3)));
+        add("driver_warnings", self.drivers.as_ref().map(driver_warnings));
+        add("last_target", self.last_leg.clone());
+        add("last_loss", self.last_loss.clone());
         add("advice", self.fault.map(|fault| fault.advice().to_owned()));
         Report { level, message, values }
     }
@@ -234,7 +234,7 @@ pub(crate) fn stop_report(stop: Option<&Stop>) -> Report {
     let values = vec![
         KeyValue::new("number", number),
         KeyValue::new("by", by),
-        KeyValue::new("since s", format!("{:.3}", since.as_secs_f64())),
+        KeyValue::new("since_s", format!("{:.3}", since.as_secs_f64())),
         KeyValue::new("refused", refused),
     ];
     Report { level: Level::Warn, message: format!("stopped by {by} (command {number})"), values }

@@ -2,17 +2,14 @@
 
 use plumb_protocol::message::{DriverReading, State, Telemetry};
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};
-use serde::{Serialize, Serializer};
 
 /// Telemetry of the board in SI units. All outputs read it; the link reads the units of the wire.
-/// Its names in JSON carry the unit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// [`record::telemetry`](crate::record::telemetry) has its names in the outputs.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardReport {
     /// Time on the board's clock, seconds.
-    #[serde(rename = "board_time_s")]
     pub time: f64,
     /// State of the board.
-    #[serde(serialize_with = "in_words")]
     pub state: State,
     /// See [`Telemetry::configuration`].
     pub configuration: Option<u16>,
@@ -21,14 +18,11 @@ pub struct BoardReport {
     /// See [`Telemetry::sequence`].
     pub sequence: Option<u16>,
     /// Motor positions A, B, C from the zero of travel, full steps; + pays out.
-    #[serde(rename = "motors_steps")]
     pub motors: [f64; 3],
     /// Motor rates A, B, C, full steps/s; + pays out.
-    #[serde(rename = "rates_steps_s")]
     pub rates: [f64; 3],
     /// Last accepted position minus target, metres; zero without a target. An output tells it
     /// only where the board has filtered a position of the ball.
-    #[serde(skip)]
     pub error: [f64; 3],
     /// Number of damaged frames that the board received since its start.
     pub bad_frames: u16,
@@ -36,13 +30,10 @@ pub struct BoardReport {
     pub late_ticks: u16,
     /// The law's estimate of the tensions of cables A, B, C over the ball's weight; `None` without
     /// one.
-    #[serde(rename = "tensions_weights")]
     pub tensions: Option<[f64; 3]>,
     /// Place of the reference while the board follows one, metres in the rig frame.
-    #[serde(rename = "reference_m")]
     pub reference: Option<[f64; 3]>,
     /// Newest readings of the drivers of motors A, B, C; `None` of drivers without a UART.
-    #[serde(skip)]
     pub drivers: Option<[DriverReading; 3]>,
 }
 
@@ -64,11 +55,6 @@ impl From<&Telemetry> for BoardReport {
             drivers: None,
         }
     }
-}
-
-/// Writes a state as people read it.
-fn in_words<S: Serializer>(state: &State, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(state)
 }
 
 /// Text of [`driver_warnings`] of drivers that warn of nothing.

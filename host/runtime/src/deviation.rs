@@ -83,8 +83,6 @@ pub struct Spreads {
 /// How the ball followed a path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PathSummary {
-    /// Number of pictures with the ball while the board followed the path.
-    pub frames: u64,
     /// Time of the whole path, seconds; left out for a loop.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
@@ -94,18 +92,15 @@ pub struct PathSummary {
     pub time_s: f64,
     /// Share of the path's speed that was kept: path time over time.
     pub speed_kept: f64,
-    /// Distance from where the path is at the time.
-    pub error: Spread,
-    /// Distance across the direction of the path.
-    pub cross_track: Spread,
-    /// Distance along the direction of the path.
-    pub along_track: Spread,
+    /// Distances from the path while the board followed it.
+    #[serde(flatten)]
+    pub spreads: Spreads,
 }
 
 /// As a line for people.
 impl fmt::Display for PathSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Spread { rms_mm, p99_mm, max_mm } = self.error;
+        let Spread { rms_mm, p99_mm, max_mm } = self.spreads.error;
         write!(
             f,
             "path: {:.1}{} s followed in {:.1} s, {:.0} % of its speed; distance from it \
@@ -116,7 +111,7 @@ impl fmt::Display for PathSummary {
             self.time_s,
             // The start is known to a picture.
             (self.speed_kept * 100.0).min(100.0),
-            self.frames
+            self.spreads.frames
         )
     }
 }
@@ -175,16 +170,12 @@ impl Deviations {
     /// (`None` for a loop); seconds.
     pub(crate) fn summary(&self, path_time: f64, time: f64, duration: Option<f64>) -> PathSummary {
         let kept = if time > 0.0 { path_time / time } else { 0.0 };
-        let Spreads { frames, error, cross_track, along_track } = self.spreads();
         PathSummary {
-            frames,
             duration_s: duration.map(|duration| round(duration, 1e3)),
             path_time_s: round(path_time, 1e3),
             time_s: round(time, 1e3),
             speed_kept: round(kept, 1e3),
-            error,
-            cross_track,
-            along_track,
+            spreads: self.spreads(),
         }
     }
 

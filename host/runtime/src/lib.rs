@@ -3,6 +3,7 @@
 //! - [`rig`]: the rig file, and the board's configuration that follows from it.
 //! - [`link`]: the link to the board.
 //! - [`run`]: a run: the control loop through a list of targets.
+//! - [`record`]: the fields of a run's records, one name for one thing in every output.
 //! - [`observer`]: the outputs of a run. [`bounded_observer`] gives an output a thread of its
 //!   own; the run's folder and the [recording](observer::FrameRecorder) of frames are such outputs.
 //! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.
@@ -47,6 +48,7 @@ pub mod link;
 pub mod listening;
 pub mod observer;
 pub mod operator;
+pub mod record;
 pub mod reference;
 pub mod rig;
 pub mod rounding;

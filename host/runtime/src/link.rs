@@ -10,9 +10,13 @@ mod destination;
 mod error;
 mod evidence;
 mod exchange;
+mod goal;
 mod incoming;
 mod monitor;
+mod motion;
 mod service;
+mod submission;
+mod timing;
 mod transport;
 
 use std::time::Duration;
@@ -33,27 +37,15 @@ use commands::{CommandTable, GoalNumber, Purpose};
 use destination::Destination;
 use evidence::Evidence;
 use monitor::{BoardClock, LinkMonitor, Problem};
-use service::{JogUnderWay, RampDown};
+use motion::{JogUnderWay, RampDown};
+use timing::{ANSWER_TIMEOUT, KEEP_ALIVE, POLL_INTERVAL};
 
-pub use commands::Reply;
 pub use error::{Damage, LinkError, other_port, windows_port};
 pub use evidence::LATE;
 pub use transport::{Serial, Transport, boards, is_pseudo_terminal};
 
-/// Timeout of a request. A board answers within this time even over a link that loses a quarter of
-/// the frames.
-const ANSWER_TIMEOUT: Duration = Duration::from_millis(1500);
-
-/// A request without an answer is sent again after this: below the shortest deadline for a silent
-/// host that is usual, 300 ms.
-const REPEAT_AFTER: Duration = Duration::from_millis(100);
-
-/// Longest wait of one poll of the port.
-const POLL_INTERVAL: Duration = Duration::from_millis(20);
-
-/// Longest time without a message to the board while a run waits for pictures: below every usual
-/// deadline for a silent host, and above the time between two pictures of a usual camera.
-const KEEP_ALIVE: Duration = Duration::from_millis(50);
+/// Answer of the board to a submitted command: `Err` with the reason of its refusal.
+pub type Reply = Result<(), Refusal>;
 
 /// Connection to a board that has answered the greeting.
 pub struct Link<T> {

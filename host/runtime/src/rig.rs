@@ -3,6 +3,7 @@
 mod board;
 mod cables;
 pub mod check;
+mod document;
 mod guards;
 mod law;
 mod motion;
@@ -10,7 +11,9 @@ mod motion_error;
 mod motion_limits;
 mod motors;
 pub mod quantity;
+mod refused_wiring;
 mod simulation;
+mod size;
 #[cfg(test)]
 mod tests;
 
@@ -26,7 +29,9 @@ use plumb_protocol::units::Point;
 use plumb_protocol::wiring;
 use serde::Deserialize;
 
+use self::document::Document;
 use self::quantity::Corner;
+use self::size::RoughSize;
 use quantity::Conversion;
 
 pub use self::board::{
@@ -44,14 +49,12 @@ pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};
 pub use motion_limits::{JogSettings, PathSettings};
 pub use motors::{Driver, ModeName, TimingSettings, UartSettings};
-pub use quantity::OutOfRange;
-pub use simulation::{MotorPoints, SimulatedMotor, Size, Wiring, WiringError};
+pub use quantity::{FULL_STEPS_PER_REVOLUTION, OutOfRange};
+pub use simulation::{MotorPoints, SimulatedMotor, Wiring, WiringError};
+pub use size::{Box3, Size};
 
 /// Reference page of the rig file: every key with its unit, range, default and meaning.
 pub const REFERENCE: &str = include_str!("../../../docs/use/rig-file.md");
-
-/// Full steps of a turn of a common stepper motor (1.8 degrees a step).
-pub const FULL_STEPS_PER_REVOLUTION: f64 = 200.0;
 
 /// Lengths of cable that a turn of a motor can wind, metres.
 pub const CABLE_PER_TURN_RANGE_M: [f64; 2] = [0.02, 0.5];
@@ -109,16 +112,6 @@ pub struct Rig {
     pub simulation: Option<Simulation>,
 }
 
-/// Box in the rig frame.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Box3 {
-    /// Corner of smallest coordinates, metres.
-    pub min: [Corner; 3],
-    /// Corner of largest coordinates, metres.
-    pub max: [Corner; 3],
-}
-
 impl Rig {
     /// Reads a rig file. The path of the camera file becomes relative to the working directory.
     ///
@@ -171,6 +164,33 @@ impl Rig {
         self.targets.iter().map(|target| target.map(Coordinate::get))
     }
 
+    /// Returns the rules for a motion of the ball. Triangle and rates of the motors are checked
+    /// where the rig file has the table `[size]` or `[simulation]`.
+    pub fn motion_rules(&self) -> MotionRules {
+        MotionRules {
+            workspace: self.workspace,
+            size: self.rough_size(),
+            max_rate: self.motors.max_rate.get(),
+        }
+    }
+
+    /// Returns the rough size by the table `[size]`, or else that of the simulated rig.
+    fn rough_size(&self) -> Option<RoughSize> {
+        RoughSize::of(self.size.as_ref(), self.simulation.as_ref())
+    }
+
+    /// Returns the motor points, by the table `[simulation]` of a simulated rig, or else by
+    /// `[size]`; `None` where the rig file has neither.
+    pub fn motor_points(&self) -> Option<MotorPoints> {
+        let exact = self.simulation.as_ref().map(Simulation::motors);
+        let exact = exact.map(|places| MotorPoints { places, is_approximate: false });
+        let rough = || {
+            let places = self.size.as_ref().map(Size::motors)?;
+            Some(MotorPoints { places, is_approximate: true })
+        };
+        exact.or_else(rough)
+    }
+
     /// Returns the targets that the rig does not allow.
     pub fn wrong_targets(&self) -> Vec<WrongTarget> {
         self.motion_rules().wrong_targets(self.target_places())
@@ -205,7 +225,7 @@ impl Rig {
     /// The first value that is beyond the range of the wire, or that the board refuses.
     pub fn wiring(&self) -> Result<wiring::Wiring, OutOfRange> {
         let wiring = self.unchecked_wiring()?;
-        let refused = |error| check::wiring::refusal(self, &wiring, error);
+        let refused = |error| refused_wiring::refusal(&self.motors, &wiring, error);
         wiring.check(None).map_err(refused).map(|()| wiring)
     }
 
@@ -239,7 +259,7 @@ impl Rig {
     fn convert_wiring(&self, conversion: &mut Conversion) -> wiring::Wiring {
         wiring::Wiring {
             board: self.board.kind.kind(),
-            pins: self.board.pins(&self.motors.driver),
+            pins: self.board.pins(self.motors.driver.enable()),
             drivers: self.motors.convert_driver(&self.board, conversion),
         }
     }
@@ -269,7 +289,7 @@ impl Rig {
 fn with_allowed(error: TomlFileError, text: &str) -> TomlFileError {
     match error {
         TomlFileError::Content { path, mistake, .. } => {
-            let allowed = check::allowed(&path, text, &mistake);
+            let allowed = Document::new(&path, text, REFERENCE).mistake(&mistake).allowed;
             TomlFileError::Content { path, mistake, allowed }
         }
         other => other,

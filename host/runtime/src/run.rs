@@ -1,9 +1,9 @@
-//! A run: connects to the board, configures it, and drives the ball through a list of targets. Its
-//! errors are here too.
+//! A run: connects to the board, configures it, and drives the ball through a list of targets.
 
 mod chase;
 mod control_loop;
 mod core;
+mod error;
 mod first_and_last;
 mod follow_file;
 mod goal;
@@ -11,26 +11,23 @@ mod path;
 mod plausibility;
 mod reached;
 mod repetition;
+mod sent_positions;
 mod targets;
 mod waypoint;
 
 use std::time::Duration;
 
 use plumb_config::error_chain::ErrorChain;
-use plumb_frame::detect::DetectError;
-use plumb_frame::source::{BoxedError, SourceError};
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
 use plumb_protocol::wiring::Wiring;
-use thiserror::Error;
 use tracing::info;
 
 use self::core::{RunCore, Settings};
-use crate::board_fault::BoardFault;
 use crate::board_report::BoardReport;
 use crate::link::{Link, LinkError, Serial, Transport};
-use crate::rig::{MotionError, MotionRules, OutOfRange, Outside, Rig};
+use crate::rig::{MotionRules, Rig};
 use crate::rounding::{millimetres, round};
 use crate::targets::TargetSource;
 use control_loop::ControlLoop;
@@ -45,6 +42,7 @@ pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
 pub use crate::targets_summary::TargetsSummary;
 pub use control_loop::{DEFAULT_TIMEOUT, RunParts};
+pub use error::{ControlLoopError, RunError};
 pub use follow_file::{FollowFile, FollowFileError, misplaced};
 pub use path::{PathPlan, PathPlanError};
 pub use repetition::RepeatedPicture;
@@ -270,7 +268,7 @@ impl<T: Transport> Run<T> {
         let (result, at_rest) = come_to_rest(&mut self.link, result);
         let reason = match &result {
             Ok(reason) => reason.clone(),
-            Err(error) => ending_after(error, fault.or(self.link.board_fault())),
+            Err(error) => error.ending(fault.or(self.link.board_fault())),
         };
         let failure = result.as_ref().err().filter(|_| reason.fault().is_some());
         let failure = failure.map(|error| ErrorChain(error).to_string());
@@ -333,7 +331,7 @@ impl<T: Transport> Run<T> {
             detector: parts.detector.name(),
             frames: stats.frames,
             time_s: round(stats.time, 1e6),
-            error_mm: stats.error.map(millimetres),
+            filtered_error_mm: stats.error.map(millimetres),
             targets_reached,
             legs_left_out: legs.left_out(),
             legs: legs.into_kept(),
@@ -351,17 +349,6 @@ impl<T: Transport> Run<T> {
             failure: ending.failure,
             dropped_records: parts.observers.iter().map(|observer| observer.dropped()).sum(),
         }
-    }
-}
-
-/// Returns the reason of the end of a run or a drive that `error` ended. A fault that the board
-/// reported before its link broke, or because the camera repeats one picture, is the reason.
-fn ending_after(error: &ControlLoopError, fault: Option<BoardFault>) -> StopReason {
-    match (error, fault) {
-        (ControlLoopError::Link(_) | ControlLoopError::Repeated(_), Some(fault)) => {
-            StopReason::Fault(fault)
-        }
-        _ => StopReason::Failed(ErrorChain(error).to_string()),
     }
 }
 
@@ -384,84 +371,4 @@ fn come_to_rest<T: Transport>(
         Ok(()) => (result, true),
         Err(error) => (result.and(Err(error.into())), false),
     }
-}
-
-/// Failure of the control loop. The message names the part that failed; the source is its error.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ControlLoopError {
-    /// The link to the board failed.
-    #[error("link to the board")]
-    Link(#[from] LinkError),
-    /// The camera delivers no frames any more, or lost too many in a row.
-    #[error("camera")]
-    Source(#[from] SourceError),
-    /// The board lost the ball's position, because the camera repeats one picture.
-    #[error("camera")]
-    Repeated(#[from] RepeatedPicture),
-    /// The detector failed on too many frames in a row.
-    #[error("detector")]
-    Detect(#[from] DetectError),
-    /// An observer cannot go on.
-    #[error("output of the run")]
-    Observer(#[source] BoxedError),
-}
-
-/// Failure of a run. A message does not contain that of its source
-/// ([`ErrorChain`] joins them).
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum RunError {
-    /// A value of the rig file is beyond what the board can be sent.
-    #[error("rig file")]
-    Config(#[source] OutOfRange),
-    /// Targets are outside the workspace of the rig file; all of them, metres, each with the first
-    /// of its coordinates that is outside.
-    #[error(
-        "the {} outside the workspace of the rig file: {}",
-        targets(.0.iter().map(|(target, _)| target)),
-        outsides(.0)
-    )]
-    TargetsOutside(Vec<([f64; 3], Outside)>),
-    /// Targets are outside the triangle of the motors; all of them, metres.
-    #[error("the {} outside the triangle of the motors, where a cable is slack", targets(.0))]
-    TargetsSlack(Vec<[f64; 3]>),
-    /// The rig file allows no place at all.
-    #[error(transparent)]
-    NoPlace(MotionError),
-    /// The rig file has no targets.
-    #[error("the rig file has no targets: list them as `targets = [[x, y, z], ...]`, metres")]
-    NoTargets,
-    /// The source does not show the present: it is a recording that is read at any speed.
-    #[error(
-        "the source of the frames is not live: a recording must be played at the speed of its \
-         camera to drive a board"
-    )]
-    NotLive,
-    /// The board did not answer, or refused the configuration.
-    #[error("connection to the board")]
-    Connect(#[source] LinkError),
-    /// The run failed after it had begun.
-    #[error("the run failed")]
-    Broken {
-        /// Cause of the failure.
-        #[source]
-        error: ControlLoopError,
-        /// Summary of the run until then.
-        summary: Box<Summary>,
-    },
-}
-
-/// Returns subject and verb of a sentence about targets, metres.
-fn targets<'a>(targets: impl IntoIterator<Item = &'a [f64; 3]>) -> String {
-    let list: Vec<String> = targets.into_iter().map(|target| format!("{target:?}")).collect();
-    match &list[..] {
-        [target] => format!("target {target} m is"),
-        list => format!("targets {} m are", list.join(", ")),
-    }
-}
-
-/// Returns the coordinates of targets that are outside the workspace.
-fn outsides(targets: &[([f64; 3], Outside)]) -> String {
-    targets.iter().map(|(_, outside)| outside.to_string()).collect::<Vec<_>>().join("; ")
 }

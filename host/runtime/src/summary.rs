@@ -44,7 +44,7 @@ pub struct Summary {
     /// Time from the first frame to the last, seconds on the source's clock.
     pub time_s: f64,
     /// The board's filtered |e| at the end, millimetres; absent if it never reported one.
-    pub error_mm: Option<f64>,
+    pub filtered_error_mm: Option<f64>,
     /// Number of targets that were reached.
     pub targets_reached: usize,
     /// The targets of the run so far, in order; of more than 1000 the first 100 and the last 900.
@@ -98,7 +98,7 @@ fn is_zero(count: &u64) -> bool {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Leg {
     /// The target, metres in the rig frame.
-    pub target: [f64; 3],
+    pub target_m: [f64; 3],
     /// Number of frames.
     pub frames: u64,
     /// Whether the target was reached.
@@ -107,5 +107,5 @@ pub struct Leg {
     pub ending: StopReason,
     /// The board's filtered |e| at the end of the leg, millimetres; absent if the board reported
     /// none, or the ball was never located.
-    pub error_mm: Option<f64>,
+    pub filtered_error_mm: Option<f64>,
 }

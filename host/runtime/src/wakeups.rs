@@ -1,6 +1,7 @@
 //! Late wake-ups: an overloaded computer lets this program sleep longer than it asks.
 
 use std::fmt;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
@@ -41,36 +42,6 @@ pub(crate) fn times(count: u64) -> String {
     if count == 1 { "once".to_owned() } else { format!("{count} times") }
 }
 
-/// Clock whose time passes while a program sleeps.
-pub trait SleepClock {
-    /// Returns the time, which never runs backwards.
-    fn now(&self) -> Duration;
-
-    /// Sleeps for `time`, or longer where the computer is busy.
-    fn sleep(&mut self, time: Duration);
-}
-
-/// Real time.
-#[derive(Debug)]
-pub struct RealClock(Instant);
-
-impl RealClock {
-    /// Returns a clock whose time begins now.
-    pub fn start() -> Self {
-        Self(Instant::now())
-    }
-}
-
-impl SleepClock for RealClock {
-    fn now(&self) -> Duration {
-        self.0.elapsed()
-    }
-
-    fn sleep(&mut self, time: Duration) {
-        std::thread::sleep(time);
-    }
-}
-
 /// Sleep of a measurement, which is the longest one of the control loop.
 const SLEEP: Duration = Duration::from_millis(20);
 
@@ -92,11 +63,11 @@ pub struct WakeupCheck {
 
 impl WakeupCheck {
     /// Sleeps 50 times for 20 ms and measures how late the program wakes.
-    pub fn measure(clock: &mut impl SleepClock) -> Self {
+    pub fn measure() -> Self {
         let latest = (0..WAKEUPS).map(|_| {
-            let begin = clock.now();
-            clock.sleep(SLEEP);
-            clock.now().saturating_sub(begin).saturating_sub(SLEEP)
+            let begin = Instant::now();
+            thread::sleep(SLEEP);
+            begin.elapsed().saturating_sub(SLEEP)
         });
         Self { count: WAKEUPS, latest: latest.max().unwrap_or_default() }
     }
@@ -128,31 +99,8 @@ impl fmt::Display for WakeupCheck {
 mod tests {
     use super::*;
 
-    /// Clock of a computer that is late by `lateness` for every tenth sleep.
-    struct Busy {
-        now: Duration,
-        sleeps: u32,
-        lateness: Duration,
-    }
-
-    impl SleepClock for Busy {
-        fn now(&self) -> Duration {
-            self.now
-        }
-
-        fn sleep(&mut self, time: Duration) {
-            self.sleeps += 1;
-            let late = if self.sleeps.is_multiple_of(10) { self.lateness } else { Duration::ZERO };
-            self.now += time + late;
-        }
-    }
-
     fn measured(lateness_ms: u64) -> WakeupCheck {
-        let lateness = Duration::from_millis(lateness_ms);
-        let mut clock = Busy { now: Duration::ZERO, sleeps: 0, lateness };
-        let check = WakeupCheck::measure(&mut clock);
-        assert_eq!((check.latest, check.count), (lateness, 50));
-        check
+        WakeupCheck { count: WAKEUPS, latest: Duration::from_millis(lateness_ms) }
     }
 
     #[test]

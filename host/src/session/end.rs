@@ -169,7 +169,7 @@ impl Report {
         }
         let (frames, time) = (summary.frames, summary.time_s);
         tell!("ball seen in {} of {frames} pictures", summary.located);
-        let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
+        let error = summary.filtered_error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
         let targets = match summary.legs.len() {
             0 | 1 => String::new(),
             // The way to the path counts as a target.

@@ -226,9 +226,9 @@ fn no_number_of_another_file_breaks_a_start() {
     let rig = files.write("rig.toml", PAPER);
     files.write("camera.toml", camera_file::PAPER);
     let rig = rig.to_str().unwrap();
-    let row = "7,0.5,320.5,240.5,20.5,0.9,0.4,0.3,0.2,0.5,0.4,0.3,0.1,Seeking,1,2,3,4,5,6,\
-               0.5,0.5,0.5,none,0.5,0.5,0.5,0.5,1,0.001,0.001";
-    let log = format!("{}\n{row}\n", plumb_log::LogRow::HEADER.join(","));
+    let columns = plumb_log::columns();
+    let row = vec!["0.5"; columns.len()];
+    let log = format!("{}\n{}\n", columns.join(","), row.join(","));
     let figures = r#"{"title": "taut", "threshold_m": 0.01, "motors_m": [[0.8, 0.6, 0.6],
                       [0.8, 0.1, 0.6], [0.1, 0.2, 0.6]]}"#;
     files.write("figures.json", figures);

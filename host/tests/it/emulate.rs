@@ -134,7 +134,7 @@ fn a_run_along_waypoints_has_a_leg_for_each() {
     let legs = line["legs"].as_array().unwrap();
     assert_eq!(legs.len(), 3, "{line}");
     assert!(legs.iter().all(|leg| leg["reached"] == true), "{line}");
-    assert!(legs[1]["error_mm"].as_f64().unwrap() <= 8.0, "{line}");
+    assert!(legs[1]["filtered_error_mm"].as_f64().unwrap() <= 8.0, "{line}");
     // The second leg has a dwell time of 30 frames, the third one a tolerance of 5 cm.
     let frames = |leg: usize| legs[leg]["frames"].as_u64().unwrap();
     assert!(frames(1) > 30 && frames(2) < frames(1), "{line}");
@@ -205,7 +205,7 @@ fn a_hold_keeps_the_ball_where_it_is_until_an_interrupt() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let line = json(&output);
     // The start of the simulated rig.
-    let target = line["legs"][0]["target"].as_array().unwrap();
+    let target = line["legs"][0]["target_m"].as_array().unwrap();
     for (held, start) in target.iter().zip([0.540, 0.220, 0.459]) {
         assert!((held.as_f64().unwrap() - start).abs() < 0.01, "{line}");
     }

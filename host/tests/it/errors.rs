@@ -116,7 +116,6 @@ fn runtime_errors() -> Vec<Box<dyn Error>> {
             source: figure.into(),
         }))),
         Box::new(RunLogError::Csv { path: "run.csv".into(), source: io_error() }),
-        Box::new(ReplayError::Open(tum_error())),
         Box::new(ReplayError::Write(io_error())),
         Box::new(ReplayError::Debug(DebugError::Png(png_error()))),
         Box::new(DebugError::Folder { path: "stages".into(), source: io_error() }),

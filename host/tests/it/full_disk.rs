@@ -29,7 +29,7 @@ fn files(folder: &Path) -> Vec<String> {
 #[test]
 fn a_figure_without_room_hides_no_result() {
     let folder = folder();
-    // 30 KiB: the rows have 26, the figure 54.
+    // 30 KiB: the rows have 20, the figure 45.
     let output = demo(folder.path(), 60);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let line = json(&output);
@@ -72,8 +72,8 @@ fn rows_without_room_end_the_run_with_the_cause() {
 #[test]
 fn a_summary_without_room_does_not_hide_the_cause() {
     let folder = folder();
-    // 512 bytes: enough for the first rows, too little for the summary.
-    let output = demo(folder.path(), 1);
+    // 1 KiB: enough for the first rows, too little for the summary.
+    let output = demo(folder.path(), 2);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let ending = json(&output)["ending"].as_str().unwrap().to_owned();
     assert!(ending.contains("run.csv") && ending.contains(CAUSE), "{ending}");

@@ -371,7 +371,7 @@ fn first_measured_y(camera: &str) -> f64 {
     let output = plumb(&run, folder.path());
     let rows = fs::read_to_string(folder.path().join("run/run.csv")).unwrap();
     let names: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
-    let column = names.iter().position(|name| *name == "y_m").unwrap();
+    let column = names.iter().position(|name| *name == "position_m_y").unwrap();
     let measured = rows.lines().skip(1).find_map(|row| row.split(',').nth(column)?.parse().ok());
     measured.unwrap_or_else(|| panic!("no ball is seen: {}", stderr(&output)))
 }

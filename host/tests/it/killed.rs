@@ -109,7 +109,7 @@ fn last_motors(folder: &Path) -> [f64; 3] {
     assert!(rows.iter().all(|row| row.len() == header.len()), "{text}");
     let is_whole = last.len() == header.len() && text.ends_with('\n');
     let last = if is_whole { last } else { rows.last().unwrap() };
-    ["motor_a_steps", "motor_b_steps", "motor_c_steps"].map(|name| {
+    ["motors_steps_a", "motors_steps_b", "motors_steps_c"].map(|name| {
         let column = header.iter().position(|column| *column == name);
         let column = column.unwrap_or_else(|| panic!("{name} in {header:?}"));
         last[column].parse().unwrap()

@@ -80,10 +80,10 @@ fn a_drive_refuses_any_other_fault() {
     assert!(ending.contains("no fresh position of the ball"), "{ending}");
     let status = || {
         let status = plumb(&["board", "status", "--port", &emulator.port, "--json"], folder.path());
-        json(&status)["state"].as_str().unwrap().to_owned()
+        json(&status)["fault"].as_str().unwrap().to_owned()
     };
     let state = status();
-    assert!(state.contains("fault"), "{state}");
+    assert!(state.contains("no fresh position of the ball"), "{state}");
     for drive in DRIVES {
         let output = plumb(&arguments(drive, &rig, &emulator.port, "refused"), folder.path());
         let text = stderr(&output);

@@ -92,7 +92,7 @@ fn every_target_is_driven_to_over_links_that_take_time_or_lose_frames() {
         assert_eq!(legs.len(), 3, "{wire:?}: {line}");
         for leg in legs {
             let (frames, error) =
-                (leg["frames"].as_u64().unwrap(), leg["error_mm"].as_f64().unwrap());
+                (leg["frames"].as_u64().unwrap(), leg["filtered_error_mm"].as_f64().unwrap());
             assert!(leg["reached"] == true && frames >= 10 && error <= 10.0, "{wire:?}: {line}");
         }
     }

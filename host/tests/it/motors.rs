@@ -55,7 +55,7 @@ impl Rig {
 /// Returns the motor positions in the last line of standard output.
 fn steps(output: &Output) -> Vec<f64> {
     let line = json(output);
-    let steps = line["steps"].as_array().unwrap_or_else(|| panic!("{line}"));
+    let steps = line["motors_steps"].as_array().unwrap_or_else(|| panic!("{line}"));
     steps.iter().map(|steps| steps.as_f64().unwrap()).collect()
 }
 

@@ -29,7 +29,7 @@ fn a_run_without_a_ball_says_so_and_claims_no_error() {
     for line in [line, serde_json::from_str::<Value>(&summary).unwrap()] {
         assert_eq!(line["located"], 0, "{line}");
         // `get`: a key that is left out is no null.
-        assert_eq!(line.get("error_mm"), Some(&Value::Null), "{line}");
-        assert_eq!(line["legs"][0].get("error_mm"), Some(&Value::Null), "{line}");
+        assert_eq!(line.get("filtered_error_mm"), Some(&Value::Null), "{line}");
+        assert_eq!(line["legs"][0].get("filtered_error_mm"), Some(&Value::Null), "{line}");
     }
 }

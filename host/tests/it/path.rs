@@ -19,7 +19,7 @@ fn a_run_along_a_file_tells_how_well_the_ball_followed() {
     let line = json(&output);
     let legs = line["legs"].as_array().unwrap();
     assert_eq!(legs.len(), 2, "the start and the end of the path: {line}");
-    assert_eq!(legs[1]["target"].to_string(), "[0.48,0.29,0.4]");
+    assert_eq!(legs[1]["target_m"].to_string(), "[0.48,0.29,0.4]");
     let path = &line["path"];
     // Its length of 8 cm at 5 cm/s, and the time of start, corner and end.
     let time = path["path_time_s"].as_f64().unwrap();
@@ -41,7 +41,7 @@ fn a_path_that_is_not_possible_is_refused_before_anything_moves() {
     let folder = folder();
     let rig = rig_file(folder.path(), patient);
     fs::write(folder.path().join("bad.csv"), "x,y,z\n0.5,0.3,0.3\n0.5,o.3,0.3\n").unwrap();
-    let log = "frame,t_s,u_px,v_px,radius_px,score,x_m,y_m,z_m\n0,0.1,1,2,3,1,0.5,0.3,0.3\n";
+    let log = "frame,time_s,position_m_x,position_m_y,position_m_z\n0,0.1,0.5,0.3,0.3\n";
     fs::write(folder.path().join("run.csv"), log).unwrap();
     fs::write(folder.path().join("one.csv"), "x,y,z\n0.5,0.3,0.3\n").unwrap();
     fs::write(folder.path().join("fast.csv"), "t,x,y,z\n0,0.5,0.3,0.3\n0.3,0.5,0.3,0.4\n").unwrap();

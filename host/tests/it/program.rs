@@ -26,7 +26,8 @@ fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
     assert_eq!(line["reached"], true);
     assert_eq!(line["law"], "interval");
     assert!(
-        line["error_mm"].as_f64().unwrap() < 10.0 && line["true_error_mm"].as_f64().unwrap() < 10.0,
+        line["filtered_error_mm"].as_f64().unwrap() < 10.0
+            && line["true_error_mm"].as_f64().unwrap() < 10.0,
         "{line}"
     );
     assert!(line["frames"].as_u64().unwrap() > 100);
@@ -217,7 +218,7 @@ fn a_board_is_asked_how_it_is_and_configured() {
         (&"unconfigured".into(), &0.into()),
         "{line}"
     );
-    assert_eq!(line["steps"], serde_json::json!([0.0, 0.0, 0.0]));
+    assert_eq!(line["motors_steps"], serde_json::json!([0.0, 0.0, 0.0]));
     let firmware = serde_json::json!({
         "release": env!("CARGO_PKG_VERSION"),
         "commit": null,

@@ -17,7 +17,7 @@ fn the_desk_has_no_ball() {
     );
     assert!(output.status.success(), "{}", stderr(&output));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(text, "t,u,v,radius,depth,x,y,z,score\n0.000000,,,,,,,,\n");
+    assert!(text.starts_with("time_s,u_px,") && text.ends_with("\n0.000000,,,,,,,,\n"), "{text}");
 }
 
 /// Real pictures; without them the test is passed over, but never with CI set.

@@ -105,7 +105,9 @@ fn a_fault_and_a_refused_command_stand_in_every_output() {
 
     let mut page = Page::open(&address);
     // The path is under way.
-    page.until(|update, _| update["board"]["pace"].as_f64().is_some_and(|pace| pace > 0.0));
+    page.until(|update, _| {
+        update["observation"]["path_pace"].as_f64().is_some_and(|pace| pace > 0.0)
+    });
     // The host is held up for longer than the board waits for it.
     send(&run, Signal::SIGSTOP);
     std::thread::sleep(Duration::from_secs(6));
@@ -119,8 +121,8 @@ fn a_fault_and_a_refused_command_stand_in_every_output() {
     std::thread::sleep(Duration::from_secs(1));
     let events = Page::open(&address).events_until(REFUSED);
     let fault = with_text(&events, FAULT);
-    assert!(fault["text"].as_str().unwrap().contains(ADVICE) && fault["kind"] == "bad", "{fault}");
-    let late = fault["at"].as_u64().unwrap().abs_diff(happened);
+    assert!(fault["text"].as_str().unwrap().contains(ADVICE) && fault["tone"] == "bad", "{fault}");
+    let late = fault["at_ms"].as_u64().unwrap().abs_diff(happened);
     assert!(late < now_ms() - happened, "{fault}: {late} ms");
 
     send(&run, Signal::SIGINT);

@@ -96,7 +96,7 @@ fn ten_lines_of_the_book_are_a_camera() {
     let summary = json(&output);
     assert_eq!(summary["lost"], 0, "{summary}");
     // The ball of the picture hangs still, within a pixel of the target.
-    assert!(summary["error_mm"].as_f64().unwrap() < 4.0, "{summary}");
+    assert!(summary["filtered_error_mm"].as_f64().unwrap() < 4.0, "{summary}");
 }
 
 /// What a form of a web page sends.
@@ -155,7 +155,7 @@ fn the_papers_task_is_done_with_a_script_as_the_camera() {
     let output = plumb(&["run", "--out", "run", "--json"], folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let summary = json(&output);
-    assert!(summary["error_mm"].as_f64().unwrap() < 10.0, "{summary}");
+    assert!(summary["filtered_error_mm"].as_f64().unwrap() < 10.0, "{summary}");
     // The ball begins 38 cm from the target and moves through many pictures.
     let log = std::fs::read_to_string(folder.path().join("run/run.csv")).unwrap();
     let heights: Vec<f64> =

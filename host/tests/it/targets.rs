@@ -82,7 +82,7 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     assert!(targets["taken"].as_u64().unwrap() > 10, "{line}");
     assert!(targets["frames"].as_u64().unwrap() > 0, "{line}");
     assert!(targets["error"]["rms_mm"].as_f64().unwrap() > 0.0, "{line}");
-    assert_eq!(line["legs"][0]["target"].to_string(), "[0.4505,0.25,0.42]");
+    assert_eq!(line["legs"][0]["target_m"].to_string(), "[0.4505,0.25,0.42]");
     let told = stderr(&output);
     assert!(told.contains("targets: line 42: no target: this is no object of JSON"), "{told}");
     assert!(told.contains("target [0.5000, 0.2500, 9.0000] m: that is outside the"), "{told}");
@@ -127,7 +127,7 @@ fn a_line_that_comes_before_the_run_begins_is_driven_to() {
     drop(input);
     let (line, targets) = good(&run.wait_with_output().unwrap());
     assert_eq!((&targets["taken"], &targets["late"]), (&1.into(), &0.into()), "{line}");
-    assert_eq!(line["legs"][0]["target"].to_string(), "[0.5,0.25,0.42]");
+    assert_eq!(line["legs"][0]["target_m"].to_string(), "[0.5,0.25,0.42]");
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn a_file_is_played_and_a_wrong_one_is_refused_before_anything_moves() {
     let output = start(folder.path(), &emulator, "good.jsonl").wait_with_output().unwrap();
     assert!(stderr(&output).contains("targets: good.jsonl, 60 in 3.0 s\n"), "{}", stderr(&output));
     let (line, _) = good(&output);
-    assert_eq!(line["legs"][0]["target"].to_string(), "[0.441,0.25,0.42]");
+    assert_eq!(line["legs"][0]["target_m"].to_string(), "[0.441,0.25,0.42]");
     let rig = rig_file(folder.path(), patient);
     for (targets, named) in [
         (rig.as_str(), "rig.toml:"),
@@ -220,7 +220,7 @@ fn a_stranger_moves_nothing_and_a_sender_that_reconnects_is_welcome() {
     let output = run.wait_with_output().unwrap();
     let (line, targets) = good(&output);
     assert_eq!(targets["unreadable"], 1, "{line}");
-    assert_eq!(line["legs"][0]["target"].to_string(), "[0.48,0.25,0.42]");
+    assert_eq!(line["legs"][0]["target_m"].to_string(), "[0.48,0.25,0.42]");
     let told = stderr(&output);
     assert!(told.contains("its first line is no target (is it a browser or another"), "{told}");
     assert!(told.contains("it begins with \"POST / HTTP/1.1\""), "{told}");

@@ -35,7 +35,7 @@ fn a_run_drives_the_real_firmware_over_a_serial_port() {
     let Some(image) = firmware_image() else { return };
     let summary = in_time(|| paper_task(&image)).expect("an unbroken run");
     assert!(summary.reached, "{summary:?}");
-    assert!(summary.error_mm.is_some_and(|e| e < 10.0), "{summary:?}");
+    assert!(summary.filtered_error_mm.is_some_and(|e| e < 10.0), "{summary:?}");
 }
 
 /// Does the task with a chip that has just started.

@@ -13,7 +13,7 @@ use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Point;
 use plumb_runtime::link::LinkError;
-use plumb_runtime::rig::{LawName, Rig};
+use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_sim::simulated::SimulationError;
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
@@ -71,7 +71,8 @@ fn the_error_never_grows_for_any_jacobian_of_the_family() {
     let mut random = ChaCha8Rng::seed_from_u64(13);
     for run in 0..40 {
         let mut rig = rig(20.0);
-        rig.law.set_bounds(0.05, 0.5).expect("bounds");
+        let LawSettings::Interval { alpha, beta, .. } = &mut rig.law else { panic!() };
+        (*alpha, *beta) = (0.05.try_into().expect("α"), 0.5.try_into().expect("β"));
         lift_size_limits(&mut rig);
         // The theorem has no ramps, so that the limits must not be active.
         rig.motors.max_rate = 4000.0.try_into().expect("a rate");

@@ -145,7 +145,7 @@ fn a_second_ball_that_lies_at_the_target_reaches_nothing() {
         RgbdFrame::new(frame.time(), colour, frame.depth().clone(), *frame.intrinsics()).unwrap()
     };
     let summary = drive(&camera, &camera, with_both);
-    println!("{}, {:?}", summary.ending, summary.error_mm);
+    println!("{}, {:?}", summary.ending, summary.filtered_error_mm);
     assert!(!summary.reached && !summary.is_done, "{summary:?}");
     assert_eq!(doubts(&summary), [Doubt::TwoBalls], "{summary:?}");
 }
@@ -194,7 +194,7 @@ fn knocked(times: [f64; 2], is_known: bool) -> (Summary, f64) {
     });
     let summary = summary.unwrap();
     let ball = simulated.board().borrow().ball().unwrap();
-    let error = (ball - Point3::from(summary.legs[0].target)).norm();
+    let error = (ball - Point3::from(summary.legs[0].target_m)).norm();
     (summary, error)
 }
 

@@ -48,7 +48,7 @@ fn the_ball_is_held_after_the_last_target_and_goes_to_further_ones() {
     let rest = rest.expect("a target that is reached");
     assert!((rest..rest + 50).all(|number| seen.state(number) == State::Holding));
     assert!(summary.reached, "{summary:?}");
-    let targets: Vec<[f64; 3]> = summary.legs.iter().map(|leg| leg.target).collect();
+    let targets: Vec<[f64; 3]> = summary.legs.iter().map(|leg| leg.target_m).collect();
     assert_eq!(targets, [FIRST, SECOND]);
     assert_eq!((summary.targets_reached, summary.ending), (2, StopReason::Ended));
 }
@@ -253,10 +253,10 @@ fn without_an_accepted_position_there_is_no_error() {
     let scenario = Scenario { latency: 2.0, ..IDEAL };
     let (summary, seen) = run(&scenario, &mut at_frames(&[(60, OperatorCommand::End)]));
     assert!(summary.located > 30 && summary.refused_positions > 30, "{summary:?}");
-    assert_eq!(summary.error_mm, None);
+    assert_eq!(summary.filtered_error_mm, None);
     assert!(seen.frames.iter().all(|frame| frame.filtered_error.is_none()));
     let (summary, seen) = run(&IDEAL, &mut at_frames(&[(60, OperatorCommand::End)]));
-    assert!(summary.error_mm.is_some_and(|error| error > 10.0), "{summary:?}");
+    assert!(summary.filtered_error_mm.is_some_and(|error| error > 10.0), "{summary:?}");
     assert!(seen.frames[60].filtered_error.is_some());
 }
 

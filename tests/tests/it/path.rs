@@ -145,7 +145,7 @@ fn the_ball_follows_every_shape_to_its_end() {
         for shape in [Circle, Line, Eight, Square, Spline] {
             let path = PathRun::new(law, shape, 0.05).follow();
             let largest_rms = if law == LawName::Adaptive { 1.0 } else { 2.5 };
-            assert!(path.error.rms_mm <= largest_rms, "{law} {shape:?}: {path:?}");
+            assert!(path.spreads.error.rms_mm <= largest_rms, "{law} {shape:?}: {path:?}");
             assert!(path.speed_kept >= 0.9, "{law} {shape:?}: {path:?}");
         }
     }
@@ -157,7 +157,7 @@ fn the_ball_follows_over_links_that_lose_damage_and_delay_frames() {
         let run =
             PathRun { link: link(name), ..PathRun::new(LawName::Adaptive, ShapeKind::Eight, 0.05) };
         let path = run.follow();
-        assert!(path.error.rms_mm <= 1.5 && path.speed_kept >= 0.9, "{name}: {path:?}");
+        assert!(path.spreads.error.rms_mm <= 1.5 && path.speed_kept >= 0.9, "{name}: {path:?}");
     }
 }
 
@@ -166,8 +166,8 @@ fn the_ball_follows_over_links_that_lose_damage_and_delay_frames() {
 fn every_picture_counts_over_a_slow_link() {
     let circle = PathRun::new(LawName::Taut, ShapeKind::Circle, 0.05);
     let path = PathRun { link: link("latency 200 ms"), ..circle }.follow();
-    assert!(path.frames as f64 >= 0.9 * 30.0 * path.time_s, "{path:?}");
-    assert!(path.error.max_mm <= 50.0, "{path:?}");
+    assert!(path.spreads.frames as f64 >= 0.9 * 30.0 * path.time_s, "{path:?}");
+    assert!(path.spreads.error.max_mm <= 50.0, "{path:?}");
 }
 
 /// `plumb-lab verify` proves d|e|/dt <= -0.22 g |e| for the paper's rig; the gain g is 4 /s. The
@@ -178,9 +178,12 @@ fn the_lag_of_law_sign_is_within_its_proved_bound() {
         let circle = PathRun::new(LawName::Sign, ShapeKind::Circle, speed);
         let path = PathRun { waits: false, ..circle }.follow();
         let bound_mm = 1e3 * speed / (0.22 * 4.0);
-        assert!(path.error.max_mm <= bound_mm, "{speed} m/s, {bound_mm} mm: {path:?}");
+        assert!(path.spreads.error.max_mm <= bound_mm, "{speed} m/s, {bound_mm} mm: {path:?}");
         // Without feed-forward there is a lag.
-        assert!(path.error.rms_mm >= 0.2 * bound_mm, "{speed} m/s, {bound_mm} mm: {path:?}");
+        assert!(
+            path.spreads.error.rms_mm >= 0.2 * bound_mm,
+            "{speed} m/s, {bound_mm} mm: {path:?}"
+        );
     }
 }
 
@@ -197,7 +200,7 @@ fn a_loop_goes_on_until_it_is_interrupted() {
     // Three laps of 12.6 s are beyond a timeout of 20 s.
     assert!(records.last().unwrap().path.unwrap().time > 40.0);
     let path = summary.path.unwrap();
-    assert!(path.error.rms_mm <= 1.0 && path.speed_kept >= 0.9, "{path:?}");
+    assert!(path.spreads.error.rms_mm <= 1.0 && path.speed_kept >= 0.9, "{path:?}");
 }
 
 #[test]
@@ -257,6 +260,6 @@ fn a_path_waits_for_a_ball_that_is_not_seen_or_keeps_its_time_and_never_jumps() 
         let (_, records) = run.drive();
         // A frame at 5 cm/s is 1.7 mm.
         assert!(largest_step(&records) < 2.2e-3, "{}", largest_step(&records));
-        assert!(run.follow().error.max_mm < 10.0);
+        assert!(run.follow().spreads.error.max_mm < 10.0);
     }
 }

@@ -45,7 +45,7 @@ fn the_same_seed_gives_the_same_run_to_the_bit() {
         };
         (summary, read("run.csv"), read("figure4.svg"), read("figure5.svg"))
     });
-    assert!(one.0.reached && one.0.error_mm.is_some_and(|e| e < 10.0), "{:?}", one.0);
+    assert!(one.0.reached && one.0.filtered_error_mm.is_some_and(|e| e < 10.0), "{:?}", one.0);
     assert_eq!(one, two);
     assert_ne!(one.1, other.1);
 }

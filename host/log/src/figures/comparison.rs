@@ -5,13 +5,12 @@ use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::super::LawCurve;
 use super::{
-    CAPTION, DrawError, FAINT, FARTHEST_M, FONT, HEADING_X, INK, LATEST_S, TARGET, TITLE_Y,
-    shown_at_half_size, stroke,
+    CAPTION, DrawError, FAINT, FONT, HEADING_X, INK, TARGET, TITLE_Y, shown_at_half_size, stroke,
 };
 use crate::plot_axis::{Axis, dwarfs, round_step};
 use crate::plot_colours::COLOURS;
+use crate::samples::{FARTHEST_M, LATEST_S, LawCurve};
 
 const WIDTH: u32 = 2000;
 const CHART_HEIGHT: u32 = 1000;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use nalgebra::Point3;
 
-use super::Sample;
+use crate::samples::Sample;
 
 /// Greatest number of numbers at one target.
 const MOST_NUMBERS: usize = 4;

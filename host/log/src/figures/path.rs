@@ -10,10 +10,11 @@ use plumb_runtime::rig::MotorPoints;
 use super::labels::{Labels, NumberedTarget, numbered_targets};
 use super::projection::{Bounds, Projection};
 use super::{
-    DrawError, FAINT, FONT, FigureSettings, HEAD_HEIGHT, HEADING_X, INK, MEASURED, START, Sample,
-    TARGET, draw_heading, shown_at_half_size, stretches, stroke,
+    DrawError, FAINT, FONT, FigureSettings, HEAD_HEIGHT, HEADING_X, INK, MEASURED, START, TARGET,
+    draw_heading, shown_at_half_size, stretches, stroke,
 };
 use crate::plot_axis::Axis;
+use crate::samples::Sample;
 
 const SIZE: (u32, u32) = (2000, 1760);
 const LABEL: i32 = 40;

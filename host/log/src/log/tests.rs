@@ -1,13 +1,18 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 
+use nalgebra::{Matrix3, Point3, Vector3};
+use plumb_frame::frame::GroundTruth;
+use plumb_frame::observation::{BallObservation, Circle, Gaussian3};
 use plumb_protocol::message::{DriverReading, Fault, State};
+use plumb_runtime::board_report::BoardReport;
+use plumb_runtime::observer::PathPoint;
+use plumb_runtime::record::{observation, telemetry};
+use plumb_runtime::rig::MotorPoints;
 use serde_json::json;
 
-use nalgebra::Point3;
-
 use super::*;
-use crate::{LogDetection, LogPath, LoggedRun};
+use crate::LoggedRun;
 
 /// Creates a log in the folder `path`.
 fn create(path: impl Into<PathBuf>, settings: FigureSettings) -> Result<RunLog, RunLogError> {
@@ -24,37 +29,77 @@ fn scene() -> FigureSettings {
     FigureSettings { title: "interval, γ = 30 /s".into(), threshold_m: 0.01, motors: Some(points) }
 }
 
+/// Returns a ball that is measured at `position`.
+pub(crate) fn ball(position: Point3<f64>) -> BallObservation {
+    BallObservation {
+        stamp: 0.0,
+        circle: Circle { u: 320.5, v: 240.25, radius: 20.0, covariance: Matrix3::identity() },
+        score: 60.0,
+        position: Some(Gaussian3 { mean: position, covariance: Matrix3::identity() }),
+        depths: None,
+    }
+}
+
+/// Returns the report of a board that drives the ball, of the k-th frame.
+fn report(k: f64) -> BoardReport {
+    BoardReport {
+        time: k / 30.0,
+        state: State::Seeking,
+        configuration: None,
+        target: None,
+        sequence: None,
+        motors: [k, -k / 16.0, 0.0],
+        rates: [0.0; 3],
+        error: [0.0; 3],
+        bad_frames: 0,
+        late_ticks: 0,
+        tensions: None,
+        reference: None,
+        drivers: None,
+    }
+}
+
 /// A run like the paper's: y first, then x, z last; the ball is lost now and then.
-fn row(frame: u32) -> LogRow {
-    let (k, target) = (f64::from(frame), Point3::new(0.4, 0.4, 0.15));
+fn row(frame: u32) -> FrameRecord {
+    let k = f64::from(frame);
     let to = |from: f64, to: f64, when: f64| to + (from - to) * (1.0 - k / when).max(0.0);
     let noise = |phase: f64| 0.002 * (k * 12.9 + phase).sin();
-    let ball = Point3::new(
+    let position = Point3::new(
         to(0.54, 0.4, 220.0) + noise(0.0),
         to(0.22, 0.4, 100.0) + noise(1.0),
         to(0.459, 0.15, 560.0) + noise(2.0),
     );
-    let lost = frame % 97 > 90;
-    LogRow {
-        frame: u64::from(frame),
-        t_s: k / 30.0,
-        detection: (!lost).then_some(LogDetection {
-            u: 320.5,
-            v: 240.25,
-            radius: 20.0,
-            score: 60.0,
-        }),
-        position: (!lost).then_some(ball),
-        target: Some(target),
-        error_m: (!lost).then_some((ball - target).norm()),
-        board: Some(State::Seeking),
-        motors_steps: Some([k, -k / 16.0, 0.0]),
-        rates_steps_s: None,
-        tensions: None,
-        true_tensions: None,
-        path: None,
-        drivers: None,
+    let is_lost = frame % 97 > 90;
+    FrameRecord {
+        number: u64::from(frame),
+        time: k / 30.0,
+        observation: (!is_lost).then(|| ball(position)),
+        target: Some(Point3::new(0.4, 0.4, 0.15)),
+        board: Some(report(k)),
+        state: Some(State::Seeking),
+        ..FrameRecord::default()
     }
+}
+
+/// Returns the record of a frame whose report of the board is changed by `change`.
+fn with_board(change: impl Fn(&mut BoardReport)) -> FrameRecord {
+    let mut board = report(0.0);
+    change(&mut board);
+    FrameRecord { board: Some(board), ..row(0) }
+}
+
+/// Returns the record of a frame with the ball at `position`.
+fn at(position: Point3<f64>) -> FrameRecord {
+    FrameRecord { observation: Some(ball(position)), ..row(3) }
+}
+
+/// Returns the values of the columns `names` in the rows of the run in `folder`.
+fn values<const N: usize>(folder: &Path, names: [&str; N]) -> Vec<[String; N]> {
+    let mut reader = csv::Reader::from_path(folder.join("run.csv")).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let column = |name| header.iter().position(|it| it == name).unwrap();
+    let rows = reader.records().map(Result::unwrap);
+    rows.map(|row| names.map(|name| row[column(name)].to_owned())).collect()
 }
 
 fn lines(folder: &Path) -> Vec<String> {
@@ -66,14 +111,14 @@ fn rows_are_in_the_file_before_the_run_ends() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("deep/run");
     let mut run = create(&path, scene()).unwrap();
-    assert_eq!(lines(&path), [LogRow::HEADER.join(",")]);
+    assert_eq!(lines(&path), [columns().join(",")]);
     run.record(&row(0)).unwrap();
     run.record(&row(95)).unwrap();
     let written = lines(&path);
     assert_eq!(written.len(), 3);
     assert!(written[1].starts_with("0,0,320.5,240.25,20,60,0.54,0.22"), "{}", written[1]);
     assert!(written[1].contains(",0.4,0.4,0.15,0.38"), "target and error: {}", written[1]);
-    assert!(written[1].ends_with(",seeking,0,0,0,,,,,,,,,,,,,,,,,,"), "{}", written[1]);
+    assert!(written[1].contains(",seeking,seeking,,,0,,,,0,0,0,0,0,0,"), "{}", written[1]);
     drop(run);
     assert_eq!(lines(&path), written, "dropped without an end, the rows stay");
     assert!(!path.join("summary.json").exists());
@@ -119,20 +164,19 @@ fn tensions_have_three_digits_and_marks_of_cables_near_slack() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
     let mut run = create(&path, scene()).unwrap();
-    let quarter = [0.25, 64.0 / 256.0, 1.0 / 256.0];
-    let with = |tensions| LogRow { tensions: Some(tensions), ..row(0) };
-    let true_tensions = Some([0.123_456, 0.0, 1.0]);
-    for row in [LogRow { true_tensions, ..with(quarter) }, with([0.5; 3]), with([0.1; 3])] {
+    let with = |tensions| with_board(|board| board.tensions = Some(tensions));
+    let true_tensions = [0.123_456, 0.0, 1.0];
+    let truth = GroundTruth { tensions: true_tensions };
+    let first = with([0.25, 64.0 / 256.0, 1.0 / 256.0]);
+    let first = FrameRecord { ground_truth: Some(truth), ..first };
+    for row in [first, with([0.5; 3]), with([0.1; 3])] {
         run.record(&row).unwrap();
     }
-    let mut reader = csv::Reader::from_path(path.join("run.csv")).unwrap();
-    let rows: Vec<Vec<String>> = reader
-        .records()
-        .map(|record| record.unwrap().iter().skip(20).take(7).map(String::from).collect())
-        .collect();
-    assert_eq!(rows[0], ["0.25", "0.25", "0.004", "C", "0.123", "0", "1"]);
-    assert_eq!(rows[1], ["0.5", "0.5", "0.5", "none", "", "", ""]);
-    assert_eq!(rows[2][3], "ABC");
+    let names = ["a", "b", "c"].map(|cable| format!("tensions_weights_{cable}"));
+    let rows = values(&path, names.each_ref().map(String::as_str));
+    assert_eq!(rows[0], ["0.25", "0.25", "0.004"]);
+    let rows = values(&path, ["near_slack", "true_tensions_weights_a", "true_tensions_weights_c"]);
+    assert_eq!(rows, [["C", "0.123", "1"], ["none", "", ""], ["ABC", "", ""]]);
 }
 
 #[test]
@@ -144,13 +188,10 @@ fn drivers_on_a_uart_have_their_readings_and_warnings_in_the_last_columns() {
     let hot = DriverReading { is_hot: true, stall_guard: None, ..cool };
     let open = DriverReading { has_open_load: true, ..cool };
     for drivers in [None, Some([cool; 3]), Some([cool, hot, open])] {
-        run.record(&LogRow { drivers, ..row(0) }).unwrap();
+        run.record(&with_board(|board| board.drivers = drivers)).unwrap();
     }
-    let mut reader = csv::Reader::from_path(path.join("run.csv")).unwrap();
-    let rows: Vec<Vec<String>> = reader
-        .records()
-        .map(|record| record.unwrap().iter().skip(31).map(String::from).collect())
-        .collect();
+    let names = ["stall_guard_a", "stall_guard_b", "stall_guard_c", "driver_warnings"];
+    let rows = values(&path, names);
     assert_eq!(rows[0], ["", "", "", ""], "of other drivers");
     assert_eq!(rows[1], ["300", "300", "300", "none"]);
     assert_eq!(rows[2], ["300", "", "300", "B hot, C open coil"]);
@@ -161,22 +202,25 @@ fn a_run_along_a_path_has_its_deviation_in_rows_and_in_a_figure() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
     let mut run = create(&path, scene()).unwrap();
-    let deviation = |frame: u32| LogPath {
+    let path_point = PathPoint {
         time: 1.5,
         pace: 0.9961,
-        along_m: Some(-0.001 * f64::from(frame)),
-        cross_m: (frame != 1).then_some(0.0005),
+        position: Point3::new(0.401, 0.4, 0.15),
+        velocity: Vector3::x(),
+    };
+    let on_path = |number, position| FrameRecord {
+        number,
+        observation: position,
+        path: Some(path_point),
+        ..row(0)
     };
     run.record(&row(0)).unwrap();
-    for frame in 1..4 {
-        run.record(&LogRow { path: Some(deviation(frame)), ..row(frame) }).unwrap();
-    }
-    let written = lines(&path);
-    // The columns of drivers on a UART follow.
-    assert!(written[0].contains(",path_time_s,path_pace,along_track_m,cross_track_m,"));
-    assert!(written[1].ends_with(",,,,,,,,"), "{}", written[1]);
-    assert!(written[2].ends_with(",1.5,0.996,-0.001,,,,,"), "{}", written[2]);
-    assert!(written[3].ends_with(",1.5,0.996,-0.002,0.0005,,,,"), "{}", written[3]);
+    run.record(&on_path(1, Some(ball(Point3::new(0.4, 0.4005, 0.15))))).unwrap();
+    run.record(&on_path(2, None)).unwrap();
+    let names = ["path_time_s", "path_pace", "along_track_m", "cross_track_m"];
+    let expected =
+        [["", "", "", ""], ["1.5", "0.996", "-0.001", "0.0005"], ["1.5", "0.996", "", ""]];
+    assert_eq!(values(&path, names), expected);
     run.finish("the end").unwrap();
     let figure = fs::read_to_string(path.join("deviation.svg")).unwrap();
     for words in ["across the path (mm)", "along the path (mm)"] {
@@ -203,25 +247,38 @@ fn rows_have_micrometres_and_what_is_absent_is_empty() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
     let mut run = create(&path, scene()).unwrap();
-    let mut odd = LogRow { board: Some(State::Fault(Fault::HostSilent)), ..row(1) };
+    let mut odd = with_board(|board| board.state = State::Fault(Fault::HostSilent));
     odd.target = Some(Point3::new(0.399_999_999_999_999_97, -0.1, 0.150_000_04));
-    for row in [&odd, &row(95), &LogRow::default()] {
+    odd.time = 1.0 / 30.0;
+    for row in [&odd, &row(95), &FrameRecord::default()] {
         run.record(row).unwrap();
     }
-    let mut reader = csv::Reader::from_path(path.join("run.csv")).unwrap();
-    assert_eq!(reader.headers().unwrap().iter().collect::<Vec<_>>(), LogRow::HEADER);
-    let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
-    let fields: Vec<&str> = records[0].iter().collect();
-    assert_eq!(fields[1], "0.033333", "microseconds");
-    assert_eq!(fields[9..12], ["0.4", "-0.1", "0.15"]);
-    for (field, value) in fields[6..9].iter().zip(odd.position.unwrap().iter()) {
+    let targets = values(&path, ["time_s", "target_m_x", "target_m_y", "target_m_z"]);
+    assert_eq!(targets[0], ["0.033333", "0.4", "-0.1", "0.15"]);
+    let positions = values(&path, ["position_m_x", "position_m_y", "position_m_z"]);
+    for (field, value) in positions[0].iter().zip(odd.position().unwrap().iter()) {
         let digits = field.split_once('.').unwrap().1.len();
         assert!(digits <= 6 && (field.parse::<f64>().unwrap() - value).abs() <= 0.5e-6, "{field}");
     }
-    assert_eq!(&records[0][13], odd.board.unwrap().to_string());
-    assert!((2..9).chain([12]).chain(17..27).all(|i| records[1][i].is_empty()), "{:?}", records[1]);
-    assert_eq!(&records[1][15], "-5.9375");
-    assert!((2..27).all(|i| records[2][i].is_empty()), "{:?}", records[2]);
+    let faults = values(&path, ["state", "fault", "motors_steps_b"]);
+    assert_eq!(faults[0], ["fault", &Fault::HostSilent.to_string(), "0"]);
+    assert_eq!(faults[1], ["seeking", "", "-5.9375"]);
+    let empty = values(&path, ["u_px", "score", "position_m_x", "error_m", "path_pace"]);
+    assert!(empty[1].iter().all(String::is_empty), "{empty:?}");
+    assert_eq!(lines(&path)[3].trim_end_matches(','), "0,0", "nothing is known");
+}
+
+/// The table of the book has the fields in their order.
+#[test]
+fn the_book_has_the_fields_of_a_record() {
+    let book = include_str!("../../../../docs/use/logs.md");
+    let table = book.split("| field | unit | content |").nth(1).unwrap();
+    let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+    let cells = rows.map(|row| row.split('|').nth(1).unwrap());
+    let names: Vec<&str> = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
+    let record = FrameRecord::default();
+    let fields = observation(&record).0.into_iter().chain(telemetry(&record).0);
+    assert_eq!(names, fields.map(|field| field.name).collect::<Vec<_>>());
 }
 
 #[test]
@@ -261,12 +318,8 @@ fn a_finished_run_has_its_summary_and_figures() {
 #[test]
 fn a_run_that_ended_at_once_can_be_finished() {
     let nothing = FigureSettings { motors: None, ..scene() };
-    let blind = LogRow { position: None, error_m: None, target: None, ..row(0) };
-    let absurd = LogRow {
-        position: Some(Point3::new(f64::NAN, 0.0, f64::INFINITY)),
-        error_m: Some(f64::NAN),
-        ..row(0)
-    };
+    let blind = FrameRecord { observation: None, target: None, ..row(0) };
+    let absurd = at(Point3::new(f64::NAN, 0.0, f64::INFINITY));
     for (name, rows) in
         [("empty", vec![]), ("one", vec![row(0)]), ("blind", vec![blind]), ("absurd", vec![absurd])]
     {
@@ -291,14 +344,14 @@ fn a_run_that_ended_at_once_can_be_finished() {
 
 #[test]
 fn absurd_numbers_do_not_spoil_the_figures() {
-    let far = |c: f64| LogRow { position: Some(Point3::new(c, -c, c)), error_m: Some(c), ..row(3) };
+    let far = |c: f64| at(Point3::new(c, -c, c));
     for threshold_m in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let parent = tempfile::tempdir().unwrap();
         let path = parent.path().join("run");
         let title = "|e| < 10 mm & \"so on\"".into();
         let mut run = create(&path, FigureSettings { title, threshold_m, ..scene() }).unwrap();
-        let end =
-            LogRow { frame: u64::MAX, target: Some(Point3::new(f64::MAX, 0.0, 0.0)), ..row(4) };
+        let target = Some(Point3::new(f64::MAX, 0.0, 0.0));
+        let end = FrameRecord { number: u64::MAX, target, ..row(4) };
         for row in [row(0), row(1), far(f64::MAX), far(1e9), far(f64::NAN), end] {
             run.record(&row).unwrap();
         }

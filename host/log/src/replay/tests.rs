@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 use plumb_cameras::png;
+use plumb_cameras::tum::TumFolder;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::image::Image;
@@ -60,15 +61,24 @@ fn recording() -> tempfile::TempDir {
     folder
 }
 
+fn replay_folder(
+    folder: &Path,
+    out: impl Write,
+    report: impl FnMut(&Problem),
+) -> Result<ReplayOutcome, ReplayError> {
+    let mut source = TumFolder::open(folder, &camera()).unwrap();
+    replay(&mut source, &camera(), &mut Scripted, out, None, report, |_| ())
+}
+
 #[test]
 fn each_colour_frame_gives_a_row_and_each_problem_is_reported() {
     let (mut out, mut problems) = (Vec::new(), Vec::new());
     let folder = recording();
     let report = |p: &Problem| problems.push(ErrorChain(p).to_string());
-    let outcome = replay_folder(folder.path(), &camera(), &mut Scripted, &mut out, report).unwrap();
+    let outcome = replay_folder(folder.path(), &mut out, report).unwrap();
     let text = String::from_utf8(out).unwrap();
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines[0], "t,u,v,radius,depth,x,y,z,score");
+    assert_eq!(lines[0], HEADER.join(","));
     assert_eq!(lines[1], "0.000000,,,,,,,,");
     assert!(lines[2].starts_with("0.033333,15.500,11.500,8.000,0.51"), "{}", lines[2]);
     assert!(
@@ -102,6 +112,6 @@ fn a_closed_pipe_ends_the_replay_with_an_error() {
         }
     }
     let folder = recording();
-    let outcome = replay_folder(folder.path(), &camera(), &mut Scripted, Closed, |_| ());
+    let outcome = replay_folder(folder.path(), Closed, |_| ());
     assert!(outcome.as_ref().is_err_and(ReplayError::is_closed_pipe), "{outcome:?}");
 }

@@ -5,6 +5,8 @@ use std::sync::mpsc::{SyncSender, TrySendError};
 
 use nalgebra::Point2;
 use plumb_frame::image::ColourImage;
+use plumb_runtime::observer::FrameRecord;
+use plumb_runtime::record::observation;
 
 use super::message::{CalibrationCommand, CalibrationState, FromPage, ToPage};
 use crate::assets::{Asset, CALIBRATION_ASSETS};
@@ -45,7 +47,8 @@ impl CalibrationFeed {
     pub(crate) fn show(&self, time: f64, picture: ColourImage, state: CalibrationState) {
         let mut news = self.shared.lock();
         let number = self.shared.version();
-        let frame = FrameView { number, time, circle: None, position: None, target: None };
+        let record = observation(&FrameRecord { number, time, ..FrameRecord::default() });
+        let frame = FrameView { number, ball: None, record, target_px: None };
         let old = news.picture.replace((frame, Arc::new(picture)));
         news.state = state;
         self.shared.publish(news);
@@ -104,7 +107,7 @@ impl Subject for CalibrationFeed {
     fn picture(&self) -> Option<(FrameView, Picture)> {
         let news = self.shared.lock();
         let (frame, image) = news.picture.as_ref()?;
-        Some((*frame, Picture::Drawn(Arc::clone(image))))
+        Some((frame.clone(), Picture::Drawn(Arc::clone(image))))
     }
 
     fn take(&self, text: &str, _client: ClientId) -> Result<Received, String> {

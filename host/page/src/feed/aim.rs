@@ -7,7 +7,7 @@ use plumb_frame::frame::RgbdFrame;
 
 use super::views::round;
 use crate::message::{FrameView, PickedView, ProjectedView, RigView};
-use crate::sight::{Click, Corners, SeenBall, Sight, Source};
+use crate::sight::{Click, Corners, Sight, Source};
 
 /// Answer where the camera's pose is unknown.
 const NO_POSE: &str = "the page does not know where the camera is";
@@ -38,9 +38,7 @@ impl Aim {
     pub(super) fn point(&self, newest: &Newest, click: &Click) -> PickedView {
         let found = match (&self.sight, newest) {
             (Some(sight), Some((seen, frame))) => {
-                let ball = seen.circle.zip(seen.position);
-                let ball = ball.map(|(circle, position)| SeenBall { circle, position });
-                sight.point(frame, ball.as_ref(), &self.workspace, click)
+                sight.point(frame, seen.ball.as_ref(), &self.workspace, click)
             }
             (None, _) => Err(NO_POSE.to_owned()),
             (_, None) => Err(NO_PICTURE.to_owned()),

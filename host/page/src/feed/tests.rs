@@ -8,6 +8,7 @@ use plumb_runtime::operator::operator;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::StopReason;
 use plumb_runtime::targets::TargetSource;
+use serde_json::{json, to_value};
 
 use super::*;
 
@@ -81,33 +82,33 @@ fn what_the_board_has_not_said_is_unknown() {
     let (_poll, feed) = feed();
     let mut cursor = Cursor::default();
     let before = feed.next_update(0, &mut cursor);
-    assert_eq!((before.frame, before.board, before.goal), (None, None, None));
+    assert_eq!((before.observation, before.telemetry, before.goal), (None, None, None));
     feed.frame(&record(0));
-    let update = feed.next_update(1, &mut cursor);
-    assert_eq!(update.board, None);
-    assert_eq!(update.frame.unwrap().position, None);
-    feed.frame(&FrameRecord { board: Some(report(State::Ready, None)), ..record(1) });
-    let board = feed.next_update(2, &mut cursor).board.unwrap();
-    assert_eq!((board.state, board.filtered_error, board.fault), ("ready", None, None));
-    assert_eq!((board.rates, board.motors), ([1.0, -0.1, 0.0], [1.0, -0.5, 0.0]));
-    assert_eq!(board.tensions, None);
+    let update = to_value(feed.next_update(1, &mut cursor)).unwrap();
+    assert!(update["telemetry"].is_null() && update["observation"]["position_m"].is_null());
+    let mut telemetry = |record: FrameRecord| {
+        feed.frame(&record);
+        to_value(feed.next_update(2, &mut cursor).telemetry).unwrap()
+    };
+    let board = report(State::Ready, None);
+    let with = |board| FrameRecord { board: Some(board), ..record(1) };
+    let told = telemetry(with(board));
+    assert_eq!(told["state"], "ready");
+    assert!(told["filtered_error_m"].is_null() && told["fault"].is_null(), "{told}");
+    assert_eq!(told["rates_steps_s"], json!([1.0, -0.098, 0.0]));
+    assert_eq!(told["motors_steps"], json!([1.0, -0.5, 0.0]));
+    assert!(told["tensions_weights"].is_null() && told["near_slack"].is_null(), "{told}");
     let tensions = Some([128.0, 38.0, 39.0].map(|tension| tension / 256.0));
-    let with_tensions = BoardReport { tensions, ..report(State::Holding, Some(2)) };
-    feed.frame(&FrameRecord { board: Some(with_tensions), ..record(2) });
-    let view = feed.next_update(3, &mut cursor).board.unwrap().tensions.unwrap();
-    assert_eq!((view.weights, view.near_slack), ([0.5, 0.148, 0.152], [false, true, false]));
+    let told = telemetry(with(BoardReport { tensions, ..board }));
+    assert_eq!(told["tensions_weights"], json!([0.5, 0.148, 0.152]));
+    assert_eq!(told["near_slack"], json!([false, true, false]));
     let hot = DriverReading { is_hot: true, ..DriverReading::default() };
     let drivers = Some([DriverReading::default(), hot, DriverReading::default()]);
-    let with_drivers = BoardReport { drivers, ..report(State::Ready, None) };
-    feed.frame(&FrameRecord { board: Some(with_drivers), ..record(2) });
-    let view = feed.next_update(3, &mut cursor).board.unwrap();
-    assert_eq!(view.drivers.as_deref(), Some("B hot"));
-    let fault = State::Fault(Fault::PositionLost);
-    let faulted = Some(report(fault, Some(3)));
-    feed.frame(&FrameRecord { board: faulted, filtered_error: Some(0.0015), ..record(2) });
-    let board = feed.next_update(3, &mut cursor).board.unwrap();
-    assert_eq!((board.state, board.filtered_error), ("fault", Some(0.0015)));
-    assert_eq!(board.fault.unwrap().text, Fault::PositionLost.to_string());
+    assert_eq!(telemetry(with(BoardReport { drivers, ..board }))["driver_warnings"], "B hot");
+    let faulted = with(report(State::Fault(Fault::PositionLost), Some(3)));
+    let told = telemetry(FrameRecord { filtered_error: Some(0.0015), ..faulted });
+    assert_eq!((&told["state"], &told["filtered_error_m"]), (&json!("fault"), &json!(0.0015)));
+    assert_eq!(told["fault"], Fault::PositionLost.to_string());
 }
 
 #[test]
@@ -241,7 +242,7 @@ fn questions_about_the_picture_are_answered_and_move_nothing() {
     // The target of the frame, (0.4, 0.4, 0.15).
     let update = feed.next_update(0, &mut Cursor::default());
     let target = [319.5 + 500.0 * 0.1 / 1.3, 239.5 + 500.0 * 0.15 / 1.3];
-    let found = update.frame.unwrap().target.unwrap();
+    let found = update.observation.unwrap().target_px.unwrap();
     assert!((found[0] - target[0]).hypot(found[1] - target[1]) < 0.1, "{found:?}");
 
     let pick = r#"{"type":"pick","u":358,"v":297.2,"x":0.4,"y":0.2,"z":0.5,"depth":true}"#;

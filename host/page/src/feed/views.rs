@@ -4,9 +4,10 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::operator::Stop;
+use plumb_runtime::record::observation;
 
 use crate::message::{FrameView, Sample, StopView};
-use crate::sight::Sight;
+use crate::sight::{SeenBall, Sight};
 
 /// Rounds to the micrometre, or the microsecond.
 pub(super) fn round(value: f64) -> f64 {
@@ -27,16 +28,14 @@ pub(super) fn sample(record: &FrameRecord) -> Sample {
 pub(super) fn frame_view(record: &FrameRecord, sight: Option<&Sight>) -> FrameView {
     let lens = record.frame.as_ref().map(|frame| frame.intrinsics());
     let target = sight.zip(lens).zip(record.target);
-    let target = target.and_then(|((sight, lens), target)| sight.pixel(lens, &target));
     FrameView {
         number: record.number,
-        time: round(record.time),
-        circle: record.observation.map(|ball| {
-            let circle = ball.circle;
-            [circle.u, circle.v, circle.radius].map(|pixels| (pixels * 100.0).round() / 100.0)
+        ball: record.observation.zip(record.position()).map(|(ball, position)| SeenBall {
+            circle: [ball.circle.u, ball.circle.v, ball.circle.radius],
+            position: position.into(),
         }),
-        position: record.position().map(|p| <[f64; 3]>::from(p).map(round)),
-        target,
+        record: observation(record),
+        target_px: target.and_then(|((sight, lens), target)| sight.pixel(lens, &target)),
     }
 }
 
@@ -45,7 +44,7 @@ pub(super) fn stop_view(stop: Stop) -> StopView {
     StopView {
         number: stop.number,
         by: stop.by.to_string(),
-        since: milliseconds(stop.since),
+        since_ms: milliseconds(stop.since),
         refused: stop.refused,
     }
 }

@@ -9,7 +9,7 @@ use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
-use super::Site;
+use super::site::Site;
 use crate::limits::{Bucket, Limits};
 use crate::message::ToPage;
 use crate::picture::EncodedPicture;
@@ -139,7 +139,7 @@ impl Client {
         now: Instant,
     ) -> Result<(), Gone> {
         let picture = picture.filter(|picture| self.shown != Some(picture.frame.number));
-        let frame = picture.map(|picture| picture.frame);
+        let frame = picture.map(|picture| picture.frame.clone());
         let text = subject.update(self.next, frame, &mut self.cursor).map_err(|_| Gone)?;
         self.write(Message::text(text))?;
         if let Some(picture) = picture {

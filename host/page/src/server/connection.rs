@@ -8,8 +8,8 @@ use data_encoding::BASE64;
 use mio::net::TcpStream;
 use sha1_smol::Sha1;
 
-use super::Site;
 use super::client::Client;
+use super::site::Site;
 use crate::access::Denied;
 use crate::assets;
 use crate::http::{Parsed, Reply, Request, Status};

@@ -92,12 +92,12 @@ fn a_warning_of_a_driver_is_a_warning_of_the_run() {
     let warned = report(Some([cool, hot, open]));
     assert_eq!(warned.level, Level::Warn);
     assert!(warned.message.ends_with("motor drivers: B hot, C open coil"), "{}", warned.message);
-    assert!(warned.values.contains(&KeyValue::new("driver warnings", "B hot, C open coil")));
+    assert!(warned.values.contains(&KeyValue::new("driver_warnings", "B hot, C open coil")));
     let cooled = report(Some([cool; MOTORS]));
     assert_eq!(cooled.level, Level::Ok);
-    assert!(cooled.values.contains(&KeyValue::new("driver warnings", "none")));
+    assert!(cooled.values.contains(&KeyValue::new("driver_warnings", "none")));
     let others = report(None);
-    assert!(others.values.iter().all(|value| value.key != "driver warnings"), "{others:?}");
+    assert!(others.values.iter().all(|value| value.key != "driver_warnings"), "{others:?}");
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn a_target_that_moves_is_shown_and_does_not_count_as_a_set_point() {
     let path = Some(PathPoint { time: 0.1, pace: 1.0, position, velocity: Vector3::zeros() });
     let moved = FrameRecord { target: Some(position), path, ..record(Some(State::Following)) };
     status.note_frame(&moved, now);
-    assert!(status.run(now).values.contains(&KeyValue::new("target m", "0.500 0.300 0.200")));
+    assert!(status.run(now).values.contains(&KeyValue::new("target_m", "0.500 0.300 0.200")));
     // A set point there ends the motion, also while the target rests.
     let rests = FrameRecord { target: Some(position), ..record(Some(State::Holding)) };
     status.note_frame(&rests, now);

@@ -7,8 +7,8 @@ use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::{Micrometres, Point};
 
-use super::KEEP_ALIVE;
 use super::error::Damage;
+use super::timing::KEEP_ALIVE;
 use crate::board_fault::{BoardFault, FaultCause};
 use crate::wakeups::LateWakeups;
 

@@ -181,32 +181,6 @@ const RETURN_RATE: f64 = 20.0;
 /// that is late on a busy computer.
 const MARGIN: Duration = Duration::from_secs(5);
 
-/// Jog that the board has accepted.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct JogUnderWay {
-    begin: Duration,
-    longest: Duration,
-}
-
-/// Motors that ramp down after a stop.
-#[derive(Debug)]
-pub(super) struct RampDown {
-    begin: Duration,
-    /// Longest time of the ramp; known from the first rates on.
-    longest: Option<Duration>,
-    /// Least sum of the rates so far, 1/256 full steps/s.
-    slowest: u64,
-    /// Time of that sum.
-    since: Duration,
-}
-
-impl RampDown {
-    /// Begins at the time `now` of the stop.
-    pub(super) fn begin(now: Duration) -> Self {
-        Self { begin: now, longest: None, slowest: u64::MAX, since: now }
-    }
-}
-
 impl<T: Transport> Link<T> {
     /// Checks that motors with these rates come to rest in time.
     ///

@@ -9,7 +9,6 @@ use plumb_protocol::provenance::BoardKind;
 use plumb_protocol::wiring::{EnablePins, EnablePolarity, MotorPins, Pin, Pins};
 use serde::{Deserialize, Deserializer};
 
-use super::motors::Driver;
 use super::quantity;
 
 /// The board: its address, its kind and its pins.
@@ -152,8 +151,9 @@ impl BoardSettings {
         BoardPort { port: self.port.clone(), baud: self.baud }
     }
 
-    /// Returns the pins of the kind with those of the file in their place.
-    pub(super) fn pins(&self, driver: &Driver) -> Pins {
+    /// Returns the pins of the kind with those of the file in their place. `usual` is the effect of
+    /// ENABLE of the drivers.
+    pub(super) fn pins(&self, usual: EnableName) -> Pins {
         let Self { pins, inverted, .. } = self;
         let table = self.kind.board().pins;
         let motors: PerMotor<MotorPins> = array::from_fn(|motor| {
@@ -178,14 +178,14 @@ impl BoardSettings {
         };
         let led = pins.led.or(table.led.map(|led| led.number));
         let led = led.map(|number| Pin { number, inverted: inverted.led });
-        Pins { motors, enable, polarity: self.polarity(driver), emergency, led }
+        Pins { motors, enable, polarity: self.polarity(usual), emergency, led }
     }
 
     /// Returns the effect of ENABLE.
-    fn polarity(&self, driver: &Driver) -> EnablePolarity {
+    fn polarity(&self, usual: EnableName) -> EnablePolarity {
         use EnablePolarity::{ActiveHigh, ActiveLow, OptoOffHigh, OptoOffLow};
-        let inverted = |usual, inverted| if self.inverted.enable { inverted } else { usual };
-        match self.enable.unwrap_or(driver.enable()) {
+        let inverted = |plain, inverted| if self.inverted.enable { inverted } else { plain };
+        match self.enable.unwrap_or(usual) {
             EnableName::ActiveLow => inverted(ActiveLow, ActiveHigh),
             EnableName::ActiveHigh => inverted(ActiveHigh, ActiveLow),
             EnableName::OptoOff => inverted(OptoOffHigh, OptoOffLow),

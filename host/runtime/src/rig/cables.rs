@@ -2,7 +2,6 @@
 
 use serde::Deserialize;
 
-use super::law::LawName;
 use super::quantity::Mean;
 
 /// Longest span of the running mean of the law `taut` on stiff cables, seconds: the slowest period
@@ -47,10 +46,9 @@ impl Stiffness {
 }
 
 impl CableSettings {
-    /// Returns the longest span of the running mean that the ball needs with this law; `None` where
-    /// the law's own holds.
-    #[must_use]
-    pub fn longest_mean(self, law: LawName) -> Option<Mean> {
-        (law == LawName::Taut && self.stiffness == Stiffness::Stiff).then_some(STIFF_MEAN)
+    /// Returns the longest span of the running mean that the ball needs with the law `taut`; `None`
+    /// where the law's own holds.
+    pub(super) fn longest_mean(self) -> Option<Mean> {
+        (self.stiffness == Stiffness::Stiff).then_some(STIFF_MEAN)
     }
 }

@@ -170,18 +170,6 @@ impl LawSettings {
         Ok(true)
     }
 
-    /// Sets the bounds α and β of the law `interval`, metres of ball a metre of cable; without
-    /// effect on other laws.
-    ///
-    /// # Errors
-    /// Where one is not above 0.
-    pub fn set_bounds(&mut self, least: f64, largest: f64) -> Result<(), NumberError> {
-        if let Self::Interval { alpha, beta, .. } = self {
-            (*alpha, *beta) = (least.try_into()?, largest.try_into()?);
-        }
-        Ok(())
-    }
-
     /// Returns the law and its parameters in a line.
     pub fn title(&self) -> String {
         match self {
@@ -235,7 +223,7 @@ impl LawSettings {
 
     /// Returns the span of the running mean, at most what the ball needs on these cables.
     pub fn mean_on(&self, cables: CableSettings) -> Mean {
-        let longest = cables.longest_mean(self.name());
+        let longest = cables.longest_mean().filter(|_| matches!(self, Self::Taut(_)));
         longest.filter(|longest| longest.get() < self.mean().get()).unwrap_or(self.mean())
     }
 

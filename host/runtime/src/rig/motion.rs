@@ -4,9 +4,8 @@ use nalgebra::{Point3, Vector3};
 use plumb_config::quantity::Coordinate;
 use plumb_protocol::units::Point;
 
-use super::check::size::RoughSize;
 use super::motion_error::{MistakenUnit, MotionError, Outside, Side, WrongTarget};
-use super::{Box3, Rig};
+use super::size::{Box3, RoughSize};
 
 /// Names of the motors.
 const MOTORS: [char; 3] = ['A', 'B', 'C'];
@@ -25,23 +24,11 @@ const LEAST_IN_OTHER_UNIT: f64 = 10.0;
 /// Rules for a motion of the ball, from the rig file.
 #[derive(Debug, Clone)]
 pub struct MotionRules {
-    workspace: Box3,
+    pub(super) workspace: Box3,
     /// Rough size, if it is known.
-    size: Option<RoughSize>,
+    pub(super) size: Option<RoughSize>,
     /// Highest rate of the motors, full steps/s.
-    max_rate: f64,
-}
-
-impl Rig {
-    /// Returns the rules for a motion of the ball. Triangle and rates of the motors are checked
-    /// where the rig file has the table `[size]` or `[simulation]`.
-    pub fn motion_rules(&self) -> MotionRules {
-        MotionRules {
-            workspace: self.workspace,
-            size: RoughSize::of(self),
-            max_rate: self.motors.max_rate.get(),
-        }
-    }
+    pub(super) max_rate: f64,
 }
 
 impl MotionRules {
@@ -171,6 +158,7 @@ impl MotionRules {
 mod tests {
     use super::super::quantity::Corner;
     use super::*;
+    use crate::rig::Rig;
 
     fn check(rig: &Rig, place: [f64; 3], speed: f64) -> Result<(), MotionError> {
         rig.motion_rules().check(place.into(), Vector3::new(0.0, 0.0, -speed))

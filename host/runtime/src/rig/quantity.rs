@@ -8,6 +8,9 @@ use plumb_protocol::units::Point;
 use serde::Deserializer;
 use thiserror::Error;
 
+/// Full steps of a turn of a common stepper motor (1.8 degrees a step).
+pub const FULL_STEPS_PER_REVOLUTION: f64 = 200.0;
+
 /// Current that a TMC2209 bears, amperes, root mean square (data sheet, first page).
 pub(super) const LARGEST_CURRENT_A: f64 = 2.0;
 

@@ -1,5 +1,5 @@
-//! Tables `[simulation]` and `[size]` of a rig file: the simulated rig with its wiring, the rough
-//! size of a rig, and its motor points for the outputs that draw it.
+//! Table `[simulation]` of a rig file: the simulated rig with its wiring; and the motor points for
+//! the outputs that draw a rig.
 
 use nalgebra::{Isometry3, Point3};
 use plumb_cameras::camera_file::Pose;
@@ -7,8 +7,7 @@ use plumb_config::quantity::Coordinate;
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::Rig;
-use super::quantity::{CablePerStep, PulleyRadius};
+use super::quantity::{FULL_STEPS_PER_REVOLUTION, PulleyRadius};
 
 /// A simulated rig.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -39,6 +38,12 @@ impl Simulation {
     /// Returns the true pose of the simulated camera, where its camera file says `pose`.
     pub fn camera_pose(&self, pose: Isometry3<f64>) -> Isometry3<f64> {
         self.camera.as_ref().map_or(pose, Pose::isometry)
+    }
+
+    /// Returns the cable that a full step winds, metres; the longest of the three motors.
+    pub(super) fn cable_per_step(&self) -> f64 {
+        let radius = self.pulley_radii.iter().map(|radius| radius.get()).fold(0.0, f64::max);
+        std::f64::consts::TAU * radius / FULL_STEPS_PER_REVOLUTION
     }
 
     /// Returns the ball's first position, metres in the rig frame.
@@ -110,61 +115,5 @@ impl MotorPoints {
     /// Returns the names of the motors, with a mark where their places are approximate.
     pub fn names(&self) -> [&'static str; 3] {
         if self.is_approximate { APPROXIMATE } else { EXACT }
-    }
-}
-
-impl Rig {
-    /// Returns the motor points, by the table `[simulation]` of a simulated rig, or else by
-    /// `[size]`; `None` where the rig file has neither.
-    pub fn motor_points(&self) -> Option<MotorPoints> {
-        let exact = self.simulation.as_ref().map(Simulation::motors);
-        let exact = exact.map(|places| MotorPoints { places, is_approximate: false });
-        let rough = || {
-            let places = self.size.as_ref().map(Size::motors)?;
-            Some(MotorPoints { places, is_approximate: true })
-        };
-        exact.or_else(rough)
-    }
-}
-
-/// Rough size of a rig. It serves checks of the rig file and jogs in millimetres. No law uses it.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Size {
-    /// Places where the cables leave motors A, B, C, metres in the rig frame.
-    pub motors: [[Coordinate; 3]; 3],
-    /// Height of the floor in the rig frame, metres.
-    #[serde(default)]
-    pub floor: Coordinate,
-    /// Cable that a full step winds, metres.
-    pub cable_per_step: CablePerStep,
-}
-
-impl Size {
-    /// Returns the places of motors A, B, C, metres in the rig frame.
-    pub fn motors(&self) -> [Point3<f64>; 3] {
-        self.motors.map(|motor| Point3::from(motor.map(Coordinate::get)))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_places_of_a_simulated_rig_are_exact_and_measured_ones_approximate() {
-        let rig = Rig::paper().unwrap();
-        let exact = rig.motor_points().unwrap();
-        assert_eq!((exact.is_approximate, exact.names()), (false, ["A", "B", "C"]));
-        let unknown = Rig { simulation: None, size: None, ..rig.clone() };
-        assert_eq!(unknown.motor_points(), None);
-        let size: Size = toml::from_str(
-            "motors = [[1.0, 0.7, 0.6], [1.0, 0.0, 0.6], [0.0, 0.4, 0.6]]\n\
-             cable_per_step = 0.0005",
-        )
-        .unwrap();
-        let measured = Rig { size: Some(size), ..unknown }.motor_points().unwrap();
-        assert_eq!((measured.is_approximate, measured.names()[2]), (true, "C (approximate)"));
-        assert_eq!(measured.places[1], Point3::new(1.0, 0.0, 0.6));
     }
 }

@@ -107,3 +107,20 @@ fn stiff_cables_shorten_the_running_mean() {
     assert_eq!(mean_ms("stiff", LawName::Taut, Some(0.1)), 100);
     assert_eq!(mean_ms("stiff", LawName::Interval, Some(0.3)), 300);
 }
+
+#[test]
+fn the_places_of_a_simulated_rig_are_exact_and_measured_ones_approximate() {
+    let rig = Rig::paper().unwrap();
+    let exact = rig.motor_points().unwrap();
+    assert_eq!((exact.is_approximate, exact.names()), (false, ["A", "B", "C"]));
+    let unknown = Rig { simulation: None, size: None, ..rig.clone() };
+    assert_eq!(unknown.motor_points(), None);
+    let size: Size = toml::from_str(
+        "motors = [[1.0, 0.7, 0.6], [1.0, 0.0, 0.6], [0.0, 0.4, 0.6]]\n\
+         cable_per_step = 0.0005",
+    )
+    .unwrap();
+    let measured = Rig { size: Some(size), ..unknown }.motor_points().unwrap();
+    assert_eq!((measured.is_approximate, measured.names()[2]), (true, "C (approximate)"));
+    assert_eq!(measured.places[1], Point3::new(1.0, 0.0, 0.6));
+}

@@ -1,7 +1,12 @@
 //! How the ball keeps up with a target that moves: whether it has caught up, and whether it lags.
 
-use super::targets::{PAUSE_S, REST_SPEED};
 use crate::deviation::PathPoint;
+
+/// Time without a target after which the run says so, seconds.
+pub(super) const PAUSE_S: f64 = 1.0;
+
+/// Speed below which a target rests, m/s.
+pub(super) const REST_SPEED: f64 = 1e-4;
 
 /// Time for which the ball is far from a target in motion, less that for which it is not, after
 /// which the run says so, seconds.

@@ -12,8 +12,8 @@ use plumb_frame::source::{CameraSource, SourceError};
 use tracing::{debug, info, trace};
 
 use super::core::{Action, BoardAction, Input, Picture, RunCore};
+use super::error::ControlLoopError;
 use super::repetition::{RepeatedPicture, RepetitionDetector};
-use super::{ControlLoopError, ending_after};
 use crate::doubt::ColourSearch;
 use crate::link::{Link, LinkError, Transport};
 use crate::observer::{EventRecord, FrameRecord, Observer, RunEvent};
@@ -113,7 +113,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         let closed = self.step(Input::Closed(waiting.unwrap_or_default()));
         result = result.and_then(|reason| closed.map(|_| reason));
         if let Err(error) = &result {
-            let reason = ending_after(error, self.link.board_fault());
+            let reason = error.ending(self.link.board_fault());
             self.core.step(self.parts.source.now(), Input::Failed(reason));
         }
         result

@@ -26,13 +26,14 @@ use plumb_protocol::message::{Command, Fault};
 use plumb_protocol::units::{Micros, Steps16};
 use tracing::debug;
 
-use super::ControlLoopError;
+use super::error::ControlLoopError;
 use super::first_and_last::FirstAndLast;
 use super::goal::{Drive, Goal, Legs};
 use super::path::{PathDrive, PathPlan};
 use super::plausibility::{BallSpeed, Plausibility};
 use super::reached::Arrival;
 use super::repetition::RepeatedPicture;
+use super::sent_positions::{SentPosition, SentPositions};
 use super::targets::TargetDrive;
 use super::waypoint::{Route, Waypoint};
 use crate::link::{LinkView, Reply};
@@ -41,10 +42,8 @@ use crate::operator::Submitted;
 use crate::rig::MotionRules;
 use crate::stop_reason::StopReason;
 use crate::summary::RunStats;
-use record::SentPositions;
 
 pub(super) use interface::{Action, Actions, BoardAction, Input, Picture};
-pub(super) use record::SentPosition;
 
 /// Number of lost frames in a row after which the camera counts as gone.
 const MAX_LOST_IN_A_ROW: u32 = 30;

@@ -198,11 +198,11 @@ impl Legs {
         let is_there = was_there || ending == StopReason::AlreadyThere;
         self.already_there += usize::from(is_there && !was_reached);
         let leg = Leg {
-            target: drive.waypoint.target.map(|metres| round(metres, 1e6)),
+            target_m: drive.waypoint.target.map(|metres| round(metres, 1e6)),
             frames: stats.frames - drive.frames_before,
             reached: was_reached || ending == StopReason::Reached,
             ending,
-            error_mm: stats.error.map(millimetres),
+            filtered_error_mm: stats.error.map(millimetres),
         };
         self.reached += usize::from(leg.reached);
         self.ended.push(leg);

@@ -7,18 +7,15 @@ use plumb_path::trajectory::Moment;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Reference, State, Telemetry};
 
-use super::chase::Chase;
-use super::core::record::SentPosition;
+use super::chase::{Chase, PAUSE_S, REST_SPEED};
 use super::path::LEAST_PERIOD_S;
+use super::sent_positions::SentPosition;
 use crate::deviation::{Deviations, PathPoint};
 use crate::event::TargetsEvent;
 use crate::reference::{keep_inside, reference};
 use crate::rig::{MotionError, MotionRules};
 use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, SourceEnd, TimedTarget};
 use crate::targets_summary::TargetsSummary;
-
-/// Time without a target after which the run says so, seconds.
-pub(super) const PAUSE_S: f64 = 1.0;
 
 /// Time after the first target after which the run says that the board follows none, seconds.
 const NOT_FOLLOWED_S: f64 = 3.0;
@@ -41,8 +38,6 @@ const FAR_M: f64 = 0.06;
 /// Distance within which the reference goes with the target again, metres.
 const NEAR_M: f64 = 0.04;
 
-/// Speed below which a target rests, m/s.
-pub(super) const REST_SPEED: f64 = 1e-4;
 /// Distance within which a place is the same, metres.
 pub(in crate::run) const REST_M: f64 = 1e-4;
 

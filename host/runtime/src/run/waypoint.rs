@@ -2,7 +2,7 @@
 
 use plumb_protocol::units::Point;
 
-use super::RunError;
+use super::error::RunError;
 use crate::rig::{MotionError, MotionRules, WrongTarget};
 use crate::rounding::round;
 

@@ -34,11 +34,6 @@ impl Wiring {
         })
     }
 
-    /// Returns whether all motors are on their own outputs.
-    pub fn is_in_order(&self) -> bool {
-        self.motors == Self::RIGHT.motors
-    }
-
     /// Returns the number of mistakes: exchanges of two plugs, and reversed motors. Three reversed
     /// motors count as two: one habit explains them.
     fn mistakes(&self) -> u32 {

@@ -3,6 +3,7 @@ use std::path::Path;
 
 use plumb_cameras::camera_file;
 use plumb_config::reference::keys;
+use plumb_runtime::rig::Stiffness;
 use plumb_runtime::rig::check::{Finding, check};
 use plumb_runtime::rig::quantity::Corner;
 use plumb_runtime::rig::{LawName, REFERENCE, Rig};

@@ -7,8 +7,9 @@ use plumb_config::reference::{Key, keys};
 use plumb_frame::camera::{CalibratedFor, Camera, Intrinsics};
 use plumb_runtime::rig::REFERENCE;
 
+use super::description::{Limits, NewCamera, NewRig};
+use super::driver::Straps;
 use super::triangle::WorkspaceBox;
-use super::{Limits, NewCamera, NewRig, Straps};
 
 /// Tables that [`rig_file`] writes key by key. It writes the other tables with their defaults.
 const OWN_TABLES: [&str; 10] = [

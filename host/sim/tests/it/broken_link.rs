@@ -152,5 +152,8 @@ fn a_link_that_breaks_before_the_fault_arrives_is_the_reason_of_the_end() {
 fn a_run_without_a_ball_claims_no_error() {
     let summary = run(Break::InTheNextWrite);
     assert!(summary.frames > 0, "{summary:?}");
-    assert_eq!((summary.located, summary.error_mm, summary.legs[0].error_mm), (0, None, None));
+    assert_eq!(
+        (summary.located, summary.filtered_error_mm, summary.legs[0].filtered_error_mm),
+        (0, None, None)
+    );
 }

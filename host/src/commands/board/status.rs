@@ -6,6 +6,8 @@ use plumb_protocol::{Provenance, RELEASE};
 use plumb_runtime::board_fault::after_fault;
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, Transport};
+use plumb_runtime::observer::FrameRecord;
+use plumb_runtime::record;
 use serde_json::{Value, json};
 
 use crate::cli::exit::{Exit, Failure};
@@ -125,14 +127,10 @@ fn state(port: &str, board: &BoardReport) {
     );
 }
 
-/// Returns the state of the board in JSON.
+/// Returns the telemetry of the board in JSON, with the names that all outputs have.
 pub(crate) fn line(port: &str, board: &BoardReport) -> Value {
-    json!({
-        "port": port,
-        "state": board.state.to_string(),
-        "steps": board.motors,
-        "rates": board.rates,
-        "bad_frames": board.bad_frames,
-        "late_ticks": board.late_ticks,
-    })
+    let record = FrameRecord { board: Some(*board), ..FrameRecord::default() };
+    let mut line = json!(record::telemetry(&record));
+    line["port"] = port.into();
+    line
 }

@@ -9,7 +9,7 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::{Link, Serial};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
-use plumb_runtime::wakeups::{RealClock, WakeupCheck};
+use plumb_runtime::wakeups::WakeupCheck;
 use plumb_setup::commission::{Examination, ExaminationParts, Explanation, Report, corrected};
 use serde_json::{Value, json};
 
@@ -73,7 +73,7 @@ pub(super) fn prepare(args: &Args, file: PathBuf) -> Result<Jogs, Failure> {
 
 /// Measures how late the computer wakes this program, and prints it.
 fn measure_wakeups() -> WakeupCheck {
-    let wakeups = WakeupCheck::measure(&mut RealClock::start());
+    let wakeups = WakeupCheck::measure();
     tell!("{wakeups}");
     wakeups
 }

@@ -218,7 +218,7 @@ fn conclude<T: Transport>(
     let ball = ball().unwrap_or_default();
     ended.conclude(|summary| {
         // An operator may have set other targets than the rig file.
-        let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target.into());
+        let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target_m.into());
         let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
         let time = if args.virtual_time { "virtual" } else { "real" };
         let line = Line { summary, true_error_mm, seed: args.seed, time };

@@ -89,7 +89,7 @@ fn the_papers_task_is_done_with_the_camera_in_another_process() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stderr(&output).contains("640x480"), "{}", stderr(&output));
     let summary = common::json(&output);
-    assert!(summary["error_mm"].as_f64().unwrap() < 10.0, "{summary}");
+    assert!(summary["filtered_error_mm"].as_f64().unwrap() < 10.0, "{summary}");
     // The ball begins 38 cm from the target and moves for some seconds. A busy computer takes fewer
     // pictures than the camera sends.
     assert!(summary["located"].as_u64().unwrap() > 20, "{summary}");
@@ -360,7 +360,7 @@ fn compressed_pictures_and_a_camera_without_depth_are_read() {
         let output = plumb(&run, folder.path());
         let summary = common::json(&output);
         assert!(summary["located"].as_u64().unwrap() >= 5, "{options:?}: {summary}");
-        let error = summary["error_mm"].as_f64().unwrap();
+        let error = summary["filtered_error_mm"].as_f64().unwrap();
         assert!(error < 40.0, "{options:?}: {summary}");
     }
 }

@@ -249,5 +249,5 @@ fn is_held(status: &Value, namespace: &str, target: [f64; 3]) -> bool {
     let values = &status["values"];
     status["name"] == format!("{namespace}: run")
         && values["state"] == "holding"
-        && values["target m"] == target
+        && values["target_m"] == target
 }

@@ -5,7 +5,7 @@ use plumb_protocol::message::{ConfigField, Refusal};
 use plumb_protocol::units::Rate;
 use plumb_protocol::wiring::Wiring;
 
-use super::{Document, Finding, Severity};
+use crate::rig::document::{Document, Finding, Severity};
 use crate::rig::motors::SENSE;
 use crate::rig::quantity::{Conversion, Current, TravelLimit};
 use crate::rig::{

@@ -11,8 +11,8 @@ use plumb_config::toml_file::MAX_BYTES;
 use plumb_frame::camera::{CalibratedFor, Camera};
 use plumb_frame::image::ImageSize;
 
-use super::super::Rig;
-use super::{Document, Finding, Severity};
+use crate::rig::Rig;
+use crate::rig::document::{Document, Finding, Severity};
 
 /// Returns the error of the table `[camera]`, or the warning about it.
 pub(super) fn source(

@@ -1,9 +1,10 @@
 //! Plausibility of a rig file: workspace and travel against the rough size of the rig.
 
-use nalgebra::{Point2, Point3};
+use nalgebra::Point3;
 
-use super::{Document, Finding, Severity};
+use crate::rig::document::{Document, Finding, Severity};
 use crate::rig::quantity::{Corner, TravelLimit};
+use crate::rig::size::RoughSize;
 use crate::rig::{CABLE_PER_TURN_RANGE_M, FULL_STEPS_PER_REVOLUTION, Rig, Simulation};
 use crate::rounding::round;
 
@@ -20,82 +21,10 @@ const FASTEST_BALL: f64 = 10.0;
 /// Largest difference of the cable of a step from that of the simulated drums, as a share.
 const LARGEST_DIFFERENCE: f64 = 0.2;
 
-/// Least area of the triangle of the motors, seen from above, m²: that of a simulated rig
-/// (`LEAST_AREA_M2` of firmware/emulator/src/plant/geometry.rs).
-const LEAST_AREA_M2: f64 = 1e-6;
-
-/// Rough size of a rig.
-#[derive(Debug, Clone)]
-pub(in crate::rig) struct RoughSize {
-    /// Key of the motors' places.
-    key: &'static str,
-    pub(in crate::rig) motors: [Point3<f64>; 3],
-    floor: f64,
-    /// Cable of a full step, metres; the longest of the three motors.
-    pub(in crate::rig) cable_per_step: f64,
-}
-
-impl RoughSize {
-    /// Returns the size from the table `[size]`, or else that of the simulated rig.
-    pub(in crate::rig) fn of(rig: &Rig) -> Option<Self> {
-        if let Some(size) = &rig.size {
-            return Some(Self {
-                key: "size.motors",
-                motors: size.motors(),
-                floor: size.floor.get(),
-                cable_per_step: size.cable_per_step.get(),
-            });
-        }
-        let simulation = rig.simulation.as_ref()?;
-        Some(Self {
-            key: "simulation.motors",
-            motors: simulation.motors(),
-            floor: 0.0,
-            cable_per_step: simulated_cable(simulation),
-        })
-    }
-
-    /// Returns whether a point is inside the triangle of the motors, seen from above.
-    pub(in crate::rig) fn contains(&self, point: Point3<f64>) -> bool {
-        let [a, b, c] = self.motors.map(|motor| motor.xy());
-        let side = |p: Point2<f64>, q: Point2<f64>| (q - p).perp(&(point.xy() - p));
-        let sides = [side(a, b), side(b, c), side(c, a)];
-        sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
-    }
-
-    /// Returns whether the motors are on a line, seen from above.
-    pub(in crate::rig) fn is_line(&self) -> bool {
-        let [a, b, c] = self.motors.map(|motor| motor.xy());
-        (b - a).perp(&(c - a)).abs() / 2.0 < LEAST_AREA_M2
-    }
-
-    /// Returns whether the motors stand as the rig frame demands: y from B to A, C between them
-    /// and at smaller x.
-    fn is_in_rig_frame(&self) -> bool {
-        let [a, b, c] = &self.motors;
-        b.y < c.y && c.y < a.y && c.x < a.x.min(b.x)
-    }
-
-    /// Returns the largest change of a cable's length within the box of these corners, full steps.
-    fn steps_across(&self, corners: &[Point3<f64>; 8]) -> f64 {
-        let change = |motor: &Point3<f64>| {
-            let lengths = corners.map(|corner| (corner - motor).norm());
-            let longest = lengths.iter().copied().fold(0.0, f64::max);
-            longest - lengths.iter().copied().fold(f64::INFINITY, f64::min)
-        };
-        self.motors.iter().map(change).fold(0.0, f64::max) / self.cable_per_step
-    }
-}
-
-/// Returns the key of the motors' places in the rig file.
-pub(super) fn motors_key(rig: &Rig) -> &'static str {
-    RoughSize::of(rig).map_or("size.motors", |size| size.key)
-}
-
 /// Returns the warnings about the places of a rig of this rough size.
 pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
     let warning = |keys: &[&str], problem: &str| document.finding(Severity::Warning, keys, problem);
-    let Some(size) = RoughSize::of(rig) else {
+    let Some(size) = rig.rough_size() else {
         let problem = "is missing: without the rough size of the rig, nothing compares the \
                        workspace and the travel with it";
         return vec![warning(&["size"], problem)];
@@ -123,7 +52,7 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
 /// drums'.
 fn cable_warning(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
     let cable = rig.size.as_ref()?.cable_per_step.get();
-    let simulated = rig.simulation.as_ref().map(simulated_cable);
+    let simulated = rig.simulation.as_ref().map(Simulation::cable_per_step);
     let unlike = simulated.filter(|own| (cable / own - 1.0).abs() > LARGEST_DIFFERENCE);
     let is_beyond_drums = cable > CABLE_PER_TURN_RANGE_M[1] / FULL_STEPS_PER_REVOLUTION;
     let problem = if is_beyond_drums && (simulated.is_none() || unlike.is_some()) {
@@ -139,13 +68,6 @@ fn cable_warning(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
         )
     };
     Some(document.finding(Severity::Warning, &["size.cable_per_step"], problem))
-}
-
-/// Returns the cable that a full step of a simulated rig winds, metres; the longest of the three
-/// motors.
-fn simulated_cable(simulation: &Simulation) -> f64 {
-    let radius = simulation.pulley_radii.iter().map(|radius| radius.get()).fold(0.0, f64::max);
-    std::f64::consts::TAU * radius / FULL_STEPS_PER_REVOLUTION
 }
 
 fn workspace_warnings(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Vec<Finding> {

@@ -1,7 +1,6 @@
 //! Targets of a rig file: places where the ball cannot be, or may be stopped.
 
-use super::size::motors_key;
-use super::{Document, Finding, Severity};
+use crate::rig::document::{Document, Finding, Severity};
 use crate::rig::{MotionError, Rig, WrongTarget};
 
 /// Returns the errors of the targets: none at all, or one outside the workspace or the triangle of
@@ -26,7 +25,7 @@ pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
                 "put target {number}, {target:?}, outside the triangle of the motors: a cable is \
                  slack there"
             );
-            let keys = ["targets", motors_key(rig)];
+            let keys = ["targets", rig.rough_size().map_or("size.motors", |size| size.key)];
             document.finding(Severity::Error, &keys, problem)
         }
     };
@@ -42,7 +41,7 @@ pub(super) fn no_place(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
             format!("leave no room along {axis}: `min` must be below `max` in each coordinate"),
         ),
         MotionError::Line => (
-            &[motors_key(rig)][..],
+            &[rig.rough_size().map_or("size.motors", |size| size.key)][..],
             "are on a line, seen from above, and no place is between them: they must be the \
              corners of a triangle"
                 .to_owned(),

@@ -10,6 +10,7 @@ use plumb_protocol::wiring::Wiring;
 
 use super::*;
 use crate::rig::PAPER;
+use crate::rig::document::HIDDEN;
 
 /// Board that refuses more than 16 microsteps, a travel without 0, and 1000 full steps/s.
 fn board(wiring: &Wiring, config: &Config) -> Vec<Refusal> {

@@ -4,9 +4,9 @@
 use nalgebra::{Isometry3, Point3, Translation3};
 use plumb_frame::camera::{CalibratedFor, Camera};
 
-use super::super::Rig;
-use super::super::quantity::Corner;
-use super::{Document, Finding, Severity};
+use crate::rig::Rig;
+use crate::rig::document::{Document, Finding, Severity};
+use crate::rig::quantity::Corner;
 
 /// Fields of view of lenses, degrees.
 const FIELDS_OF_VIEW: std::ops::RangeInclusive<f64> = 3.0..=150.0;

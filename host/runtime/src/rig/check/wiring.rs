@@ -1,11 +1,11 @@
-//! Wirings that the board refuses, by the keys of the rig file.
+//! Findings about the wiring of the board.
 
 use plumb_config::toml_file::place;
 use plumb_protocol::boards::Board;
-use plumb_protocol::units::Nanoseconds;
-use plumb_protocol::wiring::{Drivers, Line, PinError, Wiring, WiringError};
+use plumb_protocol::wiring::{Drivers, PinError, Wiring, WiringError};
 
-use super::{Document, Finding, Severity};
+use crate::rig::document::{Document, Finding, Severity};
+use crate::rig::refused_wiring::{self, other_line, refusal};
 use crate::rig::{Driver, OutOfRange, Rig, TMC2209_STRAPS};
 
 /// Returns the finding about the wiring of `rig`, which the board refuses for `error`.
@@ -15,54 +15,16 @@ pub(super) fn finding(
     wiring: &Wiring,
     error: WiringError,
 ) -> Finding {
-    let OutOfRange { key, why, .. } = refusal(rig, wiring, error);
+    let OutOfRange { key, why, .. } = refusal(&rig.motors, wiring, error);
     match error {
         WiringError::Pin(line, PinError::Twice) if place(document.text, key).is_none() => {
-            let other = other_line(wiring, line).map_or(key, self::key);
+            let other = other_line(wiring, line).map_or(key, refused_wiring::key);
             let why =
                 format!("{why}; this is the default of `{key}`, which the file does not have");
             document.finding(Severity::Error, &[key, other], why)
         }
         _ => document.finding(Severity::Error, &[key], why),
     }
-}
-
-/// Returns the refusal of the wiring of `rig` for `error`, with the key that it follows from.
-pub(in crate::rig) fn refusal(rig: &Rig, wiring: &Wiring, error: WiringError) -> OutOfRange {
-    let (key, why) = match error {
-        WiringError::Board => ("board.kind", "names a board that this one is not".to_owned()),
-        WiringError::Drivers => (
-            "motors.driver",
-            format!("does not fit {}, which has drivers of its own", wiring.board),
-        ),
-        WiringError::Addresses => (
-            "motors.driver.tmc2209-uart.addresses",
-            "has an address above 3, or one twice".to_owned(),
-        ),
-        WiringError::Pin(line, error) => (key(line), problem(wiring, line, error)),
-        WiringError::Pulse => (pulse_key(rig), wide_pulse(wiring)),
-        WiringError::InvertedEmergency => ("board.inverted.emergency", latching_input(wiring)),
-    };
-    OutOfRange { key, value: None, why }
-}
-
-/// Returns the key that the width of the STEP pulses follows from.
-fn pulse_key(rig: &Rig) -> &'static str {
-    match rig.motors.driver {
-        Driver::StepDir { .. } if rig.motors.timing.high.is_none() => "motors.driver.step-dir.high",
-        _ => "motors.timing.high",
-    }
-}
-
-/// Returns what is wrong with STEP pulses that are too wide for the chip.
-fn wide_pulse(wiring: &Wiring) -> String {
-    let board = wiring.board;
-    let widest = Board::of(board).map_or(Nanoseconds(0), |board| board.chip.widest_pulse());
-    format!(
-        "is above {:.2}e-6 s, the widest pulse that {board} makes: choose a driver with a faster \
-         input, or another board",
-        f64::from(widest.0) / 1000.0
-    )
 }
 
 /// Returns the warning about a board with drivers of its own that are left without their UART.
@@ -89,57 +51,4 @@ pub(super) fn strapped(document: &Document<'_>, rig: &Rig) -> Option<Finding> {
                    64, which the board does not drive), and distances and rates are wrong by the \
                    factor between them";
     Some(document.finding(Severity::Warning, &["motors.microsteps"], problem.to_owned()))
-}
-
-/// Returns the key that a line's pin follows from.
-pub(super) fn key(line: Line) -> &'static str {
-    match line {
-        Line::Step(_) => "board.pins.step",
-        Line::Direction(_) => "board.pins.direction",
-        Line::Enable(_) => "board.pins.enable",
-        Line::Emergency => "board.pins.emergency",
-        Line::Led => "board.pins.led",
-        Line::UartTx | Line::UartRx => "board.pins.uart",
-    }
-}
-
-/// Returns what is wrong with an inverted emergency input of a chip whose pull-down does not hold
-/// an input low. A resistor outside would, but no program sees whether it is there.
-fn latching_input(wiring: &Wiring) -> String {
-    format!(
-        "is unsafe on {}: its pull-down does not hold an input low (erratum RP2350-E9), so that a \
-         wire that is cut may read as closed. Leave this key out, and put the contact between the \
-         pin and ground: that input has a pull-up",
-        wiring.board
-    )
-}
-
-/// Returns the pin of a line.
-fn pin_of(wiring: &Wiring, line: Line) -> u8 {
-    wiring.lines().find(|(other, _)| *other == line).map_or(0, |(_, pin)| pin)
-}
-
-/// Returns the other line at the pin of `line`.
-fn other_line(wiring: &Wiring, line: Line) -> Option<Line> {
-    let pin = pin_of(wiring, line);
-    wiring.lines().find(|(other, at)| *other != line && *at == pin).map(|(other, _)| other)
-}
-
-/// Returns what is wrong with the pin of a line.
-fn problem(wiring: &Wiring, line: Line, error: PinError) -> String {
-    let pin = pin_of(wiring, line);
-    let board = wiring.board;
-    match error {
-        PinError::Missing => format!("puts {line} at GP{pin}, which {board} does not have"),
-        PinError::Taken => {
-            let to = Board::of(board).and_then(|board| board.taken(pin)).unwrap_or_default();
-            format!("puts {line} at GP{pin}, which {board} uses itself: {to}")
-        }
-        PinError::NoUart => format!("puts {line} at GP{pin}, where {board} does not have it"),
-        PinError::Twice => {
-            let user = other_line(wiring, line);
-            let user = user.map_or_else(|| "the drivers".to_owned(), |user| user.to_string());
-            format!("puts {line} at GP{pin}, where {user} is too")
-        }
-    }
 }

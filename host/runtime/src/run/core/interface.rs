@@ -12,7 +12,7 @@ use plumb_protocol::units::{Covariance, Point};
 use crate::link::{LinkView, Reply};
 use crate::observer::{EventRecord, FrameRecord};
 use crate::operator::{StopEvent, Submitted};
-use crate::run::ControlLoopError;
+use crate::run::error::ControlLoopError;
 use crate::run::plausibility::Sight;
 use crate::stop_reason::StopReason;
 use crate::targets::{Arrivals, MotionId};

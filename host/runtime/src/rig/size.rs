@@ -1,0 +1,105 @@
+//! Sizes in a rig file: the workspace, the table `[size]`, and the rough size of a rig.
+
+use nalgebra::{Point2, Point3};
+use plumb_config::quantity::Coordinate;
+use serde::Deserialize;
+
+use super::quantity::{CablePerStep, Corner};
+use super::simulation::Simulation;
+
+/// Least area of the triangle of the motors, seen from above, m²: that of a simulated rig
+/// (`LEAST_AREA_M2` of firmware/emulator/src/plant/geometry.rs).
+const LEAST_AREA_M2: f64 = 1e-6;
+
+/// Box in the rig frame.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Box3 {
+    /// Corner of smallest coordinates, metres.
+    pub min: [Corner; 3],
+    /// Corner of largest coordinates, metres.
+    pub max: [Corner; 3],
+}
+
+/// Rough size of a rig. It serves checks of the rig file and jogs in millimetres. No law uses it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Size {
+    /// Places where the cables leave motors A, B, C, metres in the rig frame.
+    pub motors: [[Coordinate; 3]; 3],
+    /// Height of the floor in the rig frame, metres.
+    #[serde(default)]
+    pub floor: Coordinate,
+    /// Cable that a full step winds, metres.
+    pub cable_per_step: CablePerStep,
+}
+
+impl Size {
+    /// Returns the places of motors A, B, C, metres in the rig frame.
+    pub fn motors(&self) -> [Point3<f64>; 3] {
+        self.motors.map(|motor| Point3::from(motor.map(Coordinate::get)))
+    }
+}
+
+/// Rough size of a rig.
+#[derive(Debug, Clone)]
+pub(super) struct RoughSize {
+    /// Key of the motors' places.
+    pub(super) key: &'static str,
+    pub(super) motors: [Point3<f64>; 3],
+    pub(super) floor: f64,
+    /// Cable of a full step, metres; the longest of the three motors.
+    pub(super) cable_per_step: f64,
+}
+
+impl RoughSize {
+    /// Returns the size from the table `[size]`, or else that of the simulated rig.
+    pub(super) fn of(size: Option<&Size>, simulation: Option<&Simulation>) -> Option<Self> {
+        if let Some(size) = size {
+            return Some(Self {
+                key: "size.motors",
+                motors: size.motors(),
+                floor: size.floor.get(),
+                cable_per_step: size.cable_per_step.get(),
+            });
+        }
+        let simulation = simulation?;
+        Some(Self {
+            key: "simulation.motors",
+            motors: simulation.motors(),
+            floor: 0.0,
+            cable_per_step: simulation.cable_per_step(),
+        })
+    }
+
+    /// Returns whether a point is inside the triangle of the motors, seen from above.
+    pub(super) fn contains(&self, point: Point3<f64>) -> bool {
+        let [a, b, c] = self.motors.map(|motor| motor.xy());
+        let side = |p: Point2<f64>, q: Point2<f64>| (q - p).perp(&(point.xy() - p));
+        let sides = [side(a, b), side(b, c), side(c, a)];
+        sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+    }
+
+    /// Returns whether the motors are on a line, seen from above.
+    pub(super) fn is_line(&self) -> bool {
+        let [a, b, c] = self.motors.map(|motor| motor.xy());
+        (b - a).perp(&(c - a)).abs() / 2.0 < LEAST_AREA_M2
+    }
+
+    /// Returns whether the motors stand as the rig frame demands: y from B to A, C between them
+    /// and at smaller x.
+    pub(super) fn is_in_rig_frame(&self) -> bool {
+        let [a, b, c] = &self.motors;
+        b.y < c.y && c.y < a.y && c.x < a.x.min(b.x)
+    }
+
+    /// Returns the largest change of a cable's length within the box of these corners, full steps.
+    pub(super) fn steps_across(&self, corners: &[Point3<f64>; 8]) -> f64 {
+        let change = |motor: &Point3<f64>| {
+            let lengths = corners.map(|corner| (corner - motor).norm());
+            let longest = lengths.iter().copied().fold(0.0, f64::max);
+            longest - lengths.iter().copied().fold(f64::INFINITY, f64::min)
+        };
+        self.motors.iter().map(change).fold(0.0, f64::max) / self.cable_per_step
+    }
+}
