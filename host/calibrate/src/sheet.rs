@@ -1,14 +1,12 @@
 //! The sheet with the board, for the printer: axes, a ruler to check the scale, and instructions.
 
 mod pdf;
-mod png;
 
 use std::str::FromStr;
 
 use thiserror::Error;
 
 use crate::board::{COLUMNS, CharucoSheet, ROWS, SHEET_SQUARE_M};
-use crate::corners::ProcessingError;
 
 /// Size of a sheet, landscape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,15 +47,6 @@ impl Paper {
 /// Returns the sheet as a PDF document of one page at its true scale.
 pub fn pdf(paper: Paper) -> Vec<u8> {
     pdf::document(paper.size_mm(), &marks(paper))
-}
-
-/// Returns the sheet as a PNG file of 300 dots per inch that states its resolution, so that a
-/// program for printing keeps the scale.
-///
-/// # Errors
-/// If the image cannot be drawn or encoded.
-pub fn png(paper: Paper) -> Result<Vec<u8>, ProcessingError> {
-    png::file(paper.size_mm(), &marks(paper))
 }
 
 /// Mark on the sheet. Lengths in millimetres from the sheet's lower left corner, y up.
@@ -199,7 +188,10 @@ fn ruler([x, y]: [f64; 2]) -> Vec<Mark> {
 
 #[cfg(test)]
 mod tests {
+    use plumb_frame::image::{ColourImage, DepthImage, Image};
+
     use super::*;
+    use crate::corners::find_corners;
 
     #[test]
     fn everything_is_on_the_sheet() {
@@ -218,6 +210,33 @@ mod tests {
                 assert!(corner[1] >= 5.0 && corner[1] + size[1] <= height - 5.0, "{mark:?}");
             }
         }
+    }
+
+    /// Draws the rectangles of an A4 sheet at 300 dots per inch. Returns it at 50 dots per inch.
+    fn drawn() -> ColourImage {
+        let [width, height] = Paper::A4.size_mm();
+        let pixel = |mm: f64| (mm * 300.0 / 25.4).round() as usize;
+        let mut sheet = DepthImage::filled(pixel(width), pixel(height), 255);
+        for mark in marks(Paper::A4) {
+            let Mark::Rectangle { corner: [x, y], size: [w, h] } = mark else { continue };
+            for row in pixel(height - y - h)..pixel(height - y) {
+                let row = &mut sheet.pixels_mut()[row * pixel(width)..];
+                row[pixel(x)..pixel(x + w)].fill(0);
+            }
+        }
+        Image::from_fn(sheet.width() / 6, sheet.height() / 6, |u, v| {
+            let block = (0..36).map(|k| sheet.get(6 * u + k % 6, 6 * v + k / 6).unwrap());
+            [(block.map(u32::from).sum::<u32>() / 36) as u8; 3]
+        })
+    }
+
+    #[test]
+    fn the_board_is_found_on_the_sheet_at_its_true_scale() {
+        let corners = find_corners(&drawn(), &CharucoSheet::SHEET).unwrap();
+        assert_eq!(corners.len(), 24);
+        let side = (corners[5].image - corners[0].image).norm() / 5.0;
+        let expected = 36.0 / 25.4 * 50.0;
+        assert!((side - expected).abs() < 0.05, "{side} {expected}");
     }
 
     #[test]

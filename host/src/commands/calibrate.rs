@@ -67,7 +67,7 @@ use view::{Stage, View};
 pub(crate) struct Args {
     #[command(flatten)]
     rig: RigArg,
-    /// Write the board for the printer to this file, .pdf or .png
+    /// Write the board for the printer to this file, a .pdf
     #[arg(long, value_name = "FILE")]
     print_board: Option<PathBuf>,
     /// Size of the printer's paper: a4 or letter
@@ -275,12 +275,10 @@ fn after_picture(view: &View, options: &MotorOptions) -> String {
 /// Writes the sheet with the board. No work is left then.
 fn print_board(file: &Path, paper: Paper) -> Result<Work, Failure> {
     let extension = file.extension().and_then(|it| it.to_str()).unwrap_or_default();
-    let bytes = match extension.to_ascii_lowercase().as_str() {
-        "pdf" => sheet::pdf(paper),
-        "png" => sheet::png(paper)?,
-        _ => return Err(failed(format!("{}: must end in .pdf or .png", file.display()))),
-    };
-    write_new(file, &bytes).map_err(|error| match error.kind() {
+    if !extension.eq_ignore_ascii_case("pdf") {
+        return Err(failed(format!("{}: must end in .pdf", file.display())));
+    }
+    write_new(file, &sheet::pdf(paper)).map_err(|error| match error.kind() {
         ErrorKind::AlreadyExists => failed(format!(
             "{}: exists already, and is not overwritten: give another name, or remove it",
             file.display()

@@ -147,7 +147,7 @@ fn a_tilde_that_no_shell_expanded_is_the_home_folder() {
         (&["check", "--rig", "~/r/rig.toml", "--file-only"], "r/rig.toml"),
         (&["man", "~/man"], "man/plumb.1"),
         (&["report", "--rig", "~/r/rig.toml", "--out=~/a.tar.gz"], "a.tar.gz"),
-        (&["calibrate", "--print-board=~/board.png"], "board.png"),
+        (&["calibrate", "--print-board=~/board.pdf"], "board.pdf"),
         (&[&short[..], &outputs].concat(), "runs/1/run.csv"),
         (&["plot", "~/runs/1"], "runs/1/figure4.svg"),
         (&["replay", "~/rec"], "rec/rgb.txt"),

@@ -79,7 +79,7 @@ const CRATES: &[Rule] = &[
     },
     Rule {
         name: "plumb-calibrate",
-        uses: &["plumb-cameras", "plumb-config", "plumb-frame", "plumb-pictures", "plumb-protocol"],
+        uses: &["plumb-cameras", "plumb-config", "plumb-frame", "plumb-protocol"],
         tests_use: &[],
     },
     Rule { name: "plumb-import", uses: &["plumb-frame"], tests_use: &[] },
