@@ -68,15 +68,6 @@ class Table:
         return "\n".join(lines) + "\n"
 
 
-class CalibrationTable(Table):
-    """A section with the poses that the ways of `plumb calibrate` find."""
-
-    def __init__(self, heading, about, rigs):
-        self.heading, self.about = heading, about
-        self.command = ["calibration", "--rigs", str(rigs)]
-        self.render = poses
-
-
 def number(value, digits):
     """Returns a number with so many digits, or a dash where the JSON has null."""
     return "-" if value is None else f"{value:.{digits}f}"
@@ -146,30 +137,6 @@ def along_paths(rows):
     return ["suite", "law", "cm/s", *heads, "slack", "speed kept", "lost"], map(cells, rows)
 
 
-def poses(rows):
-    """Renders the errors of the poses of each way."""
-
-    def triple(values, scale, digits):
-        if values is None:
-            return "-"
-        return ", ".join(f"{scale * value:.{digits}f}" for value in values)
-
-    def cells(row):
-        return [
-            row["way"],
-            str(row["refused"]),
-            str(row["good"]),
-            triple(row["rotation_deg"], 1, 2),
-            triple(row["position_m"], 1e3, 1),
-            triple(row["held_out_m"], 1e3, 1),
-        ]
-
-    quantiles = "median, 95 %, largest"
-    heads = ["way", "refused", "good", f"direction, degrees: {quantiles}"]
-    errors = [f"{what}, mm: {quantiles}" for what in ("position", "held-out samples")]
-    return [*heads, *errors], map(cells, rows)
-
-
 TABLES = [
     Table(
         "Rigid cables",
@@ -229,25 +196,6 @@ TABLES = [
         200,
         LAWS,
         "quasi-static,frame5,frame10,frame20",
-        render=short,
-    ),
-    CalibrationTable(
-        "The camera's pose by calibration",
-        "Each way of [`plumb calibrate`](../use/calibrate.md) on the camera of each rig, which is\n"
-        "as near as it sees all motors, on any side. Standard deviations of the errors: depth\n"
-        "1.4 mm at 1 m, growing with its square; scale of depth 0.5 %; grey levels 2; the board's\n"
-        "place 3 mm along each axis and its direction 0.6 degrees about each; pixels of motors\n"
-        "1.5, their surfaces 5 mm, their height 3 mm; the ball's places 3 mm along each axis, its\n"
-        "pixels 0.3. The position is that in the middle of the rig, 0.25 m below the motors.",
-        200,
-    ),
-    Table(
-        "Settling with a calibrated camera",
-        "The runs measure positions with these poses. The ball settles where the camera measures\n"
-        "the target, which is off by the position error of the table above.",
-        200,
-        LAWS,
-        "calibrated-board,calibrated-motors,calibrated-ball",
         render=short,
     ),
     Table(

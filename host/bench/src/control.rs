@@ -10,7 +10,6 @@ mod bounce;
 mod controller;
 mod float;
 mod following;
-mod frame_error;
 mod kinematic;
 mod law_controller;
 mod oracle;
@@ -20,6 +19,7 @@ mod report;
 mod simulate;
 mod slack_free;
 mod suite;
+mod turned_frame;
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -28,23 +28,20 @@ use std::sync::mpsc;
 use std::thread;
 
 use nalgebra::Point3;
-use plumb_emulator::plant::{RigError, Task};
-use plumb_path::trajectory::PathError;
+use plumb_emulator::plant::Task;
+use plumb_frame::source::BoxedError;
 use plumb_protocol::message::ConfigField;
 use plumb_runtime::rig::OutOfRange;
 use plumb_sim::limits::RigLimits;
 use thiserror::Error;
 
-use crate::calibration::TrialError;
 use simulate::{Leg, Outcome};
 
 pub use crate::run_id::RunId;
 pub use controller::ControllerKind;
 pub use following::{Loss, PathReport, PathSuite, Quantiles, follow_paths};
-pub use frame_error::FrameError;
 pub use paper::{PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
-pub(crate) use report::quantile;
 pub use simulate::RunEnd;
 pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RigChange, Suite, SuiteName};
 
@@ -60,46 +57,30 @@ pub enum BenchError {
     /// A target outside the range of the protocol.
     #[error("a board takes targets within 4 m, not {0}")]
     Target(Point3<f64>),
-    /// The camera of a rig could not be calibrated.
-    #[error("the camera of rig {rig} of seed {seed} cannot be calibrated",
-        rig = .id.rig, seed = .id.seed)]
-    Calibration {
-        /// Number and seed of the rig.
-        id: RunId,
-        /// Last error.
-        #[source]
-        error: TrialError,
+    /// A controller that a suite cannot use.
+    #[error("{controller} {why}")]
+    Unsuitable {
+        /// Name of the controller.
+        controller: String,
+        /// What it cannot do, and what to do instead.
+        why: &'static str,
     },
-    /// A controller that cannot follow a path.
-    #[error("{0} cannot follow a path: choose another controller")]
-    CannotFollow(String),
-    /// A controller that knows one target only.
-    #[error("{0} drives to one target only: leave it out, or ask for one target")]
-    CannotGoOn(String),
-    /// A controller that is no law of the board, for a suite with several runs.
-    #[error("{0} keeps nothing for a next run: choose a law of the board")]
-    CannotBeginAgain(String),
-    /// A shape of a path with a parameter that is not above 0.
-    #[error("a path of rig {rig} of seed {seed} is invalid", rig = .id.rig, seed = .id.seed)]
-    Path {
-        /// Number and seed of the rig.
-        id: RunId,
-        /// Mistake in the path.
-        #[source]
-        error: PathError,
-    },
-    /// A rig without room for the smallest path.
-    #[error("rig {rig} of seed {seed} has no room for a path", rig = .0.rig, seed = .0.seed)]
-    NoRoom(RunId),
-    /// A rig with invalid parameters.
-    #[error("rig {rig} of seed {seed} is invalid", rig = .id.rig, seed = .id.seed)]
+    /// A rig that cannot be simulated, or has no valid path.
+    #[error("rig {rig} of seed {seed} cannot be simulated", rig = .id.rig, seed = .id.seed)]
     Rig {
         /// Number and seed of the rig.
         id: RunId,
-        /// Invalid parameter.
+        /// Invalid parameter or path.
         #[source]
-        error: RigError,
+        error: BoxedError,
     },
+}
+
+impl BenchError {
+    /// Returns what makes the error of a rig out of its cause.
+    fn of_rig<E: Into<BoxedError>>(id: RunId) -> impl Fn(E) -> Self + Copy {
+        move |error| Self::Rig { id, error: error.into() }
+    }
 }
 
 /// Runs `controller` on the numbered rigs of a suite, on all cores. Calls `progress` with the
@@ -116,10 +97,12 @@ pub fn run(
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Report>, BenchError> {
     if suite.targets > 1 && !controller.can_go_on() {
-        return Err(BenchError::CannotGoOn(controller.name()));
+        let why = "drives to one target only: leave it out, or ask for one target";
+        return Err(BenchError::Unsuitable { controller: controller.name(), why });
     }
     if suite.new_runs.is_some() && !controller.can_begin_again() {
-        return Err(BenchError::CannotBeginAgain(controller.name()));
+        let why = "keeps nothing for a next run: choose a law of the board";
+        return Err(BenchError::Unsuitable { controller: controller.name(), why });
     }
     let run_one = |rig| run_one(controller, suite, RunId { seed, rig });
     let runs = in_parallel(rigs.clone(), run_one, progress)?;
@@ -175,7 +158,7 @@ fn run_one(
     suite: &Suite,
     id: RunId,
 ) -> Result<Vec<(Outcome, f64)>, BenchError> {
-    let on_error = |error| BenchError::Rig { id, error };
+    let on_error = BenchError::of_rig(id);
     let task = suite.task(id).map_err(on_error)?;
     let (mut legs, mut way) = (Vec::new(), task);
     for (number, target) in suite.places(&task, id).into_iter().enumerate() {

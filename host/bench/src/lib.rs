@@ -1,8 +1,6 @@
 //! Benchmarks of control and vision. Every result can be repeated from a seed.
 //!
-//! - [`calibration`]: the ways of `plumb calibrate` on simulated rigs.
 //! - [`control`]: control laws, baselines and references on simulated rigs.
-//! - [`stream`]: frames that another program sends, in real time.
 //! - [`vision`]: detectors on synthetic and composited frames.
 //!
 //! ```
@@ -61,10 +59,8 @@ macro_rules! named {
     };
 }
 
-pub mod calibration;
 pub mod control;
 mod run_id;
-pub mod stream;
 pub mod vision;
 
 /// Error of parsing a name that is not in the list of known names.

@@ -2,7 +2,6 @@
 //! detector.
 
 mod backdrops;
-mod baselines;
 mod hard;
 mod labelled;
 mod placer;
@@ -21,7 +20,6 @@ use plumb_vision::camera::Camera;
 use plumb_vision::detect::BallDetector;
 use plumb_vision::frame::RgbdFrame;
 
-use baselines::{Hough, HsvMoments};
 use run::Comparison;
 use suites::each_kind;
 use timing::OneThread;
@@ -100,10 +98,10 @@ pub fn suite_camera(suite: FrameSuite, camera: &Camera) -> Camera {
     }
 }
 
-/// Runs `detectors` and two common OpenCV methods over the frames, each frame without knowledge of
-/// the one before. The detectors must be made for the [`suite_camera`] of `camera`. Scenes with a
-/// recorded background are left out if there are no `recorded` frames. Calls `progress` with the
-/// name of each scene. OpenCV runs on one thread meanwhile.
+/// Runs `detectors` over the frames, each frame without knowledge of the one before. The detectors
+/// must be made for the [`suite_camera`] of `camera`. Scenes with a recorded background are left
+/// out if there are no `recorded` frames. Calls `progress` with the name of each scene. OpenCV runs
+/// on one thread meanwhile.
 ///
 /// # Errors
 /// If the intrinsics do not fit the frames, or a detector fails.
@@ -114,11 +112,6 @@ pub fn compare(
     options: &VisionOptions,
     progress: &mut dyn FnMut(&str),
 ) -> Result<VisionReport, BoxedError> {
-    let seen = suite_camera(options.suite, camera);
-    let mut baselines: [Box<dyn BallDetector>; 2] =
-        [Box::new(Hough(seen.clone())), Box::new(HsvMoments(seen))];
-    let detectors: Vec<&mut Box<dyn BallDetector>> =
-        detectors.iter_mut().chain(&mut baselines).collect();
     let _one = OneThread::new()?;
     let mut comparison = Comparison::new(options, progress, detectors);
     each_kind(camera, recorded, options, &mut |kind, next| comparison.run(kind, next))?;

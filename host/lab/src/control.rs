@@ -32,13 +32,11 @@ const MAX_FAILED_LISTED: usize = 12;
 /// model-10, model-20 (inverse kinematics, with that error of the geometry in percent); limits:
 /// oracle, reference (slack-free). Times are multiples of the time of an oracle with a perfect
 /// model. Suites: paper (frames to 10 mm of the paper's task for several γ), quasi-static, yaw,
-/// tilt, tilt20, radii, heights, noise, outliers, ages, latency, drift, unilateral, bounce4,
-/// bounce3, bounce2, elastic, elastic800, elastic150, stiff, warm800, warm150, warm-moved,
-/// warm-pulleys (each further target is a run of its own), edge, high, fine, frame5, frame10,
-/// frame20 (positions turned about the target), calibrated-board, calibrated-motors,
-/// calibrated-ball (the camera's pose by that way of `plumb calibrate`), paper-task. The ball
-/// follows paths at 2, 5, 10 and 20 cm/s: path (rigid cables), path-elastic; with the laws,
-/// broyden, the models and oracle.
+/// tilt, radii, heights, noise, outliers, ages, latency, drift, unilateral, bounce4, bounce3,
+/// bounce2, elastic, elastic800, elastic150, stiff, warm800, warm150, warm-moved, warm-pulleys
+/// (each further target is a run of its own), edge, high, fine, frame5, frame10, frame20
+/// (positions turned about the target), paper-task. The ball follows paths at 2, 5, 10 and
+/// 20 cm/s: path (rigid cables), path-elastic; with the laws, broyden, the models and oracle.
 ///
 /// Columns of a suite with targets: converged (share of the runs in which the ball arrived and
 /// stayed), median, p90, p99 and max (time to the target over the oracle's), slack (share of the

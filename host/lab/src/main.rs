@@ -12,10 +12,8 @@ macro_rules! tell {
     }};
 }
 
-mod calibration;
 mod control;
 mod output;
-mod stream;
 mod verify;
 mod vision;
 
@@ -34,8 +32,6 @@ use plumb_config::quantity::Range;
 enum Lab {
     Control(control::Args),
     Vision(vision::Args),
-    Calibration(calibration::Args),
-    Stream(stream::Args),
     Verify(verify::Args),
 }
 
@@ -49,8 +45,6 @@ fn main() -> ExitCode {
     let result = match lab {
         Lab::Control(args) => control::main(&args).map(|()| true),
         Lab::Vision(args) => vision::main(&args).map(|()| true),
-        Lab::Calibration(args) => calibration::main(&args).map(|()| true),
-        Lab::Stream(args) => stream::main(&args).map(|()| true),
         Lab::Verify(args) => verify::main(&args),
     };
     match result {

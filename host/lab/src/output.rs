@@ -37,7 +37,9 @@ pub(crate) fn failed(error: impl Into<BoxedError>) -> Failure {
 impl From<BenchError> for Failure {
     fn from(error: BenchError) -> Self {
         match error {
-            BenchError::Range(_) | BenchError::Config(_) => bad_input(error),
+            BenchError::Range(_) | BenchError::Config(_) | BenchError::Unsuitable { .. } => {
+                bad_input(error)
+            }
             _ => failed(error),
         }
     }

@@ -157,8 +157,6 @@ const CRATES: &[Rule] = &[
     Rule {
         name: "plumb-bench",
         uses: &[
-            "plumb-calibrate",
-            "plumb-cameras",
             "plumb-config",
             "plumb-core",
             "plumb-emulator",
@@ -170,7 +168,7 @@ const CRATES: &[Rule] = &[
             "plumb-sim",
             "plumb-vision",
         ],
-        tests_use: &[],
+        tests_use: &["plumb-cameras"],
     },
     Rule {
         name: "plumb-lab",

@@ -183,7 +183,7 @@ pub(super) fn model(
     id: RunId,
 ) -> Result<LawController, BenchError> {
     let model = Model::new(task, f64::from(percent) / 100.0, RigLimits::default(), id)
-        .map_err(|error| BenchError::Rig { id, error })?;
+        .map_err(BenchError::of_rig(id))?;
     by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(model))
 }
 

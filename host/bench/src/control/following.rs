@@ -98,12 +98,12 @@ fn run_rig(
     conditions: &Suite,
     id: RunId,
 ) -> Result<Vec<Vec<Outcome>>, BenchError> {
-    let task = conditions.task(id).map_err(|error| BenchError::Rig { id, error })?;
-    let on_error = |error| BenchError::Path { id, error };
+    let task = conditions.task(id).map_err(BenchError::of_rig(id))?;
+    let on_error = BenchError::of_rig(id);
     let mut shapes = Vec::new();
     for kind in SHAPES {
         let shape = place(kind, &task, id).map_err(on_error)?;
-        shapes.push(shape.ok_or(BenchError::NoRoom(id))?);
+        shapes.push(shape.ok_or("it has no room for a path").map_err(BenchError::of_rig(id))?);
     }
     let mut number = 0;
     let mut run = |shape: &Shape, speed_m_s| {
@@ -152,7 +152,10 @@ fn build<'a>(
         ControllerKind::Oracle => {
             Box::new(OpenLoop::new(course, task.geometry, conditions.elasticity(id)))
         }
-        ControllerKind::Reference => return Err(BenchError::CannotFollow(kind.name())),
+        ControllerKind::Reference => {
+            let why = "cannot follow a path: choose another controller";
+            return Err(BenchError::Unsuitable { controller: kind.name(), why });
+        }
     })
 }
 

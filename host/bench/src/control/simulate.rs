@@ -9,8 +9,8 @@ use plumb_protocol::units::Micros;
 use plumb_protocol::{MOTORS, PerMotor};
 
 use super::BenchError;
-use super::frame_error::Frame;
 use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, Suite};
+use super::turned_frame::TurnedFrame;
 use crate::run_id::RunId;
 
 /// Ticks between two steps of the plant.
@@ -184,8 +184,8 @@ struct Simulation<'a> {
     id: RunId,
     plant: Box<dyn Plant>,
     camera: CameraMonitor,
-    /// Map from true to measured positions.
-    frame: Frame,
+    /// Map from true to measured positions; `None` where they are the same.
+    frame: Option<TurnedFrame>,
     /// Age of each frame where the board does not get the true one, µs.
     assumed_age_us: u32,
     /// Frames captured so far.
@@ -214,7 +214,8 @@ impl Simulation<'_> {
             (true, Clock::Picture) => None,
             _ => Some(t),
         };
-        let target = self.frame.true_position(leg.target);
+        let target = self.frame.as_ref();
+        let target = target.map_or(leg.target, |frame| frame.true_position(leg.target));
         let mut monitor = Monitor::new(self.suite, target, start_s, t + leg.limit_s());
         let end = loop {
             if let Some(end) = self.tick(&mut monitor) {
@@ -277,7 +278,9 @@ impl Simulation<'_> {
     fn run_camera(&mut self, now: Micros, t: f64, monitor: &mut Monitor) {
         let due = f64::from(self.frames) * self.camera.period_s() <= t;
         if self.ticks.is_multiple_of(TICKS_PER_STEP) && due {
-            self.camera.observe(t, self.frame.measured(self.plant.ball()));
+            let ball = self.plant.ball();
+            let measured = self.frame.as_ref().map_or(ball, |frame| frame.measured(ball));
+            self.camera.observe(t, measured);
             self.frames += 1;
         }
         while let Some(observed) = self.camera.delivered(t) {
@@ -314,8 +317,8 @@ impl Leg {
 /// that was not held ends the run, and those after it have its outcome.
 ///
 /// # Errors
-/// If the parameters of the rig or the camera are invalid, or its pose cannot be calibrated. A rig
-/// that cannot follow its motors is an outcome ([`RunEnd::PlantFailed`]).
+/// If the parameters of the rig or the camera are invalid. A rig that cannot follow its motors is
+/// an outcome ([`RunEnd::PlantFailed`]).
 pub(crate) fn run(
     controller: &mut dyn Controller,
     suite: &Suite,
@@ -323,14 +326,13 @@ pub(crate) fn run(
     id: RunId,
     legs: &[Leg],
 ) -> Result<Vec<Outcome>, BenchError> {
-    let on_error = |error| BenchError::Rig { id, error };
+    let on_error = BenchError::of_rig(id);
     let camera_seed = id.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ id.rig;
     let camera = CameraMonitor::new(suite.camera, camera_seed).map_err(on_error)?;
-    let frame = suite.frame_error.frame(task, id)?;
     let mut simulation = Simulation {
         plant: suite.plant(task, id).map_err(on_error)?,
         assumed_age_us: (ASSUMED_LATENCY_FRAMES * camera.period_s() * 1e6) as u32,
-        frame,
+        frame: suite.turned_rad.map(|angle| TurnedFrame::new(angle, task, id)),
         frames: 0,
         ticks: 0,
         motors: [0.0; MOTORS],

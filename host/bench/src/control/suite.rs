@@ -15,9 +15,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::bounce::Bounce;
-use super::frame_error::FrameError;
 use super::kinematic::Kinematic;
-use crate::calibration::CalibrationWay;
 use crate::run_id::RunId;
 
 pub use name::SuiteName;
@@ -31,8 +29,9 @@ pub struct Suite {
     pub population: Population,
     /// Camera model: noise, outliers, latency.
     pub camera: CameraMonitorParameters,
-    /// Error of the camera's pose.
-    pub frame_error: FrameError,
+    /// Angle by which the camera's pose is turned about the target, radians; `None` for the true
+    /// pose.
+    pub turned_rad: Option<f64>,
     /// Model of the ball's motion.
     pub physics: Physics,
     /// Greatest distance from the target at which the ball counts as arrived, metres.
@@ -120,7 +119,12 @@ impl Suite {
             name,
             population: population(name),
             camera: camera(name),
-            frame_error: frame_error(name),
+            turned_rad: match name {
+                SuiteName::Frame5 => Some(5_f64.to_radians()),
+                SuiteName::Frame10 => Some(10_f64.to_radians()),
+                SuiteName::Frame20 => Some(20_f64.to_radians()),
+                _ => None,
+            },
             physics: physics(name),
             threshold_m: match name {
                 SuiteName::Fine => 0.002,
@@ -222,7 +226,6 @@ fn population(name: SuiteName) -> Population {
     let variations = match name {
         SuiteName::Yaw => Variations { yaw_rad: 20_f64.to_radians(), ..none },
         SuiteName::Tilt => Variations { tilt_rad: 10_f64.to_radians(), ..none },
-        SuiteName::Tilt20 => Variations { tilt_rad: 20_f64.to_radians(), ..none },
         SuiteName::Radii => Variations { radius_fraction: 0.3, ..none },
         SuiteName::Heights => Variations { height_m: 0.1, ..none },
         _ => none,
@@ -248,19 +251,6 @@ fn camera(name: SuiteName) -> CameraMonitorParameters {
             ..default
         },
         _ => default,
-    }
-}
-
-/// Returns the error of the camera's pose in a suite.
-fn frame_error(name: SuiteName) -> FrameError {
-    match name {
-        SuiteName::Frame5 => FrameError::Turned(5_f64.to_radians()),
-        SuiteName::Frame10 => FrameError::Turned(10_f64.to_radians()),
-        SuiteName::Frame20 => FrameError::Turned(20_f64.to_radians()),
-        SuiteName::CalibratedBoard => FrameError::Calibrated(CalibrationWay::Board),
-        SuiteName::CalibratedMotors => FrameError::Calibrated(CalibrationWay::Motors),
-        SuiteName::CalibratedBall => FrameError::Calibrated(CalibrationWay::Ball),
-        _ => FrameError::None,
     }
 }
 

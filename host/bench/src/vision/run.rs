@@ -23,7 +23,7 @@ pub(super) struct Comparison<'a> {
     options: &'a VisionOptions,
     /// Callback with the name of each scene.
     progress: &'a mut dyn FnMut(&str),
-    detectors: Vec<&'a mut Box<dyn BallDetector>>,
+    detectors: &'a mut [Box<dyn BallDetector>],
     stats: Vec<DetectorStats>,
     /// Times of the reference, milliseconds.
     reference: Vec<f64>,
@@ -36,7 +36,7 @@ impl<'a> Comparison<'a> {
     pub(super) fn new(
         options: &'a VisionOptions,
         progress: &'a mut dyn FnMut(&str),
-        detectors: Vec<&'a mut Box<dyn BallDetector>>,
+        detectors: &'a mut [Box<dyn BallDetector>],
     ) -> Self {
         let stats = detectors.iter().map(|_| DetectorStats::default()).collect();
         Self { options, progress, detectors, stats, reference: Vec::new(), count: 0 }

@@ -3,15 +3,15 @@
 use std::time::Duration;
 
 use nix::time::{ClockId, clock_gettime};
+use opencv::boxed_ref::BoxedRef;
 use opencv::core::{
-    CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, get_num_threads, min_max_loc,
+    CV_32F, Mat, MatTraitConst, Point, Size, Vec3b, extract_channel, get_num_threads, min_max_loc,
     set_num_threads, subtract_def,
 };
 use opencv::imgproc::gaussian_blur_def;
 use plumb_vision::detect::red::RedParameters;
 use plumb_vision::frame::RgbdFrame;
-
-use super::baselines::borrow_colour;
+use plumb_vision::image::ColourImage;
 
 /// Returns the CPU time of this thread, which other programs do not affect.
 pub(super) fn computed() -> Duration {
@@ -26,6 +26,12 @@ pub(super) fn milliseconds(since: Duration) -> f64 {
 
 /// Radius of the ball of the reference, pixels.
 const RADIUS: f64 = 20.0;
+
+/// Borrows a colour image as an OpenCV matrix of type `CV_8UC3`.
+fn borrow_colour(image: &ColourImage) -> opencv::Result<BoxedRef<'_, Mat>> {
+    let [rows, columns] = [image.height() as i32, image.width() as i32];
+    Mat::new_rows_cols_with_bytes::<Vec3b>(rows, columns, image.channels())
+}
 
 /// Computes the reference that times are compared with: the difference of Gaussians of the detector
 /// `red` at full size. Returns its highest point.

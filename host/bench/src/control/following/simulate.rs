@@ -120,7 +120,7 @@ pub(super) fn run(
     task: &Task,
     (id, number): (RunId, u64),
 ) -> Result<Outcome, BenchError> {
-    let on_error = |error| BenchError::Rig { id, error };
+    let on_error = BenchError::of_rig(id);
     let camera_seed = id.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ id.rig ^ (number << 48);
     let mut simulation = Simulation {
         follower,

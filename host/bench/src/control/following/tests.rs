@@ -58,7 +58,7 @@ fn every_path_suite_is_parsed_from_its_name() {
 fn a_controller_that_cannot_follow_is_refused() {
     for kind in ControllerKind::all().iter().filter(|kind| !kind.can_follow()) {
         let refused = follow_paths(kind, PathSuite::Rigid, 0..1, 1, &mut |_| ());
-        assert!(matches!(refused, Err(BenchError::CannotFollow(_))), "{kind}");
+        assert!(matches!(refused, Err(BenchError::Unsuitable { .. })), "{kind}");
     }
 }
 

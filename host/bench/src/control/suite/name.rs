@@ -6,7 +6,6 @@ named! {
     QuasiStatic "quasi-static" "the default population";
     Yaw "yaw" "rigs yawed by up to ±20°";
     Tilt "tilt" "motor plane tilted by up to 10°";
-    Tilt20 "tilt20" "motor plane tilted by up to 20°";
     Radii "radii" "each pulley ±30 %";
     Heights "heights" "each motor ±10 cm";
     Noise "noise" "noise of 6, 3, 3 mm";
@@ -32,8 +31,5 @@ named! {
     Frame5 "frame5" "positions turned by 5° about the target";
     Frame10 "frame10" "positions turned by 10° about the target";
     Frame20 "frame20" "positions turned by 20° about the target";
-    CalibratedBoard "calibrated-board" "the camera's pose from a printed board";
-    CalibratedMotors "calibrated-motors" "the camera's pose from the motors' pixels";
-    CalibratedBall "calibrated-ball" "the camera's pose from six places of the ball";
     PaperTask "paper-task" "the paper's rig and task with the default camera";
 }
