@@ -68,3 +68,10 @@ pub enum Ros2Error {
     #[error("cannot start the thread of the ROS 2 node")]
     Thread(#[source] io::Error),
 }
+
+impl Ros2Error {
+    /// Returns what makes the error of a topic or service out of its cause.
+    pub(crate) fn of_endpoint<E: Into<BoxedError>>(name: &str) -> impl Fn(E) -> Self + '_ {
+        |source| Self::Endpoint { name: name.to_owned(), source: source.into() }
+    }
+}

@@ -24,6 +24,27 @@ pub(crate) trait TypedMessage {
     }
 }
 
+/// Names the types of messages: the package and the name in it.
+macro_rules! types {
+    ($($message:ty: $package:literal $name:literal;)+) => {$(
+        impl TypedMessage for $message {
+            const PACKAGE: &'static str = $package;
+            const NAME: &'static str = $name;
+        }
+    )+};
+}
+
+types! {
+    diagnostic::DiagnosticArray: "diagnostic_msgs" "DiagnosticArray";
+    diagnostic::DiagnosticStatus: "diagnostic_msgs" "DiagnosticStatus";
+    geometry::PointStamped: "geometry_msgs" "PointStamped";
+    geometry::PoseWithCovarianceStamped: "geometry_msgs" "PoseWithCovarianceStamped";
+    geometry::TfMessage: "tf2_msgs" "TFMessage";
+    sensor::CameraInfo: "sensor_msgs" "CameraInfo";
+    sensor::CompressedImage: "sensor_msgs" "CompressedImage";
+    sensor::Image: "sensor_msgs" "Image";
+}
+
 /// Reads a message from the CDR of its fields; `None` where it is none. `is_little` says that the
 /// lower byte of a number comes first.
 pub(crate) fn from_cdr<M: DeserializeOwned>(fields: &[u8], is_little: bool) -> Option<M> {

@@ -226,9 +226,7 @@ impl Member {
         qos: &QosProfile,
     ) -> Result<Publisher<M>, Ros2Error> {
         let topic = self.topic::<M>(name, qos)?;
-        self.node
-            .create_publisher(&topic, None)
-            .map_err(|source| Ros2Error::Endpoint { name: name.to_owned(), source: source.into() })
+        self.node.create_publisher(&topic, None).map_err(Ros2Error::of_endpoint(name))
     }
 
     /// Creates a subscription to the topic `name`, with its namespace.
@@ -241,9 +239,7 @@ impl Member {
         qos: &QosProfile,
     ) -> Result<Subscription<M>, Ros2Error> {
         let topic = self.topic::<M>(name, qos)?;
-        self.node
-            .create_subscription(&topic, None)
-            .map_err(|source| Ros2Error::Endpoint { name: name.to_owned(), source: source.into() })
+        self.node.create_subscription(&topic, None).map_err(Ros2Error::of_endpoint(name))
     }
 
     fn topic<M: TypedMessage>(
@@ -251,13 +247,9 @@ impl Member {
         name: &str,
         qos: &QosProfile,
     ) -> Result<rustdds::Topic, Ros2Error> {
-        let parsed = Name::parse(name).map_err(|source| Ros2Error::Endpoint {
-            name: name.to_owned(),
-            source: source.into(),
-        })?;
-        self.node
-            .create_topic(&parsed, M::type_name(), qos)
-            .map_err(|source| Ros2Error::Endpoint { name: name.to_owned(), source: source.into() })
+        let parsed = Name::parse(name).map_err(Ros2Error::of_endpoint(name))?;
+        let topic = self.node.create_topic(&parsed, M::type_name(), qos);
+        topic.map_err(Ros2Error::of_endpoint(name))
     }
 }
 

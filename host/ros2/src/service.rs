@@ -125,8 +125,7 @@ impl Service {
     /// # Errors
     /// [`Ros2Error::Endpoint`] where it cannot be created.
     pub(crate) fn new(member: &mut Member, name: &str) -> Result<Self, Ros2Error> {
-        Self::create(member, name)
-            .map_err(|source| Ros2Error::Endpoint { name: name.to_owned(), source })
+        Self::create(member, name).map_err(Ros2Error::of_endpoint(name))
     }
 
     fn create(member: &mut Member, name: &str) -> Result<Self, BoxedError> {

@@ -25,10 +25,10 @@ pub(crate) struct Report {
 }
 
 /// Status of a run, from its records and events.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct RunStatus {
     /// Beginning of the run.
-    begin: Instant,
+    begin: Option<Instant>,
     /// Whether the control loop has begun: there is a frame or an event.
     has_begun: bool,
     /// State of the board; `None` before its telemetry about a new target.
@@ -61,25 +61,7 @@ pub(crate) struct RunStatus {
 impl RunStatus {
     /// Returns the status of a run that begins.
     pub(crate) fn new(begin: Instant) -> Self {
-        Self {
-            begin,
-            has_begun: false,
-            state: None,
-            fault: None,
-            drivers: None,
-            present_target: None,
-            has_moved: false,
-            error: None,
-            is_ball_seen: false,
-            last_frame: None,
-            frames: 0,
-            lost: 0,
-            last_loss: None,
-            last_leg: None,
-            last_command: None,
-            refused: 0,
-            ending: None,
-        }
+        Self { begin: Some(begin), ..Self::default() }
     }
 
     /// Returns the set point that the rig drives to or holds; `None` where the target moves, which
@@ -193,7 +175,8 @@ impl RunStatus {
         if let Some(fault) = self.fault {
             return (Level::Error, format!("the board has stopped by itself: {fault}"));
         }
-        let silent = now.saturating_duration_since(self.last_frame.unwrap_or(self.begin));
+        let heard = self.last_frame.or(self.begin).unwrap_or(now);
+        let silent = now.saturating_duration_since(heard);
         if silent >= SILENCE {
             return (Level::Error, format!("no picture for {:.0} s", silent.as_secs_f64()));
         }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::{Header, TypedMessage};
+use super::Header;
 
 /// Level of a status: constant of `diagnostic_msgs/DiagnosticStatus`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -46,19 +46,9 @@ pub(crate) struct DiagnosticStatus {
     pub(crate) values: Vec<KeyValue>,
 }
 
-impl TypedMessage for DiagnosticStatus {
-    const PACKAGE: &'static str = "diagnostic_msgs";
-    const NAME: &'static str = "DiagnosticStatus";
-}
-
 /// `diagnostic_msgs/DiagnosticArray`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct DiagnosticArray {
     pub(crate) header: Header,
     pub(crate) status: Vec<DiagnosticStatus>,
-}
-
-impl TypedMessage for DiagnosticArray {
-    const PACKAGE: &'static str = "diagnostic_msgs";
-    const NAME: &'static str = "DiagnosticArray";
 }

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3};
 use plumb_frame::observation::Gaussian3;
 use serde::{Deserialize, Serialize};
 
-use super::{Header, TypedMessage};
+use super::Header;
 
 /// `geometry_msgs/Point` and `geometry_msgs/Vector3`, metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -33,11 +33,6 @@ pub(crate) struct PointStamped {
     pub(crate) point: Vector,
 }
 
-impl TypedMessage for PointStamped {
-    const PACKAGE: &'static str = "geometry_msgs";
-    const NAME: &'static str = "PointStamped";
-}
-
 /// `geometry_msgs/Quaternion`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Quaternion {
@@ -64,11 +59,6 @@ pub(crate) struct Pose {
 pub(crate) struct PoseWithCovarianceStamped {
     pub(crate) header: Header,
     pub(crate) pose: PoseWithCovariance,
-}
-
-impl TypedMessage for PoseWithCovarianceStamped {
-    const PACKAGE: &'static str = "geometry_msgs";
-    const NAME: &'static str = "PoseWithCovarianceStamped";
 }
 
 /// `geometry_msgs/PoseWithCovariance`.
@@ -134,11 +124,6 @@ pub(crate) struct TransformStamped {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct TfMessage {
     pub(crate) transforms: Vec<TransformStamped>,
-}
-
-impl TypedMessage for TfMessage {
-    const PACKAGE: &'static str = "tf2_msgs";
-    const NAME: &'static str = "TFMessage";
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Header, TypedMessage};
+use super::Header;
 
 /// `sensor_msgs/Image`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -23,11 +23,6 @@ pub(crate) struct Image {
     pub(crate) data: Vec<u8>,
 }
 
-impl TypedMessage for Image {
-    const PACKAGE: &'static str = "sensor_msgs";
-    const NAME: &'static str = "Image";
-}
-
 /// `sensor_msgs/CompressedImage`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub(crate) struct CompressedImage {
@@ -37,11 +32,6 @@ pub(crate) struct CompressedImage {
     /// Contents of the image file.
     #[serde(with = "serde_bytes")]
     pub(crate) data: Vec<u8>,
-}
-
-impl TypedMessage for CompressedImage {
-    const PACKAGE: &'static str = "sensor_msgs";
-    const NAME: &'static str = "CompressedImage";
 }
 
 /// `sensor_msgs/RegionOfInterest`.
@@ -75,9 +65,4 @@ pub(crate) struct CameraInfo {
     pub(crate) binning_x: u32,
     pub(crate) binning_y: u32,
     pub(crate) roi: RegionOfInterest,
-}
-
-impl TypedMessage for CameraInfo {
-    const PACKAGE: &'static str = "sensor_msgs";
-    const NAME: &'static str = "CameraInfo";
 }
