@@ -41,7 +41,7 @@ chip: setup ## run the firmware in an emulated chip, on a pseudo-terminal
 	@cargo run --release --locked -p plumb-tests --bin chip-terminal -- target/firmware/plumb.elf
 
 bench: setup ## reproduce the control and vision measurements
-	@$(LAB) control --suite paper $(ARGS)
+	@$(LAB) paper $(ARGS)
 	@$(LAB) vision $(ARGS)
 
 links: setup ## run every law over slow, lossy and broken links (ARGS="--seeds 100")

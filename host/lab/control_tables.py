@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/understand/results.md: every table of `plumb-lab control` in the book.
+"""Writes docs/understand/results.md: every table of `plumb-lab control` and `paths`.
 
     python3 host/lab/control_tables.py [--seed N] [--out FILE | --only HEADING]
 
@@ -49,7 +49,7 @@ class Table:
     def __init__(self, heading, about, rigs, laws, suites="quasi-static", *more, render=None):
         self.heading, self.about = heading, about
         arguments = ["--rigs", str(rigs), "--law", laws, "--suite", suites, *more]
-        self.command = ["control", *arguments]
+        self.command = ["paths" if render is along_paths else "control", *arguments]
         self.render = render or full(by_law)
 
     def measure(self, seed):

@@ -31,6 +31,8 @@ use plumb_config::quantity::Range;
 #[command(version, max_term_width = 100)]
 enum Lab {
     Control(control::Args),
+    Paths(control::PathsArgs),
+    Paper(control::PaperArgs),
     Vision(vision::Args),
     Verify(verify::Args),
 }
@@ -44,6 +46,8 @@ fn main() -> ExitCode {
     });
     let result = match lab {
         Lab::Control(args) => control::main(&args).map(|()| true),
+        Lab::Paths(args) => control::paths(&args).map(|()| true),
+        Lab::Paper(args) => control::paper(&args).map(|()| true),
         Lab::Vision(args) => vision::main(&args).map(|()| true),
         Lab::Verify(args) => verify::main(&args),
     };

@@ -1,4 +1,4 @@
-//! `plumb-lab control --suite paper`: frames of the paper's law to 10 mm of the paper's target.
+//! `plumb-lab paper`: frames of the paper's law to 10 mm of the paper's target.
 
 use std::cell::RefCell;
 use std::rc::Rc;

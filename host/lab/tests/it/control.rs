@@ -1,13 +1,13 @@
-//! Tests of the command `plumb-lab control`.
+//! Tests of the commands `plumb-lab control`, `paths` and `paper`.
 
 use std::path::Path;
 
 use super::{json, lab, stderr};
 
-/// Runs the command with bad input. Returns the error.
+/// Runs a command with bad input. Returns the error.
 fn refusal(line: &str) -> String {
     let words: Vec<&str> = line.split(' ').collect();
-    let output = lab(&[&["control", "--json"], &words[..]].concat(), Path::new("."));
+    let output = lab(&[&words[..], &["--json"]].concat(), Path::new("."));
     assert_eq!(output.status.code(), Some(2), "{line}: {}", stderr(&output));
     let error = json(&output)["error"].as_str().unwrap().to_owned();
     assert_eq!(stderr(&output).trim_end(), format!("plumb-lab: {error}"));
@@ -16,7 +16,7 @@ fn refusal(line: &str) -> String {
 
 #[test]
 fn the_papers_suite_takes_the_papers_frames() {
-    let line = json(&lab(&["control", "--suite", "paper", "--json"], Path::new(".")));
+    let line = json(&lab(&["paper", "--json"], Path::new(".")));
     assert_eq!((line["suite"].as_str(), line["law"].as_str()), (Some("paper"), Some("interval")));
     let [gammas, frames] = ["gamma", "frames"].map(|key| line[key].as_array().unwrap());
     for (gamma, frames) in gammas.iter().zip(frames) {
@@ -26,18 +26,9 @@ fn the_papers_suite_takes_the_papers_frames() {
 }
 
 #[test]
-fn an_option_without_effect_is_bad_input() {
-    for option in ["--law sign", "--gamma 999", "--rigs 5", "--seed 2", "--targets 2"] {
-        let error = refusal(&format!("--suite paper {option}"));
-        let name = option.split(' ').next().unwrap();
-        assert!(error.starts_with(name) && error.contains("no effect"), "{error}");
-    }
-    for option in ["--clock target", "--targets 2"] {
-        let error = refusal(&format!("--suite path {option}"));
-        assert!(error.contains("no effect"), "{error}");
-    }
-    let error = refusal("--law sign,taut --gamma 999");
+fn an_option_without_effect_and_a_controller_that_cannot_follow_are_bad_input() {
+    let error = refusal("control --law sign,taut --gamma 999");
     assert!(error.contains("--gamma") && error.contains("interval"), "{error}");
-    let error = refusal("--suite path-elastic --law reference");
+    let error = refusal("paths --suite path-elastic --law reference");
     assert!(error.contains("reference cannot follow a path"), "{error}");
 }
