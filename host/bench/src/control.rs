@@ -98,18 +98,18 @@ pub fn run(
 ) -> Result<Vec<Report>, BenchError> {
     if suite.targets > 1 && !controller.can_go_on() {
         let why = "drives to one target only: leave it out, or ask for one target";
-        return Err(BenchError::Unsuitable { controller: controller.name(), why });
+        return Err(BenchError::Unsuitable { controller: controller.to_string(), why });
     }
     if suite.new_runs.is_some() && !controller.can_begin_again() {
         let why = "keeps nothing for a next run: choose a law of the board";
-        return Err(BenchError::Unsuitable { controller: controller.name(), why });
+        return Err(BenchError::Unsuitable { controller: controller.to_string(), why });
     }
     let run_one = |rig| run_one(controller, suite, RunId { seed, rig });
     let runs = in_parallel(rigs.clone(), run_one, progress)?;
     let first = RunId { seed, rig: rigs.start };
     let report = |target: usize| {
         let runs: Vec<_> = runs.iter().filter_map(|run| run.get(target).cloned()).collect();
-        Report::new((controller.name(), target + 1), suite.name, first, &runs)
+        Report::new((controller.to_string(), target + 1), suite.name, first, &runs)
     };
     Ok((0..suite.targets).map(report).collect())
 }

@@ -46,8 +46,6 @@ pub struct VisionOptions {
     pub frames: usize,
     /// Number of frames of each kind of scene without a ball.
     pub empty: usize,
-    /// Number of balls composited into recorded frames, if there are any.
-    pub recorded_balls: usize,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Whether the suite `rooms` draws its held-out frames: other random numbers and other rendered
@@ -62,15 +60,13 @@ pub struct VisionOptions {
 }
 
 impl Default for VisionOptions {
-    /// 20 frames a scene, with and without a ball, at 640x480, balls of about 20 pixels radius, 60
-    /// balls in recorded frames.
+    /// 20 frames a scene, with and without a ball, at 640x480, balls of about 20 pixels radius.
     fn default() -> Self {
         let (suite, radius) = (FrameSuite::Scenes, 20.0);
         Self {
             suite,
             frames: 20,
             empty: 20,
-            recorded_balls: 60,
             seed: 1,
             held_out: false,
             radius,

@@ -2,36 +2,16 @@
 
 mod pdf;
 
-use std::str::FromStr;
-
-use thiserror::Error;
-
 use crate::board::{COLUMNS, CharucoSheet, ROWS, SHEET_SQUARE_M};
 
 /// Size of a sheet, landscape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Paper {
     /// ISO A4, 297 x 210 mm.
     A4,
     /// US Letter, 11 x 8.5 inches.
     Letter,
-}
-
-/// Unknown size of a sheet.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{0:?} is no size of paper: a4 or letter")]
-pub struct UnknownPaper(String);
-
-impl FromStr for Paper {
-    type Err = UnknownPaper;
-
-    fn from_str(text: &str) -> Result<Self, UnknownPaper> {
-        match text.to_ascii_lowercase().as_str() {
-            "a4" => Ok(Self::A4),
-            "letter" => Ok(Self::Letter),
-            _ => Err(UnknownPaper(text.to_owned())),
-        }
-    }
 }
 
 impl Paper {

@@ -8,8 +8,6 @@
 //! network -> port of the library, now the gate's -> Guard -> outlet -> socket of the library
 //! ```
 
-#[cfg(test)]
-mod forged;
 mod guard;
 mod packet;
 mod sockets;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-#[path = "../src/gate/forged.rs"]
+#[path = "../src/gate/tests/forged.rs"]
 #[allow(dead_code, reason = "the tests of the gate use the rest")]
 mod forged;
 

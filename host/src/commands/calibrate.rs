@@ -70,8 +70,8 @@ pub(crate) struct Args {
     /// Write the board for the printer to this file, a .pdf
     #[arg(long, value_name = "FILE")]
     print_board: Option<PathBuf>,
-    /// Size of the printer's paper: a4 or letter
-    #[arg(long, default_value = "a4", requires = "print_board")]
+    /// Size of the printer's paper
+    #[arg(long, value_enum, default_value = "a4", requires = "print_board")]
     paper: Paper,
     /// Use a printed board at a known place
     #[arg(long)]

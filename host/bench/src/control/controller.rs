@@ -61,18 +61,6 @@ impl ControllerKind {
         board.chain(BASELINES).collect()
     }
 
-    /// Returns the name in options, reports and JSON.
-    #[must_use]
-    pub fn name(&self) -> String {
-        match self {
-            Self::Board(law) => law.name().to_string(),
-            Self::Broyden => "broyden".to_owned(),
-            Self::Model(percent) => format!("model-{percent}"),
-            Self::Oracle => "oracle".to_owned(),
-            Self::Reference => "reference".to_owned(),
-        }
-    }
-
     /// Returns the parameters of the law; `None` for a baseline.
     pub fn settings_mut(&mut self) -> Option<&mut LawSettings> {
         match self {
@@ -128,8 +116,15 @@ impl ControllerKind {
 }
 
 impl fmt::Display for ControllerKind {
+    /// Writes the name in options, reports and JSON.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.name())
+        match self {
+            Self::Board(law) => write!(f, "{}", law.name()),
+            Self::Broyden => f.write_str("broyden"),
+            Self::Model(percent) => write!(f, "model-{percent}"),
+            Self::Oracle => f.write_str("oracle"),
+            Self::Reference => f.write_str("reference"),
+        }
     }
 }
 
@@ -137,8 +132,8 @@ impl FromStr for ControllerKind {
     type Err = UnknownName;
 
     fn from_str(text: &str) -> Result<Self, UnknownName> {
-        let known = || UnknownName::new(Self::all().iter().map(Self::name));
-        Self::all().into_iter().find(|kind| kind.name() == text).ok_or_else(known)
+        let known = || UnknownName::new(Self::all());
+        Self::all().into_iter().find(|kind| kind.to_string() == text).ok_or_else(known)
     }
 }
 

@@ -87,7 +87,7 @@ pub fn follow_paths(
             at_speed.extend(SHAPES.into_iter().zip(&outcomes[k]).map(run));
         }
         let rigs = (first, runs.len() as u64);
-        PathReport::new(controller.name(), suite, speed_m_s, rigs, &at_speed)
+        PathReport::new(controller.to_string(), suite, speed_m_s, rigs, &at_speed)
     };
     Ok(SPEEDS_M_S.into_iter().enumerate().map(report).collect())
 }
@@ -154,7 +154,7 @@ fn build<'a>(
         }
         ControllerKind::Reference => {
             let why = "cannot follow a path: choose another controller";
-            return Err(BenchError::Unsuitable { controller: kind.name(), why });
+            return Err(BenchError::Unsuitable { controller: kind.to_string(), why });
         }
     })
 }

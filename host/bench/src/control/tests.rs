@@ -114,7 +114,7 @@ fn baselines_converge() {
 #[test]
 fn every_controller_is_parsed_from_its_name() {
     for kind in ControllerKind::all() {
-        assert_eq!(kind.name().parse(), Ok(kind));
+        assert_eq!(kind.to_string().parse(), Ok(kind));
     }
     let unknown = "taut-f64".parse::<ControllerKind>().unwrap_err();
     assert!(unknown.to_string().starts_with("one of interval, "), "{unknown}");

@@ -49,7 +49,6 @@ impl<'a> Comparison<'a> {
         next: &mut NextFrame,
     ) -> Result<(), BoxedError> {
         (self.progress)(name);
-        self.stats.iter_mut().for_each(DetectorStats::begin_scene);
         for _ in 0..count {
             let Some(labelled) = next()? else { break };
             self.round(&labelled, name)?;
@@ -75,14 +74,14 @@ impl<'a> Comparison<'a> {
             let start = computed();
             let found = detector.detect(&labelled.frame).map_err(failed)?;
             let ms = milliseconds(start);
-            stats.times.push(FrameTime { ms, ball: labelled.ball.is_some() });
+            stats.times().searching.push(FrameTime { ms, ball: labelled.ball.is_some() });
             let sent = black_box(message(found.as_ref()));
-            stats.path_times.extend(sent.map(|_| milliseconds(start)));
+            stats.times().path.extend(sent.map(|_| milliseconds(start)));
             stats.add(labelled, found);
             if found.is_some() {
                 let start = computed();
                 detector.detect(&labelled.frame).map_err(failed)?;
-                stats.tracking_times.push(milliseconds(start));
+                stats.times().tracking.push(milliseconds(start));
             }
         }
         Ok(())

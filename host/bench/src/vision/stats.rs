@@ -8,17 +8,21 @@ use super::{DetectorReport, FrameGroup, GroupReport, SceneReport, SceneTimes};
 /// Statistics of one detector.
 #[derive(Debug, Default)]
 pub(super) struct DetectorStats {
-    /// Time for each frame.
-    pub(super) times: Vec<FrameTime>,
-    /// Times from the frame to the bytes for the board, milliseconds.
-    pub(super) path_times: Vec<f64>,
-    /// Times for a repeated frame, milliseconds.
-    pub(super) tracking_times: Vec<f64>,
-    /// Number of times that belong to earlier scenes.
-    earlier: TimeCounts,
+    /// Measurements in the present scene.
+    present: SceneStats,
+    /// Times in the scenes before.
+    times: Times,
+    /// Squared Mahalanobis distances in the scenes before.
+    normalised: Vec<f64>,
     /// Times of each scene, milliseconds.
     scene_times: Vec<SceneTimes>,
     scenes: Vec<SceneReport>,
+}
+
+/// Measurements in one scene.
+#[derive(Debug, Default)]
+struct SceneStats {
+    times: Times,
     frames: usize,
     balls: usize,
     false_alarms: usize,
@@ -28,16 +32,17 @@ pub(super) struct DetectorStats {
     positions: Vec<f64>,
     /// Squared Mahalanobis distances of those positions.
     normalised: Vec<f64>,
-    /// Squared Mahalanobis distances in all scenes.
-    all_normalised: Vec<f64>,
 }
 
-/// Numbers of times.
+/// Times of a detector.
 #[derive(Debug, Default)]
-struct TimeCounts {
-    searching: usize,
-    path: usize,
-    tracking: usize,
+pub(super) struct Times {
+    /// Time for each frame.
+    pub(super) searching: Vec<FrameTime>,
+    /// Times from the frame to the bytes for the board, milliseconds.
+    pub(super) path: Vec<f64>,
+    /// Times for a repeated frame, milliseconds.
+    pub(super) tracking: Vec<f64>,
 }
 
 /// Time of a detector for one frame.
@@ -50,69 +55,61 @@ pub(super) struct FrameTime {
 }
 
 impl DetectorStats {
-    /// Starts a scene.
-    pub(super) fn begin_scene(&mut self) {
-        (self.frames, self.balls, self.false_alarms) = (0, 0, 0);
-        self.errors.clear();
-        self.positions.clear();
-        self.normalised.clear();
+    /// Returns the times in the present scene, to add further ones.
+    pub(super) fn times(&mut self) -> &mut Times {
+        &mut self.present.times
     }
 
     /// Adds a frame and its detection.
     pub(super) fn add(&mut self, frame: &LabelledFrame, found: Option<BallObservation>) {
-        self.frames += 1;
-        self.balls += usize::from(frame.ball.is_some());
+        let scene = &mut self.present;
+        scene.frames += 1;
+        scene.balls += usize::from(frame.ball.is_some());
         let Some(BallObservation { circle, position, .. }) = found else { return };
         let error = |ball: &GroundTruth| (circle.u - ball.u).hypot(circle.v - ball.v);
         let Some(ball) = frame.ball.filter(|ball| error(ball) <= ball.radius / 2.0) else {
-            self.false_alarms += 1;
+            scene.false_alarms += 1;
             return;
         };
-        self.errors.push(error(&ball));
+        scene.errors.push(error(&ball));
         if let Some(position) = position {
             let off = position.mean - ball.centre;
-            self.positions.push(1e3 * off.norm());
+            scene.positions.push(1e3 * off.norm());
             let inverse = position.covariance.try_inverse();
-            self.normalised.extend(inverse.map(|inverse| off.dot(&(inverse * off))));
+            scene.normalised.extend(inverse.map(|inverse| off.dot(&(inverse * off))));
         }
     }
 
     /// Ends a scene and stores its report.
     pub(super) fn end_scene(&mut self, scene: &'static str, group: Option<FrameGroup>) {
-        self.end_scene_times(scene);
+        let mut ended = std::mem::take(&mut self.present);
+        let times = &mut ended.times;
+        let mut searching: Vec<f64> = times.searching.iter().map(|time| time.ms).collect();
+        self.scene_times.push(SceneTimes {
+            scene,
+            ratio: percentile(&mut searching, 0.5).unwrap_or(0.0),
+            tracking_ratio: percentile(&mut times.tracking, 0.5),
+            path_p99_ratio: percentile(&mut times.path, 0.99).unwrap_or(0.0),
+        });
         self.scenes.push(SceneReport {
             scene,
             group,
-            frames: self.frames,
-            balls: self.balls,
-            hits: self.errors.len(),
-            false_alarms: self.false_alarms,
-            error_median_px: percentile(&mut self.errors, 0.5),
-            error_p95_px: percentile(&mut self.errors, 0.95),
-            located: self.positions.len(),
-            position_median_mm: percentile(&mut self.positions, 0.5),
-            position_p95_mm: percentile(&mut self.positions, 0.95),
-            consistency: mean(&self.normalised),
-            consistency_p95: percentile(&mut self.normalised, 0.95),
+            frames: ended.frames,
+            balls: ended.balls,
+            hits: ended.errors.len(),
+            false_alarms: ended.false_alarms,
+            error_median_px: percentile(&mut ended.errors, 0.5),
+            error_p95_px: percentile(&mut ended.errors, 0.95),
+            located: ended.positions.len(),
+            position_median_mm: percentile(&mut ended.positions, 0.5),
+            position_p95_mm: percentile(&mut ended.positions, 0.95),
+            consistency: mean(&ended.normalised),
+            consistency_p95: percentile(&mut ended.normalised, 0.95),
         });
-        self.all_normalised.append(&mut self.normalised);
-    }
-
-    /// Stores the times of a scene, milliseconds.
-    fn end_scene_times(&mut self, scene: &'static str) {
-        let TimeCounts { searching, path, tracking } = self.earlier;
-        let mut times: Vec<f64> = self.times[searching..].iter().map(|time| time.ms).collect();
-        self.scene_times.push(SceneTimes {
-            scene,
-            ratio: percentile(&mut times, 0.5).unwrap_or(0.0),
-            tracking_ratio: percentile(&mut self.tracking_times[tracking..], 0.5),
-            path_p99_ratio: percentile(&mut self.path_times[path..], 0.99).unwrap_or(0.0),
-        });
-        self.earlier = TimeCounts {
-            searching: self.times.len(),
-            path: self.path_times.len(),
-            tracking: self.tracking_times.len(),
-        };
+        self.times.searching.append(&mut ended.times.searching);
+        self.times.path.append(&mut ended.times.path);
+        self.times.tracking.append(&mut ended.times.tracking);
+        self.normalised.append(&mut ended.normalised);
     }
 
     /// Returns the sums of the scenes of a group; `None` if there are none.
@@ -136,12 +133,13 @@ impl DetectorStats {
     /// Returns the report of all scenes. `reference_ms` is the time of the reference, milliseconds.
     pub(super) fn report(mut self, name: &'static str, reference_ms: f64) -> DetectorReport {
         let median = |ball: Option<bool>| {
-            let wanted = self.times.iter().filter(|time| ball.is_none_or(|ball| ball == time.ball));
+            let wanted = self.times.searching.iter();
+            let wanted = wanted.filter(|time| ball.is_none_or(|ball| ball == time.ball));
             percentile(&mut wanted.map(|time| time.ms).collect::<Vec<_>>(), 0.5)
         };
         let (median_ms, empty_ms) = (median(None).unwrap_or(0.0), median(Some(false)));
         let ratio = |ms: f64| ms / reference_ms.max(1e-9);
-        let tracking_ms = percentile(&mut self.tracking_times, 0.5).unwrap_or(0.0);
+        let tracking_ms = percentile(&mut self.times.tracking, 0.5).unwrap_or(0.0);
         let times: Vec<SceneTimes> = self
             .scene_times
             .iter()
@@ -162,9 +160,9 @@ impl DetectorStats {
             ratio: ratio(median_ms),
             empty_ratio: empty_ms.map(ratio),
             slowest: slowest.map(|slowest| (slowest.scene, slowest.ratio)),
-            path_p99_ms: percentile(&mut self.path_times, 0.99).unwrap_or(0.0),
+            path_p99_ms: percentile(&mut self.times.path, 0.99).unwrap_or(0.0),
             tracking_ratio: ratio(tracking_ms),
-            consistency: mean(&self.all_normalised),
+            consistency: mean(&self.normalised),
             hit_rate: hits as f64 / balls.max(1) as f64,
             false_alarms,
             groups: FrameGroup::ALL.iter().filter_map(|&group| self.group(group)).collect(),

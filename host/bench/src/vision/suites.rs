@@ -75,11 +75,14 @@ fn scenes(
     Ok(())
 }
 
+/// Number of balls composited into recorded frames of the suite `scenes`.
+const RECORDED_BALLS: usize = 60;
+
 /// Returns the number of frames of a kind of scene.
 fn count(kind: &SceneKind, options: &VisionOptions) -> usize {
     match kind.ball {
         false => options.empty,
-        true if kind.backdrop == Backdrop::Recorded => options.recorded_balls,
+        true if kind.backdrop == Backdrop::Recorded => RECORDED_BALLS,
         true => options.frames,
     }
 }

@@ -1,11 +1,11 @@
 //! Tests of the guard: numbers of RTPS 2.5, and the bounds of the guard.
 
+mod forged;
+
 use std::time::{Duration, Instant};
 
-use super::forged::{
-    self, EVERY_READER, Fragment, PARTICIPANT_READER, PARTICIPANTS, PUBLISHERS, WRITER,
-};
 use super::guard::{Guard, MAX_PARTICIPANTS, Refusal};
+use forged::{EVERY_READER, Fragment, PARTICIPANT_READER, PARTICIPANTS, PUBLISHERS, WRITER};
 
 const MEGABYTE: u32 = 1 << 20;
 
