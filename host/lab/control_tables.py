@@ -203,7 +203,7 @@ TABLES = [
         "Circle, square, figure of eight and spline at four speeds;\n"
         "[the measures](method.md#paths).",
         50,
-        "taut,adaptive,sign,broyden,model-5,model-10,oracle",
+        "taut,adaptive,sign,broyden,model-5,model-10",
         "path,path-elastic",
         render=along_paths,
     ),

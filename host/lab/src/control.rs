@@ -60,11 +60,11 @@ pub(crate) struct Args {
 
 /// Deviations of the laws from paths at 2, 5, 10 and 20 cm/s on simulated rigs
 ///
-/// Suites: path (rigid cables), path-elastic (800 and 150 N/m in turn). With the laws, broyden, the
-/// models and oracle of `plumb-lab control`.
+/// Suites: path (rigid cables), path-elastic (800 and 150 N/m in turn). With the laws, broyden and
+/// the models of `plumb-lab control`.
 #[derive(Parser)]
 #[command(after_help = "Example:
-  plumb-lab paths --suite path,path-elastic --rigs 20 --law taut,oracle")]
+  plumb-lab paths --suite path,path-elastic --rigs 20 --law taut,broyden")]
 pub(crate) struct PathsArgs {
     /// Suite; several with commas, or given more than once
     #[arg(long, default_value = "path", value_delimiter = ',')]
@@ -117,7 +117,7 @@ pub(crate) fn main(args: &Args) -> Result<(), Failure> {
 
 pub(crate) fn paths(args: &PathsArgs) -> Result<(), Failure> {
     let controllers = args.runs.controllers()?;
-    if let Some(other) = controllers.iter().find(|controller| !controller.can_follow()) {
+    if let Some(other) = controllers.iter().find(|controller| !controller.can_go_on()) {
         return Err(bad_input(format!("{other} cannot follow a path: leave it out of --law")));
     }
     args.suite.iter().try_for_each(|suite| bench_paths(*suite, &controllers, args))

@@ -69,13 +69,8 @@ impl ControllerKind {
         }
     }
 
-    /// Returns whether the controller can follow a path.
-    #[must_use]
-    pub const fn can_follow(&self) -> bool {
-        !matches!(self, Self::Reference)
-    }
-
-    /// Returns whether the controller can drive to a further target.
+    /// Returns whether the controller can drive to a further target, and along a path: it plays no
+    /// plan.
     #[must_use]
     pub const fn can_go_on(&self) -> bool {
         !matches!(self, Self::Oracle | Self::Reference)

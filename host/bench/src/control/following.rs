@@ -8,7 +8,6 @@ mod course;
 mod deviation;
 mod follower;
 mod law_follower;
-mod open_loop;
 mod report;
 mod simulate;
 
@@ -25,7 +24,6 @@ use board_follower::BoardFollower;
 use course::{Course, SHAPES, SPEEDS_M_S, place};
 use follower::CourseFollower;
 use law_follower::LawFollower;
-use open_loop::OpenLoop;
 use report::Run;
 use simulate::Outcome;
 
@@ -149,10 +147,7 @@ fn build<'a>(
             let model = controller::model(*percent, conditions, task, id)?;
             Box::new(LawFollower::new(model, course))
         }
-        ControllerKind::Oracle => {
-            Box::new(OpenLoop::new(course, task.geometry, conditions.elasticity(id)))
-        }
-        ControllerKind::Reference => {
+        ControllerKind::Oracle | ControllerKind::Reference => {
             let why = "cannot follow a path: choose another controller";
             return Err(BenchError::Unsuitable { controller: kind.to_string(), why });
         }

@@ -30,16 +30,6 @@ fn the_baselines_follow_with_feed_forward() {
 }
 
 #[test]
-fn the_oracle_stays_on_its_path_and_only_the_motors_slow_it_down() {
-    for suite in PathSuite::ALL {
-        for report in quick("oracle", suite, 3) {
-            assert!(report.lost == 0 && report.rms_mm.p90 < 0.1, "{report}");
-            assert!(report.slack == 0.0 && report.kept > 0.99, "{report}");
-        }
-    }
-}
-
-#[test]
 fn same_seed_gives_same_reports() {
     let run = || quick("sign", PathSuite::Rigid, 1);
     assert_eq!(run(), run());
@@ -56,7 +46,7 @@ fn every_path_suite_is_parsed_from_its_name() {
 
 #[test]
 fn a_controller_that_cannot_follow_is_refused() {
-    for kind in ControllerKind::all().iter().filter(|kind| !kind.can_follow()) {
+    for kind in ControllerKind::all().iter().filter(|kind| !kind.can_go_on()) {
         let refused = follow_paths(kind, PathSuite::Rigid, 0..1, 1, &mut |_| ());
         assert!(matches!(refused, Err(BenchError::Unsuitable { .. })), "{kind}");
     }
@@ -65,7 +55,7 @@ fn a_controller_that_cannot_follow_is_refused() {
 /// The JSON is an interface for other programs.
 #[test]
 fn json_has_these_fields_and_no_others() {
-    let report = quick("oracle", PathSuite::Rigid, 1).remove(0);
+    let report = quick("broyden", PathSuite::Rigid, 1).remove(0);
     let json: serde_json::Value = serde_json::to_value(&report).unwrap();
     let mut found: Vec<_> = json.as_object().unwrap().keys().map(String::as_str).collect();
     found.sort_unstable();
