@@ -31,8 +31,10 @@ const NUMBERS: [&str; 9] = ["0", "-1", "1e-300", "1e308", "-1e308", "nan", "inf"
 #[test]
 fn no_number_breaks_a_start() {
     for (command, options) in [
-        ("control --law interval", &["--gamma", "--mean", "--first-rig", "--targets"][..]),
-        ("paths --law broyden", &["--seed"]),
+        (
+            "control --law interval",
+            &["--gamma", "--mean", "--first-rig", "--seed", "--targets"][..],
+        ),
         ("verify --cells 10", &["--tolerance", "--lambda"]),
         ("verify --cells 10", &["--depth=0.5,", "--width=0.5,", "--apex=0.1,", "--below=0.1,"]),
     ] {
