@@ -80,9 +80,6 @@ fn hits_and_false_alarms_are_counted_where_they_are() {
     assert_eq!(report.detectors[0].consistency, None);
     let names: Vec<_> = report.detectors.iter().map(|detector| detector.name).collect();
     assert_eq!(names, ["blind", "redness"]);
-    // Red is red for a tutorial too, but red things are as well.
-    assert_eq!(scene(&report, 3, "clean").hits, 3);
-    assert!(scene(&report, 3, "no ball: red things").false_alarms > 0);
     for name in ["clean", "white wall behind", "white ball beside it"] {
         let clean = scene(&report, 1, name);
         assert_eq!(
