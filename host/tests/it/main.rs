@@ -31,6 +31,8 @@ mod program;
 mod record;
 mod replay;
 mod report;
+// `stacks` has it with the whole program.
+#[cfg(not(feature = "full"))]
 mod session;
 mod signals;
 mod stream;
