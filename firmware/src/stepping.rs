@@ -311,6 +311,7 @@ impl Stepping {
         self.generator.connect(&wiring.pins);
         self.enable.connect(&wiring.pins);
         restart::keep_hats(matches!(wiring.drivers, Drivers::MotorHats(_)));
+        driver_event::clear();
         tmc2209::begin(wiring, microsteps);
         match wiring.drivers {
             Drivers::StepDir(_) => {}

@@ -17,10 +17,9 @@ pub(crate) fn wiring_in_force() -> u32 {
     WIRING.load(Ordering::Relaxed)
 }
 
-/// Ends the wiring in force, and drops an event of its drivers. Returns the number of the next one.
-#[cold]
+/// Ends the wiring in force. Returns the number of the next one.
+#[inline(always)]
 pub(crate) fn begin_wiring() -> u32 {
-    critical_section::with(|cs| EVENT.borrow(cs).set(None));
     // Only the stepping interrupt, which calls this, changes the number.
     let number = WIRING.load(Ordering::Relaxed).wrapping_add(1);
     WIRING.store(number, Ordering::Relaxed);
@@ -36,6 +35,12 @@ pub(crate) fn report(number: u32, event: Event) {
             EVENT.borrow(cs).set(Some(event));
         }
     });
+}
+
+/// Drops the event.
+#[inline(always)]
+pub(super) fn clear() {
+    critical_section::with(|cs| EVENT.borrow(cs).set(None));
 }
 
 /// Takes the event.
