@@ -11,7 +11,7 @@ use serde_json::json;
 use crate::cli::exit::{Exit, Failure, Work};
 use crate::cli::port_args::BoardArgs;
 use crate::cli::print;
-use crate::session::connection::connect;
+use crate::session::connection::RigBoard;
 
 /// Ask the board for its state, store a configuration in it, or write new firmware to it
 #[derive(Parser)]
@@ -72,7 +72,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
 
 fn save(args: BoardArgs) -> Result<Work, Failure> {
     let (file, rig) = args.rig.read()?;
-    let mut link = connect(&file, &rig, &args.port, false)?;
+    let mut link = RigBoard { file: &file, rig: &rig, port: &args.port }.connect(false)?;
     Ok(Box::new(move || {
         link.save()?;
         let port = link.port();

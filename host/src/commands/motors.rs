@@ -15,7 +15,7 @@ use plumb_runtime::rig::{BoardPort, Driver};
 use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::port_args::BoardArgs;
 use crate::commands::board::status::report;
-use crate::session::connection::connect;
+use crate::session::connection::RigBoard;
 
 pub(crate) use jog::{JogArgs, jog};
 
@@ -115,7 +115,7 @@ pub(crate) fn home(args: HomeArgs) -> Result<Work, Failure> {
     let BoardArgs { rig, port, json } = args.board;
     let (file, rig) = rig.read()?;
     port.note(&file, &rig);
-    let link = connect(&file, &rig, &port, true)?;
+    let link = RigBoard { file: &file, rig: &rig, port: &port }.connect(true)?;
     Ok(Box::new(move || {
         serve(link, json, |link| {
             link.home()?;

@@ -16,10 +16,10 @@ use crate::cli::choices::{Physics, law};
 use crate::cli::exit::{Failure, Work, failed};
 use crate::cli::interrupt::{interrupt_flag, interrupted_before};
 use crate::cli::port_args::PortArgs;
-use crate::cli::rig_path::{RigArg, rig_option};
+use crate::cli::rig_path::RigArg;
 use crate::cli::{numbers, print};
 use crate::session::camera::{RunCamera, chosen_source, read_camera};
-use crate::session::connection::explained;
+use crate::session::connection::RigBoard;
 use crate::session::goal::Goal;
 use crate::session::options::RunOptions;
 use crate::session::real_time::RealTime;
@@ -126,7 +126,7 @@ pub(super) fn drive(
     output_dir.check()?;
     let transport = options.port.open(&rig)?;
     let interrupted = interrupt_flag(true)?;
-    let clear = format!("plumb clear{}{}", rig_option(file), options.port);
+    let clear = RigBoard { file, rig: &rig, port: &options.port }.command("clear");
     let overflow = Overflow::Drop;
     let task = Task { rig, camera_text, goal, output_dir, overflow, clear };
     let mut session = Session::prepare(task, &camera, &options.run)?;
@@ -134,14 +134,15 @@ pub(super) fn drive(
     if !is_simulated && !transport.is_pseudo_terminal() {
         note!("{}", RealTime::ask());
     }
-    let mut run = session.connect(transport).map_err(|error| match error {
-        RunError::Connect(error) => explained(error, file, &options.port, false),
+    let connected = session.connect(transport);
+    let board = RigBoard { file, rig: &session.task.rig, port: &options.port };
+    let mut run = connected.map_err(|error| match error {
+        RunError::Connect(error) => board.explained(error, false),
         error => error.into(),
     })?;
     let motors = run.motors()?;
-    let parts = (file, &session.task.rig, &options.port);
     let physics = options.physics.unwrap_or(Physics::QuasiStatic);
-    let camera = RunCamera::open_beside_board(parts, camera, session.oni(), physics, motors)?;
+    let camera = RunCamera::open_beside_board(board, camera, session.oni(), physics, motors)?;
     Ok(Box::new(move || {
         camera.check_ball(&session.task.rig, motors)?;
         if interrupted.load(Ordering::Relaxed) {

@@ -20,8 +20,7 @@ use plumb_vision::camera::Camera;
 use crate::cli::choices::Physics;
 use crate::cli::exit::{Failure, failed};
 use crate::cli::interrupt::DefaultSignals;
-use crate::cli::port_args::PortArgs;
-use crate::session::connection::without_simulation;
+use crate::session::connection::RigBoard;
 use crate::session::ros2::open_camera;
 
 /// Reads the camera file of `rig` of `file`. Returns its text too.
@@ -76,20 +75,19 @@ impl RunCamera {
         Self { source, camera, oni: None, follower: None }
     }
 
-    /// Opens the camera of `rig` of `file`, whose board is at `port` with its motors at `motors`
-    /// (full steps from the zero of travel). A device also records to the file `oni`.
+    /// Opens the camera of the rig of `board`, whose motors are at `motors` (full steps from the
+    /// zero of travel). A device also records to the file `oni`.
     pub(crate) fn open_beside_board(
-        (file, rig, port): (&Path, &Rig, &PortArgs),
+        board: RigBoard<'_>,
         camera: Camera,
         oni: Option<PathBuf>,
         physics: Physics,
         motors: [f64; 3],
     ) -> Result<Self, Failure> {
-        if chosen_source(file, rig)? == SourceName::Simulated {
-            return Self::simulated(rig, camera, physics, motors);
+        if chosen_source(board.file, board.rig)? == SourceName::Simulated {
+            return Self::simulated(board.rig, camera, physics, motors);
         }
-        let advice = without_simulation(file, rig, port);
-        Self::open(rig, camera, oni, advice.as_deref())
+        Self::open(board.rig, camera, oni, board.without_simulation().as_deref())
     }
 
     /// Opens the camera of `rig`, whose camera file describes `camera`. A device also records to

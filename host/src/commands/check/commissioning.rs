@@ -20,7 +20,7 @@ use crate::cli::exit::{Failure, failed};
 use crate::cli::interrupt::{interrupt_flag, interrupted_before};
 use crate::cli::old_file::{OldFile, ask};
 use crate::session::camera::{RunCamera, read_camera};
-use crate::session::connection::{check_state, configured};
+use crate::session::connection::RigBoard;
 
 /// Result of the jogs.
 pub(super) struct Jogged {
@@ -45,9 +45,10 @@ pub(super) fn prepare(args: &Args, file: PathBuf) -> Result<Jogs, Failure> {
     }
     let (_, camera) = read_camera(&file, &rig)?;
     args.port.note(&file, &rig);
+    let board = RigBoard { file: &file, rig: &rig, port: &args.port };
     if !args.yes {
         // A board that cannot be configured makes the question needless.
-        check_state(&file, &rig, &args.port)?;
+        board.check_state()?;
         if !ask(words::QUESTION)? {
             let no = "nothing has moved: the check goes on after a yes only";
             return Ok(Box::new(move |_| Err(failed(no))));
@@ -57,10 +58,9 @@ pub(super) fn prepare(args: &Args, file: PathBuf) -> Result<Jogs, Failure> {
     let interrupted = interrupt_flag(true)?;
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
-    let mut link = configured(&file, &rig, &args.port, port, false)?;
+    let mut link = board.configured(port, false)?;
     let motors = BoardReport::from(&link.status()?).motors;
-    let parts = (&*file, &rig, &args.port);
-    let camera = RunCamera::open_beside_board(parts, camera, None, args.physics, motors)?;
+    let camera = RunCamera::open_beside_board(board, camera, None, args.physics, motors)?;
     Ok(Box::new(move |args| {
         camera.check_ball(&rig, motors)?;
         let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;

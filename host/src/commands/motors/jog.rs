@@ -21,7 +21,7 @@ use crate::cli::port_args::PortArgs;
 use crate::cli::rig_path::RigArg;
 use crate::cli::{numbers, print};
 use crate::commands::board::status;
-use crate::session::connection::{connect, explained};
+use crate::session::connection::RigBoard;
 
 /// Interval of the requests for the state during a jog: below the shortest usual deadline of the
 /// board for a silent host, 300 ms.
@@ -87,15 +87,16 @@ pub(crate) fn jog(args: JogArgs) -> Result<Work, Failure> {
         dialogue::check_terminal()?;
     }
     args.port.note(&file, &rig);
-    let mut link = connect(&file, &rig, &args.port, false)?;
+    let mut link = RigBoard { file: &file, rig: &rig, port: &args.port }.connect(false)?;
     Ok(Box::new(move || {
+        let board = RigBoard { file: &file, rig: &rig, port: &args.port };
         let interrupted = interrupt_flag(true)?;
         let telemetry = match wanted {
             Some(wanted) => turn(&mut link, &wanted, rate, &interrupted)?,
             None => dialogue::run(&mut link, &rig, rate, &interrupted)?,
         };
         if let State::Fault(fault) = telemetry.state {
-            return Err(explained(LinkError::Fault(fault), &file, &args.port, false));
+            return Err(board.explained(LinkError::Fault(fault), false));
         }
         let report = BoardReport::from(&telemetry);
         let [a, b, c] = report.motors;
