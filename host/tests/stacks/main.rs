@@ -2,6 +2,7 @@
 //! Python's MCAP, MuJoCo. `make test-all` runs them.
 
 #[path = "../it/common.rs"]
+#[allow(dead_code, reason = "the program `it` uses the rest")]
 mod common;
 // With the options of the whole program.
 #[path = "../it/control_characters.rs"]

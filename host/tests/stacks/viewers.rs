@@ -11,7 +11,8 @@ use std::process::{Command, Output, Stdio};
 use nix::sys::signal::Signal;
 
 use crate::common::{
-    Emulator, folder, json, limited, patient, plumb, program, rig_file, send, stderr, until_rows,
+    Emulator, folder, json, limited, patient, plumb, program, rig_file, rigs, send, stderr,
+    until_rows,
 };
 
 fn repository() -> PathBuf {
