@@ -14,8 +14,8 @@ from mcap.decoder import DecoderFactory as AnyDecoderFactory
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-# Both have the same digits.
-NEAR = 1e-9
+# Records have micrometres; the scene has all digits.
+NEAR = 1e-6
 
 
 class JsonDecoderFactory(AnyDecoderFactory):
