@@ -103,7 +103,7 @@ impl RunLog {
         let written = self.write_summary(summary);
         let samples = self.samples.to_vec();
         let drawn = draw(&self.path, &samples, &self.settings, write_new);
-        written.and(drawn.into_iter().try_for_each(|figure| figure.map(drop)))
+        written.and_then(|()| drawn.into_iter().try_for_each(|figure| figure.map(drop)))
     }
 
     fn write_summary<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunLogError> {

@@ -100,8 +100,8 @@ pub struct ReplayOutcome {
 }
 
 /// Runs `detector` over the frames of `source` until it ends. Writes a row for each frame to `out`
-/// and flushes it, and images of the detector's stages to `debug`. Problems with single frames go to
-/// `report`. Calls `progress` after each row with the counts so far.
+/// and flushes it, and images of the detector's stages to `debug`. Problems with single frames go
+/// to `report`. Calls `progress` after each row with the counts so far.
 ///
 /// # Errors
 /// Returns an error if `out` or the images cannot be written.

@@ -92,8 +92,9 @@ export class Controls {
   }
 
   /**
-   * Enables the controls that make sense with the board's telemetry, which is null if it is unknown,
-   * and with the Stop in force, which is null if there is none; all are off if not `enabled`.
+   * Enables the controls that make sense with the board's telemetry, which is null if it is
+   * unknown, and with the Stop in force, which is null if there is none; all are off if not
+   * `enabled`.
    */
   update(enabled, telemetry, stop) {
     this.#isEnabled = enabled;

@@ -151,7 +151,8 @@ function showValues() {
     list.map((value) => value.toFixed(digits).padStart(digits + 4)).join(" ");
   const millimetres = (metres) => (1e3 * metres).toFixed(1);
   const last = history.samples.at(-1);
-  byId("ball").textContent = observation?.position_m ? numbers(3)(observation.position_m) : "not seen";
+  const position = observation?.position_m;
+  byId("ball").textContent = position ? numbers(3)(position) : "not seen";
   byId("error").textContent = known(last?.error_m, millimetres);
   byId("filtered").textContent = known(telemetry?.filtered_error_m, millimetres);
   byId("pace").textContent = typeof observation?.path_pace === "number"

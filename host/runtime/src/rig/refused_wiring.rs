@@ -7,7 +7,8 @@ use plumb_protocol::wiring::{Line, PinError, Wiring, WiringError};
 use super::motors::{Driver, Motors};
 use super::quantity::OutOfRange;
 
-/// Returns the refusal of the wiring of a rig with these `motors` for `error`, with the key that it follows from.
+/// Returns the refusal of the wiring of a rig with these `motors` for `error`, with the key that it
+/// follows from.
 pub(super) fn refusal(motors: &Motors, wiring: &Wiring, error: WiringError) -> OutOfRange {
     let (key, why) = match error {
         WiringError::Board => ("board.kind", "names a board that this one is not".to_owned()),
