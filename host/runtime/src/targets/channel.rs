@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Arrivals, LeftOut, MAX_AGE_S, SourceEnd, TargetSource, TimedTarget};
+use super::intake::MAX_AGE_S;
+use super::source::{Arrivals, LeftOut, MotionId, SourceEnd, TargetSource, TimedTarget};
 
 /// Number of targets that may wait: those of a second at 250 Hz. Newer ones replace the oldest.
 pub const MAX_WAITING: usize = 250;
@@ -15,11 +16,6 @@ pub const MAX_WAITING: usize = 250;
 /// Number of messages about lines that are told in a run, and of those about senders. The others
 /// are only counted.
 const MAX_PROBLEMS: u32 = 10;
-
-/// Number of a motion: targets that belong together, such as those of one program or one gesture.
-/// The run follows the newest motion. A Stop ends those that were begun before it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub struct MotionId(u64);
 
 /// Sender of targets. Clones send to the same run.
 #[derive(Debug, Clone)]

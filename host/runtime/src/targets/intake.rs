@@ -8,8 +8,8 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_frame::clock::SenderClock;
 use thiserror::Error;
 
-use super::LeftOut;
 use super::line::{LineMistake, TargetLine};
+use super::source::LeftOut;
 
 /// Greatest age of a target when it comes, seconds. An older one is left out.
 pub const MAX_AGE_S: f64 = 0.5;

@@ -14,12 +14,12 @@ use plumb_config::bounded_read::{LineError, read_line};
 use thiserror::Error;
 use tracing::{debug, info};
 
-use super::SourceEnd;
-use super::channel::{MotionId, TargetSender};
+use super::channel::TargetSender;
 use super::intake::{
     Beginning, LineIntake, MAX_SKIPPED_BYTES, Omission, OmissionKind, SenderFault,
 };
 use super::line::{MAX_LINE_BYTES, TargetLine};
+use super::source::{MotionId, SourceEnd};
 
 /// Longest time for which the thread does not notice that it is to end.
 const REACTION: Duration = Duration::from_millis(50);
