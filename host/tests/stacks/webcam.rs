@@ -79,7 +79,7 @@ fn a_video_file_is_replayed_without_depth() {
     let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let heads = lines.next().unwrap();
     let column = |name: &str| heads.iter().position(|head| *head == name).unwrap();
-    let axes = ["x", "y", "z"].map(column);
+    let axes = ["position_m_x", "position_m_y", "position_m_z"].map(column);
     let truth = camera.pose * centre;
     for row in lines.take(COUNT) {
         let found = Point3::from(axes.map(|column| row[column].parse::<f64>().unwrap()));
