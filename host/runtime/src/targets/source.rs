@@ -28,8 +28,8 @@ pub struct LeftOut {
     pub unreadable: u64,
     /// Targets that were told after newer ones.
     pub out_of_order: u64,
-    /// Targets that were older than [`MAX_AGE_S`](super::MAX_AGE_S) when they came, or whose time is
-    /// unknown.
+    /// Targets that were older than [`MAX_AGE_S`](super::MAX_AGE_S) when they came, or whose time
+    /// is unknown.
     pub late: u64,
     /// Targets that newer ones replaced before the control loop took them.
     pub skipped: u64,
