@@ -2,7 +2,7 @@
 //!
 //! The crate knows the subprotocol by its newer names only. Older viewers ask for
 //! `foxglove.websocket.v1`, which has the same messages. The front renames it in the handshake, and
-//! back in the answer. Everything else is copied as it is.
+//! back in the answer. It changes nothing else.
 
 use std::io;
 use std::net::{self, SocketAddr};

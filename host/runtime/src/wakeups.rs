@@ -64,12 +64,17 @@ pub struct WakeupCheck {
 impl WakeupCheck {
     /// Sleeps 50 times for 20 ms and measures how late the program wakes.
     pub fn measure() -> Self {
-        let latest = (0..WAKEUPS).map(|_| {
+        Self::of(|| {
             let begin = Instant::now();
             thread::sleep(SLEEP);
-            begin.elapsed().saturating_sub(SLEEP)
-        });
-        Self { count: WAKEUPS, latest: latest.max().unwrap_or_default() }
+            begin.elapsed()
+        })
+    }
+
+    /// Measures with sleeps that last as long as `sleep` returns.
+    fn of(mut sleep: impl FnMut() -> Duration) -> Self {
+        let latest = (0..WAKEUPS).map(|_| sleep().saturating_sub(SLEEP)).max();
+        Self { count: WAKEUPS, latest: latest.unwrap_or_default() }
     }
 
     /// Returns whether the computer is overloaded.
@@ -99,8 +104,16 @@ impl fmt::Display for WakeupCheck {
 mod tests {
     use super::*;
 
+    /// Returns the measurement on a computer that is late for every tenth sleep.
     fn measured(lateness_ms: u64) -> WakeupCheck {
-        WakeupCheck { count: WAKEUPS, latest: Duration::from_millis(lateness_ms) }
+        let lateness = Duration::from_millis(lateness_ms);
+        let mut sleeps = 0_u32;
+        let check = WakeupCheck::of(|| {
+            sleeps += 1;
+            SLEEP + if sleeps.is_multiple_of(10) { lateness } else { Duration::ZERO }
+        });
+        assert_eq!((check.latest, check.count, sleeps), (lateness, 50, 50));
+        check
     }
 
     #[test]
