@@ -11,6 +11,7 @@ pub(crate) mod home_folder;
 pub(crate) mod interrupt;
 pub(crate) mod numbers;
 pub(crate) mod old_file;
+pub(crate) mod port;
 pub(crate) mod port_args;
 pub(crate) mod rig_path;
 pub(crate) mod verbose;

@@ -17,7 +17,7 @@ pub(crate) mod viewers;
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use plumb_cameras::record::{Overflow, RecordError, RecordFolder};
 use plumb_frame::source::CameraSource;
@@ -130,7 +130,7 @@ impl Session {
         observer: Option<&mut dyn Observer>,
         interrupted: &AtomicBool,
     ) -> Result<EndedSession, Failure> {
-        let RunCamera { mut source, camera, oni, mut follower } = camera;
+        let RunCamera { mut source, camera, oni, mut follower, is_paced } = camera;
         let recorder = self.recorder(&camera)?;
         let mut detector = choices::detector(self.detector, &camera);
         if let Goal::PresentPlace = self.task.goal {
@@ -150,6 +150,7 @@ impl Session {
         observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
         observers.extend(self.page.as_mut().map(|page| page as &mut dyn Observer));
         observers.extend(self.ros2.as_mut().map(|ros2| ros2 as &mut dyn Observer));
+        let (begin, taken) = (Instant::now(), source.now());
         let result = run.drive(RunParts {
             source: &mut *source,
             detector: &mut *detector,
@@ -158,6 +159,7 @@ impl Session {
             timeout: self.timeout,
             interrupted,
         });
+        let pace = is_paced.then(|| (source.now() - taken) / begin.elapsed().as_secs_f64());
         drop((self.ros2, self.moving));
         // A device ends its own recording.
         drop(source);
@@ -167,7 +169,7 @@ impl Session {
             tell!("plumb: {}: {error}; use the pictures beside it", oni.display());
         }
         let (is_endless, clear) = (self.task.goal.is_endless(), self.task.clear);
-        Ok(EndedSession { result, is_endless, outputs, folder, clear, page: self.page })
+        Ok(EndedSession { result, is_endless, pace, outputs, folder, clear, page: self.page })
     }
 
     /// Begins the recording of the pictures of `camera`, where there is to be one.

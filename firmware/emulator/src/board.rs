@@ -140,6 +140,11 @@ impl EmulatedBoard {
         self.collect();
     }
 
+    /// Returns whether bytes have arrived at the host since the last call of [`read`](Self::read).
+    pub fn has_bytes(&self) -> bool {
+        !self.waiting.is_empty()
+    }
+
     /// Returns the bytes that have arrived at the host since the last call.
     pub fn read(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.waiting)

@@ -13,5 +13,5 @@ pub mod wire;
 
 pub use board::{DriverTrouble, EMULATED, EmulatedBoard, MotorSample};
 pub use harness::{Harness, LawDelay};
-pub use serve::{Served, Terminal, serve};
+pub use serve::{BoardTime, Pace, Reply, Served, Terminal, serve, serve_at};
 pub use wire::Wire;

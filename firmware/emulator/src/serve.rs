@@ -1,31 +1,42 @@
-//! Emulated board in real time, on a pseudo-terminal: a virtual serial port.
+//! Emulated board on a pseudo-terminal, in the time of the computer or of its host.
 
-use std::fs::{File, OpenOptions};
-use std::io::{self, ErrorKind, Read, Write};
-use std::os::fd::OwnedFd;
+mod lead;
+mod pace;
+mod peer;
+mod terminal;
+
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use nix::fcntl::OFlag;
-use nix::pty::{grantpt, posix_openpt, ptsname_r, unlockpt};
-use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 use plumb_core::TICK_US;
 use plumb_protocol::units::Micros;
-use rustix::termios::ioctl_tiocnxcl;
 use thiserror::Error;
 
 use crate::board::EmulatedBoard;
 use crate::plant::RigError;
+use lead::{LeadListener, LeadingHost, Request};
 
-/// Folder at which the file system of the pseudo-terminals is mounted.
-const TERMINALS: &str = "/dev/pts";
+pub use lead::{BoardTime, Reply};
+pub use pace::Pace;
+pub use terminal::Terminal;
 
 /// Largest lag of the board's clock behind real time. Beyond it the board's clock pauses, so that a
 /// busy machine does not look like a silent host.
 const LAG_MAX: Duration = Duration::from_millis(20);
+
+/// Largest lag behind real time of a simulation that waits for its parts: it is made up for as soon
+/// as they are quick again.
+const LED_LAG_MAX: Duration = Duration::from_millis(100);
+
+/// Longest wait for a request of a host.
+const WAIT: Duration = Duration::from_millis(1);
+
+/// Time of the computer between two looks at the clock.
+const SLEEP: Duration = Duration::from_micros(TICK_US as u64);
 
 /// Reason why a served board ended.
 #[derive(Debug, Error)]
@@ -46,18 +57,29 @@ pub struct Served {
     thread: Option<JoinHandle<Result<(), ServeError>>>,
 }
 
-/// Serves `board` on a new pseudo-terminal in real time.
+/// Serves `board` on a new pseudo-terminal in real time, for a host of any kind. One that takes the
+/// board's time ([`BoardTime`]) is waited for.
 ///
 /// # Errors
-/// If the operating system provides no pseudo-terminal or no thread.
+/// If the operating system provides no pseudo-terminal, no socket or no thread.
 pub fn serve(board: EmulatedBoard) -> io::Result<Served> {
+    serve_at(board, 1.0)
+}
+
+/// The same with `speed` seconds of the board in a second of the computer.
+///
+/// # Errors
+/// As [`serve`].
+pub fn serve_at(board: EmulatedBoard, speed: f64) -> io::Result<Served> {
     let terminal = Terminal::open()?;
     let path = terminal.path().to_owned();
+    let listener = LeadListener::open(&path)?;
     let board = Arc::new(Mutex::new(board));
     let stop = Arc::new(AtomicBool::new(false));
     let thread = thread::Builder::new().name("board".into()).spawn({
         let (board, stop) = (Arc::clone(&board), Arc::clone(&stop));
-        move || run(&board, terminal, &stop)
+        let server = Server { board, terminal, listener, pace: Pace::begin(speed), stop };
+        move || server.run()
     })?;
     Ok(Served { board, path, stop, thread: Some(thread) })
 }
@@ -109,170 +131,97 @@ fn lock(board: &Mutex<EmulatedBoard>) -> MutexGuard<'_, EmulatedBoard> {
     board.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Runs the board in real time until `stop` is set, and passes bytes between it and the terminal.
-fn run(
-    board: &Mutex<EmulatedBoard>,
-    mut terminal: Terminal,
-    stop: &AtomicBool,
-) -> Result<(), ServeError> {
-    let mut buffer = [0; 4096];
-    let mut last = Instant::now();
-    let mut behind = Duration::ZERO;
-    while !stop.load(Ordering::Relaxed) {
-        let now = Instant::now();
-        behind = (behind + (now - last)).min(LAG_MAX);
-        last = now;
-        let arrived = terminal.read(&mut buffer)?;
-        let sent = {
-            let mut board = lock(board);
-            board.write(&buffer[..arrived]);
+/// The thread of a served board.
+struct Server {
+    board: Arc<Mutex<EmulatedBoard>>,
+    terminal: Terminal,
+    listener: LeadListener,
+    pace: Pace,
+    stop: Arc<AtomicBool>,
+}
+
+impl Server {
+    /// Runs the board until it is stopped.
+    fn run(mut self) -> Result<(), ServeError> {
+        let mut host = None;
+        while !self.stop.load(Ordering::Relaxed) {
+            match &mut host {
+                None => {
+                    self.run_freely()?;
+                    host = self.listener.accept()?;
+                    if host.is_some() {
+                        // What an earlier host left unread.
+                        lock(&self.board).read();
+                    }
+                }
+                Some(leading) => {
+                    if !self.serve(leading)? {
+                        host = None;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Serves the host that has the board's time. Returns whether it is still there.
+    fn serve(&mut self, host: &mut LeadingHost) -> Result<bool, ServeError> {
+        match host.request(WAIT) {
+            Ok(Some(request)) => {
+                let reply = self.run_for(&request)?;
+                Ok(host.answer(&reply).is_ok())
+            }
+            Ok(None) if host.is_awaited() => Ok(true),
+            // Its bytes wait for it.
+            Ok(None) => self.advance(&[]).map(|()| true),
+            Err(_) => Ok(false),
+        }
+    }
+
+    /// Lets the board run as its host asks, at the pace of the simulation at most.
+    fn run_for(&mut self, request: &Request) -> Result<Reply, ServeError> {
+        lock(&self.board).write(&request.bytes);
+        loop {
+            let mut board = lock(&self.board);
             let start = board.now();
-            board.run_to(Micros(start.0 + behind.as_micros() as u64))?;
-            behind -= Duration::from_micros(board.now().since(start)).min(behind);
-            board.read()
-        };
-        terminal.write(&sent)?;
-        thread::sleep(Duration::from_micros(u64::from(TICK_US)));
-    }
-    Ok(())
-}
-
-/// Board's end of a pseudo-terminal. A host opens the other end by its [`path`](Self::path) like
-/// any serial port. Dropping the terminal looks like an unplugged board to a host.
-pub struct Terminal {
-    board_end: File,
-    path: PathBuf,
-    /// Kept open so that the terminal keeps its mode between two hosts.
-    host_end: File,
-}
-
-impl Terminal {
-    /// Opens a new pseudo-terminal in raw mode.
-    ///
-    /// # Errors
-    /// Errors of the operating system: no pseudo-terminal is left, or none is mounted.
-    pub fn open() -> io::Result<Self> {
-        Self::open_new().map_err(|error| unmounted(error, Path::new(TERMINALS)))
-    }
-
-    fn open_new() -> io::Result<Self> {
-        let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC | OFlag::O_NONBLOCK;
-        let board_end = posix_openpt(flags)?;
-        grantpt(&board_end)?;
-        unlockpt(&board_end)?;
-        let path = PathBuf::from(ptsname_r(&board_end)?);
-        let host_end = open_terminal(&path)?;
-        let mut mode = tcgetattr(&host_end)?;
-        cfmakeraw(&mut mode);
-        tcsetattr(&host_end, SetArg::TCSANOW, &mode)?;
-        let board_end = File::from(OwnedFd::from(board_end));
-        Ok(Self { board_end, path, host_end })
-    }
-
-    /// Returns the path that a host opens.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Reads the bytes that have arrived from the host, without waiting. Returns their number,
-    /// which may be 0.
-    ///
-    /// It also lets the next host in. A host claims a serial port for itself (TIOCEXCL), and Linux
-    /// ends the claim of a host that was killed when nobody has the port open any more; this
-    /// terminal has that end open, too. Two hosts are kept apart by their lock on the file (flock).
-    ///
-    /// # Errors
-    /// Errors of the operating system.
-    pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        ioctl_tiocnxcl(&self.host_end)?;
-        match self.board_end.read(buffer) {
-            Err(e) if e.kind() == ErrorKind::WouldBlock => Ok(0),
-            other => other,
+            let due = start.0 + self.pace.due(LED_LAG_MAX).as_micros() as u64;
+            let end = due.min(request.until.0);
+            let is_over = |board: &EmulatedBoard| request.ends_with_bytes && board.has_bytes();
+            while !is_over(&board) && board.now().0 + u64::from(TICK_US) <= end {
+                let next = Micros(board.now().0 + u64::from(TICK_US));
+                board.run_to(next)?;
+            }
+            self.pace.pass(Duration::from_micros(board.now().since(start)));
+            let is_there = board.now().0 + u64::from(TICK_US) > request.until.0;
+            if is_over(&board) || is_there || self.stop.load(Ordering::Relaxed) {
+                return Ok(Reply { now: board.now(), bytes: board.read() });
+            }
+            drop(board);
+            thread::sleep(SLEEP);
         }
     }
 
-    /// Sends `bytes` to the host without waiting. Bytes that do not fit the terminal's buffer,
-    /// because no host reads it, are lost.
-    ///
-    /// # Errors
-    /// Errors of the operating system.
-    pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        match self.board_end.write_all(bytes) {
-            Err(e) if e.kind() == ErrorKind::WouldBlock => Ok(()),
-            other => other,
+    /// Passes bytes between the board and the terminal, and lets the board run in real time.
+    fn run_freely(&mut self) -> Result<(), ServeError> {
+        let mut buffer = [0; 4096];
+        let arrived = self.terminal.read(&mut buffer)?;
+        self.advance(&buffer[..arrived])?;
+        let sent = lock(&self.board).read();
+        self.terminal.write(&sent)?;
+        Ok(())
+    }
+
+    /// Passes `bytes` to the board, and lets it run in real time for a moment.
+    fn advance(&mut self, bytes: &[u8]) -> Result<(), ServeError> {
+        {
+            let mut board = lock(&self.board);
+            board.write(bytes);
+            let start = board.now();
+            let due = self.pace.due(LAG_MAX).as_micros() as u64;
+            board.run_to(Micros(start.0 + due))?;
+            self.pace.pass(Duration::from_micros(board.now().since(start)));
         }
-    }
-}
-
-/// Returns the error to open a pseudo-terminal. Where their file system is not mounted at
-/// `terminals`, its text says how to mount it.
-fn unmounted(error: io::Error, terminals: &Path) -> io::Error {
-    if terminals.join("ptmx").symlink_metadata().is_ok() {
-        return error;
-    }
-    let terminals = terminals.display();
-    let text = format!(
-        "no pseudo-terminal can be opened: nothing is mounted at {terminals}. As root: \
-         `mkdir -p {terminals} && mount -t devpts -o ptmxmode=666 devpts {terminals} && \
-         ln -sf pts/ptmx /dev/ptmx`"
-    );
-    io::Error::new(error.kind(), text)
-}
-
-/// Opens the host's end at `path`.
-fn open_terminal(path: &Path) -> io::Result<File> {
-    use std::os::unix::fs::OpenOptionsExt;
-    OpenOptions::new().read(true).write(true).custom_flags(OFlag::O_NOCTTY.bits()).open(path)
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
-
-    use std::fs::{Permissions, set_permissions};
-    use std::os::unix::fs::PermissionsExt;
-    use std::os::unix::process::CommandExt;
-    use std::process::{Command, Stdio};
-
-    use nix::unistd::geteuid;
-    use rustix::termios::ioctl_tiocexcl;
-
-    use super::*;
-
-    /// A user without privileges: nobody.
-    const NOBODY: u32 = 65_534;
-
-    /// Returns whether a user who is not root can open the terminal at `path`. Root is never
-    /// refused.
-    fn is_open_to_a_user(path: &Path) -> bool {
-        let mut shell = Command::new("sh");
-        shell.args(["-c", ": 3<>\"$0\""]).arg(path);
-        shell.stderr(Stdio::null());
-        if geteuid().is_root() {
-            shell.uid(NOBODY);
-        }
-        shell.status().unwrap().success()
-    }
-
-    #[test]
-    fn a_missing_file_system_of_terminals_is_named_with_the_way_to_mount_it() {
-        let error = || io::Error::from(io::ErrorKind::NotFound);
-        let absent = unmounted(error(), Path::new("/no/pts")).to_string();
-        assert!(absent.contains("nothing is mounted at /no/pts. As root: `mkdir"), "{absent}");
-        assert_eq!(unmounted(error(), Path::new(TERMINALS)).to_string(), error().to_string());
-    }
-
-    #[test]
-    fn the_terminal_is_open_to_the_next_host_after_one_was_killed() {
-        let mut terminal = Terminal::open().unwrap();
-        let path = terminal.path().to_owned();
-        set_permissions(&path, Permissions::from_mode(0o666)).unwrap();
-        let host = open_terminal(&path).unwrap();
-        ioctl_tiocexcl(&host).unwrap();
-        // As after `kill -9`: the file is closed, and the claim stays.
-        drop(host);
-        assert!(!is_open_to_a_user(&path), "the claim of the host that was killed does not stay");
-        assert_eq!(terminal.read(&mut [0; 16]).unwrap(), 0);
-        assert!(is_open_to_a_user(&path));
+        thread::sleep(SLEEP);
+        Ok(())
     }
 }

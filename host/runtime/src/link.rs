@@ -27,6 +27,7 @@ use plumb_protocol::message::{
     Answer, Command, DriverReading, Fault, FromBoard, Hello, Position, Refusal, StartCause, State,
     Telemetry, ToBoard,
 };
+use plumb_protocol::provenance::BoardKind;
 use plumb_protocol::units::{Covariance, Micros, Point};
 use plumb_protocol::{Config, MOTORS, Provenance, Wiring};
 use tracing::{debug, info};
@@ -96,9 +97,23 @@ impl<T: Transport> Link<T> {
     pub fn connect(transport: T) -> Result<Self, LinkError> {
         let mut link = Self::open(transport)?;
         link.hello(ANSWER_TIMEOUT)?;
+        link.check_leading()?;
         link.monitor.begin(link.transport.now());
         info!(port = link.transport.name(), "connected to the board");
         Ok(link)
+    }
+
+    /// Checks that a board whose time is that of the link is emulated: the time of a real one is
+    /// that of the world.
+    fn check_leading(&mut self) -> Result<(), LinkError> {
+        if !self.transport.leads() {
+            return Ok(());
+        }
+        self.listen_for(|link| link.provenance.is_some())?;
+        match self.provenance {
+            Some(Provenance { board: BoardKind::Emulated, .. }) => Ok(()),
+            _ => Err(LinkError::Leads { port: self.transport.name() }),
+        }
     }
 
     fn open(transport: T) -> Result<Self, LinkError> {

@@ -4,6 +4,7 @@
 //! - [`simulated`]: a simulated rig as a camera source, in virtual or real time.
 //! - [`synthetic`]: the renderer: ball, cables, room, and the noise of an RGB-D sensor.
 //! - [`memory`]: a transport to an emulated board in memory.
+//! - [`led_port`]: a port to an emulated board in another program, which waits for this one.
 //! - [`cosim`]: the board in lock step with another physics engine.
 //! - [`limits`]: a board configuration with wide limits.
 //!
@@ -25,6 +26,7 @@
 #![deny(missing_docs)]
 
 pub mod cosim;
+pub mod led_port;
 pub mod limits;
 pub mod memory;
 pub mod simulated;

@@ -36,7 +36,7 @@ pub fn check_simulation(
     camera: &Camera,
 ) -> Result<(), SimulationError> {
     let plant = QuasiStatic::new(geometry(simulation)?, simulation.start())?;
-    let plant = HilPlant::new(wired(rig, simulation, Box::new(plant)));
+    let plant = HilPlant::new(wired(rig, simulation, Box::new(plant)), None);
     plant.observer().board_stands([0.0; MOTORS])?;
     Ok(SyntheticCamera::check(&rendered(simulation, camera), &RenderOptions::default())?)
 }
@@ -200,7 +200,7 @@ mod tests {
             [Box::new(QuasiStatic::new(geometry, start).unwrap()), Box::new(elastic)]
         };
         for (first, second) in plants().into_iter().zip(plants()) {
-            let [first, second] = [first, second].map(HilPlant::new);
+            let [first, second] = [first, second].map(|plant| HilPlant::new(plant, None));
             let mut follower = first.observer();
             assert!((first.ball() - start).norm() < 1e-3, "{}", first.ball());
             follower.board_stands([100.0, -50.0, 7.0]).unwrap();

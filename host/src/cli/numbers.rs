@@ -18,6 +18,8 @@ pub(crate) const TIME: Range = Range::above_zero(1e9, "s");
 const SEED: Range = Range::new(0.0, 1e15, "");
 /// Share of something.
 pub(crate) const SHARE: Range = Range::new(0.0, 1.0, "");
+/// Seconds of a simulation in a second of the computer.
+pub(crate) const PACE: Range = Range::new(0.01, 1000.0, "");
 /// Coordinate in the rig frame.
 pub(crate) const COORDINATE: Range = Coordinate::RANGE;
 /// Speed along a path.

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use clap::Args;
+use plumb_cameras::settings::SourceName;
 use plumb_config::error_chain::ErrorChain;
 use plumb_runtime::link::{LinkError, Serial, boards, is_pseudo_terminal, other_port};
 use plumb_runtime::rig::quantity::BAUD;
@@ -11,6 +12,7 @@ use plumb_runtime::rig::{BoardName, BoardPort, Rig};
 
 use crate::cli::exit::{Failure, bad_input};
 use crate::cli::numbers;
+use crate::cli::port::Port;
 use crate::cli::rig_path::RigArg;
 
 /// Environment variable with the port of a command line that names none.
@@ -50,14 +52,19 @@ impl fmt::Display for PortArgs {
 }
 
 impl PortArgs {
-    /// Opens the port of the options, or else that of the rig file.
+    /// Opens the port of the options, or else that of the rig file. An emulated board waits for this
+    /// program, unless the rig's camera is real.
     ///
     /// # Errors
     /// Where the port cannot be opened. The board of a simulated rig is emulated, and a port that
     /// does not exist is then that of an emulation.
-    pub(crate) fn open(&self, rig: &Rig) -> Result<Serial, Failure> {
+    pub(crate) fn open(&self, rig: &Rig) -> Result<Port, Failure> {
         let BoardPort { port, baud } = self.applied_to(&rig.board.address());
-        Serial::open(&port, baud).map_err(|error| {
+        let source = rig.camera.source(rig.simulation.is_some());
+        let leads = source.is_ok_and(|source| source == SourceName::Simulated);
+        let opened = Serial::open(&port, baud);
+        let opened = opened.map(|port| if leads { Port::led(port) } else { Port::Serial(port) });
+        opened.map_err(|error| {
             let is_absent =
                 matches!(error, LinkError::Absent { .. }) && other_port(&port).is_none();
             let failure = not_open(error, Some(rig));

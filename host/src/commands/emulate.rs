@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use plumb_runtime::rig::Rig;
-use plumb_sim::emulator::{EMULATED, EmulatedBoard, Served, serve};
+use plumb_sim::emulator::{EMULATED, EmulatedBoard, Served, serve_at};
 use serde_json::{Value, json};
 use tracing::info;
 
@@ -23,6 +23,7 @@ use self::wire::WireOptions;
 use crate::cli::choices::Physics;
 use crate::cli::exit::{Exit, Failure, Work, bad_input, failed};
 use crate::cli::interrupt::interrupt_flag;
+use crate::cli::numbers;
 use crate::cli::print;
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
@@ -52,6 +53,11 @@ pub(crate) struct Args {
     /// start, positive where cable is paid out. A slow reader loses lines
     #[arg(long)]
     motors: bool,
+    /// Seconds of the board in a second of the computer, 0.01 to 1000. A host with a simulated
+    /// camera keeps this pace too; others are in real time
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::within(numbers::PACE))]
+    pace: f64,
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
@@ -89,7 +95,7 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
 /// Serves the board until an interrupt.
 fn emulate(args: &Args, board: EmulatedBoard, rehearsed: Vec<Rehearsed>) -> Result<Exit, Failure> {
     let interrupted = interrupt_flag(false)?;
-    let served = serve(board)?;
+    let served = serve_at(board, args.pace)?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
     let link = link.transpose().map_err(bad_input)?;
     print::result(served.path().display())?;

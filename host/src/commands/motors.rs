@@ -9,7 +9,7 @@ use std::time::Duration;
 use clap::Parser;
 use plumb_protocol::message::State;
 use plumb_runtime::board_fault::BoardFault;
-use plumb_runtime::link::{Link, LinkError, Serial};
+use plumb_runtime::link::{Link, LinkError, Serial, Transport};
 use plumb_runtime::rig::{BoardPort, Driver};
 
 use crate::cli::exit::{Exit, Failure, Work, failed};
@@ -100,7 +100,7 @@ pub(crate) fn clear(args: ClearArgs) -> Result<Work, Failure> {
 const SETUP_CHECK: Duration = Duration::from_secs(1);
 
 /// Checks that the board does not stop again, as where a driver fails once the board has read it.
-fn check_stands(link: &mut Link<Serial>) -> Result<(), Failure> {
+fn check_stands<T: Transport>(link: &mut Link<T>) -> Result<(), Failure> {
     link.wait(SETUP_CHECK)?;
     match link.status()?.state {
         State::Fault(fault) => {
@@ -128,10 +128,10 @@ pub(crate) fn home(args: HomeArgs) -> Result<Work, Failure> {
 }
 
 /// Makes a request of the board, and prints what `request` has done, and the state.
-fn serve(
-    mut link: Link<Serial>,
+fn serve<T: Transport>(
+    mut link: Link<T>,
     is_json: bool,
-    request: impl FnOnce(&mut Link<Serial>) -> Result<&'static str, Failure>,
+    request: impl FnOnce(&mut Link<T>) -> Result<&'static str, Failure>,
 ) -> Result<Exit, Failure> {
     let done = request(&mut link)?;
     note!("{}: {done}", link.port());

@@ -18,7 +18,7 @@ use crate::cli::interrupt::{interrupt_flag, interrupted_before};
 use crate::cli::port_args::PortArgs;
 use crate::cli::rig_path::RigArg;
 use crate::cli::{numbers, print};
-use crate::session::camera::{RunCamera, chosen_source, read_camera};
+use crate::session::camera::{RunCamera, SimulatedRig, chosen_source, read_camera};
 use crate::session::connection::RigBoard;
 use crate::session::goal::Goal;
 use crate::session::options::RunOptions;
@@ -134,6 +134,7 @@ pub(super) fn drive(
     if !is_simulated && !transport.is_pseudo_terminal() {
         note!("{}", RealTime::ask());
     }
+    let led = transport.led_port().cloned();
     let connected = session.connect(transport);
     let board = RigBoard { file, rig: &session.task.rig, port: &options.port };
     let mut run = connected.map_err(|error| match error {
@@ -142,7 +143,8 @@ pub(super) fn drive(
     })?;
     let motors = run.motors()?;
     let physics = options.physics.unwrap_or(Physics::QuasiStatic);
-    let camera = RunCamera::open_beside_board(board, camera, session.oni(), physics, motors)?;
+    let simulated = SimulatedRig { physics, motors, led };
+    let camera = RunCamera::open_beside_board(board, camera, session.oni(), simulated)?;
     Ok(Box::new(move || {
         camera.check_ball(&session.task.rig, motors)?;
         if interrupted.load(Ordering::Relaxed) {

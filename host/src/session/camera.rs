@@ -14,6 +14,7 @@ use plumb_config::bounded_read::{ReadError, read_text};
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_frame::source::CameraSource;
 use plumb_runtime::rig::{MotionError, Rig};
+use plumb_sim::led_port::LedPort;
 use plumb_sim::simulated::{HilObserver, HilPlant, SimulatedCamera, Timing, synthetic_camera};
 use plumb_vision::camera::Camera;
 
@@ -67,25 +68,35 @@ pub(crate) struct RunCamera {
     pub(crate) oni: Option<PathBuf>,
     /// Moves the simulated rig, where the source renders one.
     pub(crate) follower: Option<HilObserver>,
+    /// Whether its time goes slower where the computer is late.
+    pub(crate) is_paced: bool,
+}
+
+/// Rig that a simulated camera shows.
+pub(crate) struct SimulatedRig {
+    pub(crate) physics: Physics,
+    /// Present positions of the board's motors, full steps from the zero of travel.
+    pub(crate) motors: [f64; 3],
+    /// Port of an emulated board that waits for this program.
+    pub(crate) led: Option<LedPort>,
 }
 
 impl RunCamera {
     /// Returns the open camera that delivers the frames of `source`.
     pub(crate) fn of(source: Box<dyn CameraSource>, camera: Camera) -> Self {
-        Self { source, camera, oni: None, follower: None }
+        Self { source, camera, oni: None, follower: None, is_paced: false }
     }
 
-    /// Opens the camera of the rig of `board`, whose motors are at `motors` (full steps from the
-    /// zero of travel). A device also records to the file `oni`.
+    /// Opens the camera of the rig of `board`, which may be `simulated`. A device also records to
+    /// the file `oni`.
     pub(crate) fn open_beside_board(
         board: RigBoard<'_>,
         camera: Camera,
         oni: Option<PathBuf>,
-        physics: Physics,
-        motors: [f64; 3],
+        simulated: SimulatedRig,
     ) -> Result<Self, Failure> {
         if chosen_source(board.file, board.rig)? == SourceName::Simulated {
-            return Self::simulated(board.rig, camera, physics, motors);
+            return Self::simulated(board.rig, camera, simulated);
         }
         Self::open(board.rig, camera, oni, board.without_simulation().as_deref())
     }
@@ -130,28 +141,28 @@ impl RunCamera {
         for note in &notes {
             tell!("plumb: {note}");
         }
-        Ok(Self { source, camera, oni, follower: None })
+        Ok(Self { oni, ..Self::of(source, camera) })
     }
 
     /// Opens a camera that renders the simulated rig, which follows the board's motors from their
-    /// present positions `motors` (full steps from the zero of travel).
-    fn simulated(
-        rig: &Rig,
-        camera: Camera,
-        physics: Physics,
-        motors: [f64; 3],
-    ) -> Result<Self, Failure> {
+    /// present positions.
+    fn simulated(rig: &Rig, camera: Camera, simulated: SimulatedRig) -> Result<Self, Failure> {
+        let SimulatedRig { physics, motors, led } = simulated;
         let Some(simulation) = &rig.simulation else {
             return Err(failed("no rig is simulated"));
         };
         note!("preparing the simulated camera");
-        let plant = HilPlant::new(physics.plant(rig, simulation)?);
+        let is_paced = led.is_some();
+        let plant = HilPlant::new(physics.plant(rig, simulation)?, led);
         let mut follower = plant.observer();
         follower.board_stands(motors)?;
         let synthetic = synthetic_camera(simulation, &camera)?;
         let source = SimulatedCamera::new(plant, synthetic, simulation.motors(), Timing::default());
-        let source = Box::new(Capture::start(source, CaptureLimits::default())?);
-        Ok(Self { source, camera, oni: None, follower: Some(follower) })
+        let source: Box<dyn CameraSource> = match is_paced {
+            true => Box::new(source),
+            false => Box::new(Capture::start(source, CaptureLimits::default())?),
+        };
+        Ok(Self { follower: Some(follower), is_paced, ..Self::of(source, camera) })
     }
 
     /// Checks that the ball of the simulated `rig`, where this is one, hangs inside the workspace

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use plumb_protocol::message::{Fault, State};
 use plumb_runtime::board_fault::BoardFault;
-use plumb_runtime::link::{Link, LinkError, Serial};
+use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;
 
 use crate::cli::exit::Failure;
+use crate::cli::port::Port;
 use crate::cli::port_args::PortArgs;
 use crate::cli::rig_path::rig_option;
 
@@ -25,15 +26,15 @@ impl RigBoard<'_> {
     ///
     /// # Errors
     /// Where the board has stopped by itself: the fault stays until `plumb clear`.
-    pub(crate) fn connect(self, is_home: bool) -> Result<Link<Serial>, Failure> {
+    pub(crate) fn connect(self, is_home: bool) -> Result<Link<Port>, Failure> {
         self.configured(self.port.open(self.rig)?, is_home)
     }
 
-    /// Connects to the board at the open port `serial`, and configures it, as
+    /// Connects to the board at the open port `port`, and configures it, as
     /// [`connect`](Self::connect).
-    pub(crate) fn configured(self, serial: Serial, is_home: bool) -> Result<Link<Serial>, Failure> {
+    pub(crate) fn configured(self, port: Port, is_home: bool) -> Result<Link<Port>, Failure> {
         let (wiring, config) = (self.rig.wiring()?, self.rig.config()?);
-        let mut link = Link::connect(serial)?;
+        let mut link = Link::connect(port)?;
         link.configure(wiring, config).map_err(|error| self.explained(error, is_home))?;
         Ok(link)
     }

@@ -27,6 +27,8 @@ pub(crate) struct EndedSession {
     pub(crate) result: Result<Summary, RunError>,
     /// Whether the run goes on until somebody ends it.
     pub(crate) is_endless: bool,
+    /// Seconds of a simulation in a second of the computer.
+    pub(crate) pace: Option<f64>,
     pub(crate) outputs: Outputs,
     /// The run folder.
     pub(crate) folder: PathBuf,
@@ -57,7 +59,8 @@ impl EndedSession {
         let exit = Exit::done_if(summary.is_done || is_done);
         let is_whole = error.is_none() && closed.iter().all(|closed| closed.result.is_ok());
         let end = || end_in_time(if is_whole { exit } else { Exit::Failed });
-        let report = Report { folder: self.folder.clone(), messages, clear: self.clear, closed };
+        let (folder, clear, pace) = (self.folder.clone(), self.clear, self.pace);
+        let report = Report { folder, messages, clear, pace, closed };
         let print = |summary: &Summary| {
             print(summary)?;
             if let Some(page) = self.page {
@@ -94,6 +97,9 @@ fn end_in_time(exit: Exit) {
     let _no_thread = thread::Builder::new().name("end".to_owned()).spawn(end);
 }
 
+/// Pace below which a person is told that a simulation was slow.
+const SLOW_PACE: f64 = 0.9;
+
 /// What to do after the link to the board broke in mid-run.
 const BOARD_LOST: &str = ". The board stops by itself: check plug and cable, then `plumb board \
                           status` says in which state it is. If it was an emulated one, start \
@@ -105,6 +111,8 @@ pub(crate) struct Report {
     pub(crate) messages: Messages,
     /// Command that clears a fault of the board.
     pub(crate) clear: String,
+    /// Seconds of a simulation in a second of the computer.
+    pub(crate) pace: Option<f64>,
     pub(crate) closed: Vec<Closed>,
 }
 
@@ -122,6 +130,9 @@ impl Report {
         let is_told = summary.ending.fault().is_some_and(|fault| fault.is_of_the_computer());
         if let Some(late) = summary.late_wakeups.filter(|_| !is_told) {
             tell!("{late}");
+        }
+        if let Some(pace) = self.pace.filter(|pace| *pace < SLOW_PACE) {
+            tell!("the simulation ran at {pace:.1} of real time: the computer was busy");
         }
         let run = match error {
             Some(error) => Err(self.broken(summary, error)),

@@ -62,7 +62,7 @@ fn paper_task(image: &Path) -> Result<Summary, Box<dyn Error>> {
     let background = Background::Room(Room::bare(Material::from_srgb(150, 150, 145)));
     let synthetic = SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), 1)?;
     let plant = QuasiStatic::new(task.geometry, task.start)?;
-    let plant = HilPlant::new(Box::new(plant));
+    let plant = HilPlant::new(Box::new(plant), None);
     let mut follower = plant.observer();
     // On a busy machine the chip is slower than its clock, and pictures that come faster than it
     // reads positions would wait on the link.

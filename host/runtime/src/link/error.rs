@@ -252,6 +252,12 @@ pub enum LinkError {
         /// The fault.
         fault: Fault,
     },
+    /// A board that is not emulated gives its time to the host.
+    #[error("{port}: this board is not emulated, and must not lead the time of its host")]
+    Leads {
+        /// Its path.
+        port: String,
+    },
     /// Error of a transport that this crate does not know.
     #[error(transparent)]
     Other(Box<dyn Error + Send + Sync>),

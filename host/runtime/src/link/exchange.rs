@@ -119,7 +119,7 @@ impl<T: Transport> Link<T> {
     }
 
     /// Listens until `heard`, for 0.4 s at most.
-    fn listen_for(&mut self, heard: impl Fn(&Self) -> bool) -> Result<(), LinkError> {
+    pub(super) fn listen_for(&mut self, heard: impl Fn(&Self) -> bool) -> Result<(), LinkError> {
         let deadline = self.transport.now() + CAUSE_TIMEOUT;
         while !heard(self) && self.transport.now() < deadline {
             self.listen(POLL_INTERVAL)?;

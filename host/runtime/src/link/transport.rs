@@ -19,6 +19,12 @@ pub trait Transport {
     /// time of an emulated board. All timeouts of a link are measured on it.
     fn now(&self) -> Duration;
 
+    /// Returns whether the board's time is that of the link: the board waits for its host. Only an
+    /// emulated board can, and [`Link::connect`](super::Link::connect) refuses others.
+    fn leads(&self) -> bool {
+        false
+    }
+
     /// Sends all of `bytes`.
     ///
     /// # Errors

@@ -8,10 +8,12 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
 use plumb_emulator::plant::RigError;
-use plumb_emulator::{EmulatedBoard, Served};
+use plumb_emulator::{EmulatedBoard, Pace, Served};
 use plumb_frame::clock::LiveClock;
 use plumb_protocol::PerMotor;
 use plumb_protocol::units::Micros;
+
+use crate::led_port::LedPort;
 
 /// Ball of a simulated rig at a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +62,8 @@ pub trait SimClock {
 /// The rig of a [`VirtualBoard`](super::VirtualBoard), on the board's clock.
 pub struct VirtualRig {
     pub(super) board: Rc<RefCell<EmulatedBoard>>,
+    /// Pace of its time; `None` for as quick as the computer is.
+    pub(super) pace: Option<Pace>,
 }
 
 impl SimClock for VirtualRig {
@@ -68,6 +72,10 @@ impl SimClock for VirtualRig {
     }
 
     fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
+        if let Some(pace) = &mut self.pace {
+            let left = time - self.board.borrow().now().0 as f64 * 1e-6;
+            pace.wait(Duration::from_secs_f64(left.max(0.0)));
+        }
         self.board.borrow_mut().run_to(Micros((time * 1e6) as u64))
     }
 
@@ -99,17 +107,10 @@ pub trait RealTimeBall {
     }
 }
 
-/// Rig in real time, on a clock that begins with it.
+/// Rig in real time, on a clock that begins with it, or on the clock of its board.
 pub struct RealTimeRig<B> {
     pub(super) ball: B,
-    pub(super) clock: RealTime,
-}
-
-impl<B: RealTimeBall> RealTimeRig<B> {
-    /// Returns the rig of `ball`, and starts its clock.
-    pub(super) fn start(ball: B) -> Self {
-        Self { ball, clock: RealTime::start() }
-    }
+    pub(super) clock: RigClock,
 }
 
 /// Rig of an emulated board in another thread, in real time.
@@ -119,7 +120,7 @@ impl ServedRig {
     /// Returns the rig of the served board; `None` if it has none.
     pub fn new(served: Arc<Served>) -> Option<Self> {
         served.board().ball()?;
-        Some(Self::start(served))
+        Some(Self { ball: served, clock: RigClock::start() })
     }
 }
 
@@ -156,26 +157,42 @@ impl<B: RealTimeBall> SimClock for RealTimeRig<B> {
     }
 
     fn live_clock(&self) -> Option<LiveClock> {
-        Some(LiveClock::since(self.clock.0))
+        match self.clock {
+            RigClock::Real(start) => Some(LiveClock::since(start)),
+            RigClock::Led(_) => None,
+        }
     }
 }
 
-/// Wall-clock time since the start.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct RealTime(Instant);
+/// Clock of a rig whose board is in another program, or real.
+#[derive(Debug, Clone)]
+pub(super) enum RigClock {
+    /// Real time since the start.
+    Real(Instant),
+    /// That of an emulated board, which waits for this program.
+    Led(LedPort),
+}
 
-impl RealTime {
+impl RigClock {
+    /// Starts a clock in real time.
     pub(super) fn start() -> Self {
-        Self(Instant::now())
+        Self::Real(Instant::now())
     }
 
     pub(super) fn now(&self) -> f64 {
-        self.0.elapsed().as_secs_f64()
+        match self {
+            Self::Real(start) => start.elapsed().as_secs_f64(),
+            Self::Led(port) => port.seconds(),
+        }
     }
 
     pub(super) fn wait_until(&self, time: f64) {
-        if let Ok(span) = Duration::try_from_secs_f64(time) {
-            thread::sleep((self.0 + span).saturating_duration_since(Instant::now()));
+        match (self, Duration::try_from_secs_f64(time)) {
+            (Self::Real(start), Ok(span)) => {
+                thread::sleep((*start + span).saturating_duration_since(Instant::now()));
+            }
+            (Self::Led(port), _) if time > port.seconds() => port.run_to(time),
+            _ => {}
         }
     }
 }

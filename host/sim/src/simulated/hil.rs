@@ -9,8 +9,9 @@ use plumb_protocol::{MOTORS, PerMotor};
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::observer::{FrameRecord, Observer};
 
-use super::clock::{RealTime, RealTimeBall, RealTimeRig, Seen};
+use super::clock::{RealTimeBall, RealTimeRig, RigClock, Seen};
 use super::error::SimulationError;
+use crate::led_port::LedPort;
 
 /// Longest time for which the motors are assumed to go on as reported, seconds. On a busy computer
 /// a report may be older.
@@ -22,14 +23,14 @@ const REPORTS: usize = 30;
 const DRIFT: f64 = 5e-4;
 
 /// Hardware in the loop: a simulated rig that follows the motor positions of any board, real or
-/// emulated, in real time. The rig's start is where the board's motors are at 0: a second run goes
-/// on where the first one left the ball.
+/// emulated, in real time or on the clock of an emulated board. The rig's start is where the board's
+/// motors are at 0: a second run goes on where the first one left the ball.
 pub type HilPlant = RealTimeRig<Arc<Mutex<HilRig>>>;
 
 /// Observer that tells the rig of a [`HilPlant`] what the telemetry says of the motors.
 pub struct HilObserver {
     rig: Arc<Mutex<HilRig>>,
-    clock: RealTime,
+    clock: RigClock,
     /// Difference of the computer's clock and the board's, seconds: the least that was seen, since
     /// reports that took longer have a larger one.
     ahead: f64,
@@ -112,16 +113,19 @@ impl HilRig {
 }
 
 impl HilPlant {
-    /// Creates the rig of `plant`, whose motors are at 0.
-    pub fn new(plant: Box<dyn Plant + Send>) -> Self {
+    /// Creates the rig of `plant`, whose motors are at 0: on the clock of the emulated board at
+    /// `port`, or in real time.
+    pub fn new(plant: Box<dyn Plant + Send>, port: Option<LedPort>) -> Self {
         let reported = VecDeque::from([BoardMotion::default()]);
         let rig = HilRig { plant, moved: 0.0, reported };
-        Self::start(Arc::new(Mutex::new(rig)))
+        let ball = Arc::new(Mutex::new(rig));
+        let clock = port.map_or_else(RigClock::start, RigClock::Led);
+        Self { ball, clock }
     }
 
     /// Returns the observer that informs the rig.
     pub fn observer(&self) -> HilObserver {
-        let (rig, clock) = (Arc::clone(&self.ball), self.clock);
+        let (rig, clock) = (Arc::clone(&self.ball), self.clock.clone());
         HilObserver { rig, clock, ahead: f64::INFINITY, updated: 0.0 }
     }
 }
@@ -205,7 +209,7 @@ mod tests {
     #[test]
     fn a_rig_follows_its_motors_after_a_long_pause() {
         for plant in plants() {
-            let rig = HilPlant::new(plant);
+            let rig = HilPlant::new(plant, None);
             let mut observer = rig.observer();
             observer.board_stands([0.0; MOTORS]).unwrap();
             let before = rig.ball();
@@ -221,7 +225,7 @@ mod tests {
     /// behind the last one.
     #[test]
     fn a_picture_shows_the_ball_at_its_own_time() {
-        let rig = HilPlant::new(plants().into_iter().next().unwrap());
+        let rig = HilPlant::new(plants().into_iter().next().unwrap(), None);
         rig.observer().board_stands([0.0; MOTORS]).unwrap();
         let mut hil = lock(&rig.ball);
         let begin = hil.moved;
@@ -243,7 +247,7 @@ mod tests {
 
     #[test]
     fn late_reports_do_not_shift_the_clock_of_the_board() {
-        let rig = HilPlant::new(plants().into_iter().next().unwrap());
+        let rig = HilPlant::new(plants().into_iter().next().unwrap(), None);
         let mut observer = rig.observer();
         observer.board_stands([0.0; MOTORS]).unwrap();
         let board_time = |rig: &HilPlant| rig.now() + 1000.0;

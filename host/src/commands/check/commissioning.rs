@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_runtime::board_report::BoardReport;
-use plumb_runtime::link::{Link, Serial};
+use plumb_runtime::link::Link;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::wakeups::WakeupCheck;
@@ -19,7 +19,8 @@ use crate::cli::choices::detector;
 use crate::cli::exit::{Failure, failed};
 use crate::cli::interrupt::{interrupt_flag, interrupted_before};
 use crate::cli::old_file::{OldFile, ask};
-use crate::session::camera::{RunCamera, read_camera};
+use crate::cli::port::Port;
+use crate::session::camera::{RunCamera, SimulatedRig, read_camera};
 use crate::session::connection::RigBoard;
 
 /// Result of the jogs.
@@ -58,9 +59,11 @@ pub(super) fn prepare(args: &Args, file: PathBuf) -> Result<Jogs, Failure> {
     let interrupted = interrupt_flag(true)?;
     // An emulated board shares the computer, and needs no time of it.
     let wakeups = (!port.is_pseudo_terminal()).then(measure_wakeups);
+    let led = port.led_port().cloned();
     let mut link = board.configured(port, false)?;
     let motors = BoardReport::from(&link.status()?).motors;
-    let camera = RunCamera::open_beside_board(board, camera, None, args.physics, motors)?;
+    let simulated = SimulatedRig { physics: args.physics, motors, led };
+    let camera = RunCamera::open_beside_board(board, camera, None, simulated)?;
     Ok(Box::new(move |args| {
         camera.check_ball(&rig, motors)?;
         let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;
@@ -83,7 +86,7 @@ fn jog_and_look(
     args: &Args,
     rig: &Rig,
     camera: RunCamera,
-    (link, interrupted): (Link<Serial>, &AtomicBool),
+    (link, interrupted): (Link<Port>, &AtomicBool),
 ) -> Result<Report, Failure> {
     let RunCamera { mut source, camera, mut follower, .. } = camera;
     if interrupted.load(Ordering::Relaxed) {

@@ -1,22 +1,18 @@
 //! A run of the demo: its options, the simulated rig and camera, the line of JSON.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_cameras::capture::{Capture, CaptureLimits};
 use plumb_cameras::record::Overflow;
 use plumb_cameras::tum::TumFolder;
 use plumb_frame::source::CameraSource;
 use plumb_log::{LawCurve, OutputDir};
-use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
-use plumb_runtime::run::{Run, Summary};
-use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
-use plumb_sim::simulated::{ServedRig, SimulatedCamera, Timing, VirtualBoard};
+use plumb_runtime::run::Summary;
+use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualBoard};
 use plumb_sim::synthetic::{Background, Material, RenderOptions, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
@@ -31,8 +27,7 @@ use crate::session::goal::Goal;
 use crate::session::options::RunOptions;
 use crate::session::{Session, Task};
 
-/// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
-/// simulated rig
+/// The paper's task, closed loop: rendered frames, OpenCV, an emulated board, a simulated rig
 ///
 /// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m, or with --follow
 /// along a path. The last line of standard output is JSON.
@@ -45,8 +40,7 @@ use crate::session::{Session, Task};
     "plumb demo --follow eight --upright",
 ])]
 pub(crate) struct Args {
-    /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same
-    /// seed
+    /// As quick as the computer is, instead of in real time
     #[arg(long, conflicts_with_all = ["page", "foxglove", "ros2"])]
     virtual_time: bool,
     /// Render into the first frame of this TUM RGB-D folder instead of a room
@@ -164,7 +158,7 @@ impl Demo {
         self,
         args: &Args,
         interrupted: &AtomicBool,
-        results: (&mut LawCurve, Lines<'_>),
+        (curve, lines): (&mut LawCurve, Lines<'_>),
     ) -> Result<Exit, Failure> {
         // In virtual time no message comes before the result, which a stopped terminal (Ctrl-S)
         // must not hold back.
@@ -180,57 +174,30 @@ impl Demo {
         };
         let motors = simulation.motors();
         let plant = args.physics.plant(rig, simulation)?;
-        let baud = rig.board.baud;
-        let asked = (args, interrupted);
-        if args.virtual_time {
-            let board = VirtualBoard::new(plant);
-            let source = SimulatedCamera::new(board.rig(), synthetic, motors, Timing::default());
-            let ball = || board.board().borrow().ball();
-            let run = session.connect(board.transport())?;
-            conclude((session, run), asked, RunCamera::of(Box::new(source), camera), ball, results)
-        } else {
-            let served = Arc::new(serve(EmulatedBoard::with_plant(EMULATED, plant))?);
-            let port = served.path().to_string_lossy().into_owned();
-            note!("emulated board on {port}");
-            let transport = Serial::open(&port, baud)?;
-            let Some(simulated) = ServedRig::new(Arc::clone(&served)) else {
-                return Err(failed("the board moves no rig"));
-            };
-            let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
-            let source = Capture::start(source, CaptureLimits::default())?;
-            let ball = || served.board().ball();
-            let run = session.connect(transport)?;
-            conclude((session, run), asked, RunCamera::of(Box::new(source), camera), ball, results)
-        }
+        let board = VirtualBoard::new(plant);
+        let rig = if args.virtual_time { board.rig() } else { board.paced_rig() };
+        let source = SimulatedCamera::new(rig, synthetic, motors, Timing::default());
+        let is_paced = !args.virtual_time;
+        let camera = RunCamera { is_paced, ..RunCamera::of(Box::new(source), camera) };
+        let run = session.connect(board.transport())?;
+        let ended = session.drive(run, camera, Some(curve), interrupted)?;
+        let ball = board.board().borrow().ball().unwrap_or_default();
+        ended.conclude(|summary| {
+            // An operator may have set other targets than the rig file.
+            let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target_m.into());
+            let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
+            let time = if args.virtual_time { "virtual" } else { "real" };
+            let line = Line { summary, true_error_mm, seed: args.seed, time };
+            lines(&serde_json::to_string(&line)?)?;
+            if summary.ending.fault().is_some() {
+                note!(
+                    "the emulated board ends with the demo: there is no fault to clear; run \
+                     `plumb demo` again"
+                );
+            }
+            Ok(())
+        })
     }
-}
-
-/// Drives with the pictures of `camera`. `ball` returns the true position of the ball, metres in
-/// the rig frame.
-fn conclude<T: Transport>(
-    (session, run): (Session, Run<T>),
-    (args, interrupted): (&Args, &AtomicBool),
-    camera: RunCamera,
-    ball: impl Fn() -> Option<Point3<f64>>,
-    (curve, lines): (&mut LawCurve, Lines<'_>),
-) -> Result<Exit, Failure> {
-    let ended = session.drive(run, camera, Some(curve), interrupted)?;
-    let ball = ball().unwrap_or_default();
-    ended.conclude(|summary| {
-        // An operator may have set other targets than the rig file.
-        let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target_m.into());
-        let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
-        let time = if args.virtual_time { "virtual" } else { "real" };
-        let line = Line { summary, true_error_mm, seed: args.seed, time };
-        lines(&serde_json::to_string(&line)?)?;
-        if summary.ending.fault().is_some() {
-            note!(
-                "the emulated board ends with the demo: there is no fault to clear; run \
-                 `plumb demo` again"
-            );
-        }
-        Ok(())
-    })
 }
 
 fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, Failure> {

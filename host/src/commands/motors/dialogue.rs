@@ -2,7 +2,6 @@
 
 use std::io::{self, IsTerminal, Stdin, stdin};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use nix::errno::Errno;
@@ -13,11 +12,12 @@ use nix::unistd;
 use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
 use plumb_runtime::board_report::BoardReport;
-use plumb_runtime::link::{Link, LinkError, Serial};
+use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;
 
 use super::keys::{Key, KeyDecoder, KeyJogger, Motion, NAMES};
 use crate::cli::exit::{Failure, failed};
+use crate::cli::port::Port;
 use crate::cli::print::{message, renew};
 
 /// Interval in which keys are read and the board is asked for its state.
@@ -46,7 +46,7 @@ pub(super) fn check_terminal() -> Result<(), Failure> {
 /// Turns motors with keys until `q`, or until the board has stopped by itself. Returns the state of
 /// the board at the end.
 pub(super) fn run(
-    link: &mut Link<Serial>,
+    link: &mut Link<Port>,
     rig: &Rig,
     rate: Rate,
     interrupted: &AtomicBool,
@@ -64,7 +64,7 @@ pub(super) fn run(
 
 /// Reads keys and turns motors until `q`, an interrupt or a fault of the board.
 fn turn(
-    link: &mut Link<Serial>,
+    link: &mut Link<Port>,
     rig: &Rig,
     rate: Rate,
     interrupted: &AtomicBool,
@@ -100,14 +100,14 @@ fn turn(
             renew(format_args!("{line}"));
             shown = line;
         }
-        thread::sleep(POLL_INTERVAL);
+        link.wait(POLL_INTERVAL)?;
     }
     Ok(())
 }
 
 /// Begins a jog that ends at the travel limit at the latest. Returns whether the motor turns.
 fn begin(
-    link: &mut Link<Serial>,
+    link: &mut Link<Port>,
     rig: &Rig,
     rate: Rate,
     telemetry: &Telemetry,

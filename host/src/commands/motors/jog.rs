@@ -1,7 +1,6 @@
 //! `plumb jog`: turns one motor, by a distance or with keys.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
@@ -9,7 +8,7 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
 use plumb_runtime::board_report::BoardReport;
-use plumb_runtime::link::{Link, LinkError, Serial};
+use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;
 
 use super::dialogue;
@@ -17,6 +16,7 @@ use super::keys::NAMES;
 use crate::cli::choices::MotorName;
 use crate::cli::exit::{Exit, Failure, Work, failed};
 use crate::cli::interrupt::interrupt_flag;
+use crate::cli::port::Port;
 use crate::cli::port_args::PortArgs;
 use crate::cli::rig_path::RigArg;
 use crate::cli::{numbers, print};
@@ -169,7 +169,7 @@ fn rate(asked: Option<f64>, rig: &Rig) -> Result<Rate, Failure> {
 /// Turns a motor and waits until it stands. An interrupt stops it. Returns the state of the board
 /// at the end, which may be a fault.
 fn turn(
-    link: &mut Link<Serial>,
+    link: &mut Link<Port>,
     wanted: &Move,
     rate: Rate,
     interrupted: &AtomicBool,
@@ -209,6 +209,6 @@ fn turn(
         if !link.is_jogging(&telemetry)? {
             return Ok(telemetry);
         }
-        thread::sleep(POLL_INTERVAL);
+        link.wait(POLL_INTERVAL)?;
     }
 }
