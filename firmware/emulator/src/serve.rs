@@ -131,6 +131,9 @@ fn lock(board: &Mutex<EmulatedBoard>) -> MutexGuard<'_, EmulatedBoard> {
     board.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+#[cfg(test)]
+mod tests;
+
 /// The thread of a served board.
 struct Server {
     board: Arc<Mutex<EmulatedBoard>>,

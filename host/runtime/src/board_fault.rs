@@ -164,8 +164,7 @@ pub fn after_fault(fault: Fault) -> &'static str {
         }
         Fault::PositionLost => {
             "Check that the camera delivers pictures, several in the time of \
-             `deadlines.position`, and that the ball is in view and lit. Then clear the fault and \
-             begin again."
+             `deadlines.position`, and that it sees the ball. Then clear the fault and begin again."
         }
         Fault::BallOutside => {
             "Check whether the ball really left the workspace: then clear the fault, jog the ball \

@@ -2,7 +2,7 @@
 //! what its files lack, what to do next.
 
 use std::io::{IsTerminal, stdout};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process;
 use std::thread;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use std::time::Duration;
 use plumb_cameras::camera_file::COMPARE_BALL;
 use plumb_config::error_chain::ErrorChain;
 use plumb_page::Page;
-use plumb_runtime::link::LinkError;
+use plumb_runtime::link::{LinkError, is_pseudo_terminal};
 use plumb_runtime::observer::RunEvent;
 use plumb_runtime::run::{ControlLoopError, RunError, Summary};
 
@@ -102,8 +102,10 @@ const SLOW_PACE: f64 = 0.9;
 
 /// What to do after the link to the board broke in mid-run.
 const BOARD_LOST: &str = ". The board stops by itself: check plug and cable, then `plumb board \
-                          status` says in which state it is. If it was an emulated one, start \
-                          `plumb emulate` again";
+                          status` says in which state it is";
+
+/// The same for an emulated board.
+const EMULATION_LOST: &str = ". Start `plumb emulate` again";
 
 /// A run whose outputs are closed.
 pub(crate) struct Report {
@@ -159,8 +161,10 @@ impl Report {
         }
         // The error of the link names the port: it needs no words before it.
         let (error, advice) = match error {
-            ControlLoopError::Link(error @ LinkError::Lost { .. }) => {
-                (ErrorChain(error).to_string(), BOARD_LOST)
+            ControlLoopError::Link(error @ LinkError::Lost { port, .. }) => {
+                let is_emulated = is_pseudo_terminal(Path::new(port));
+                let advice = if is_emulated { EMULATION_LOST } else { BOARD_LOST };
+                (ErrorChain(error).to_string(), advice)
             }
             ControlLoopError::Link(error) => (ErrorChain(error).to_string(), ""),
             error => (ErrorChain(error).to_string(), ""),

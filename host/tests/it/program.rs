@@ -283,7 +283,7 @@ fn pulling_the_plug_ends_a_run_with_its_folder_whole() {
     let text = stderr(&output);
     assert!(text.contains("unplugged"), "{text}");
     let last = text.lines().last().unwrap();
-    assert!(last.contains(". The board stops by itself: check plug and cable, then"), "{text}");
+    assert!(last.contains(". Start `plumb emulate` again"), "{text}");
     let line = json(&output);
     assert_eq!(line["reached"], false);
     assert_eq!(line["frames"].as_u64().unwrap() as usize, rows() - 1);

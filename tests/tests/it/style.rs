@@ -46,6 +46,28 @@ fn lines_have_at_most_100_characters() {
     );
 }
 
+/// Files that read the computer's wall clock, which may be set: for stamps that leave the program.
+/// Every deadline is on the monotonic clock ([`std::time::Instant`]).
+const WALL_CLOCK: [&str; 3] = [
+    "host/page/src/feed.rs",
+    "host/runtime/src/operator/stop_latch.rs",
+    "host/runtime/src/wall_clock.rs",
+];
+
+#[test]
+fn no_deadline_is_on_the_wall_clock() {
+    let root = root();
+    let sources = files(&root.join("host"), &[".rs"]).into_iter();
+    let is_source = |name: &str| !name.contains("/tests") && !name.contains("/examples/");
+    let mut found: Vec<String> = sources
+        .filter(|file| read(file).contains("SystemTime::now"))
+        .map(|file| file.strip_prefix(&root).unwrap_or(&file).display().to_string())
+        .filter(|name| is_source(name))
+        .collect();
+    found.sort();
+    assert_eq!(found, WALL_CLOCK);
+}
+
 #[test]
 fn characters_are_counted_and_not_bytes() {
     let text = format!("{}\n{}\n{}\n", "a".repeat(100), "µ".repeat(100), "é".repeat(101));

@@ -15,6 +15,7 @@ use plumb_frame::source::{CameraSource, SourceError};
 use plumb_protocol::Wiring;
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Answer, FromBoard, Jog, Refusal, State, Telemetry};
+use plumb_protocol::provenance::BoardKind;
 use plumb_protocol::units::{Acceleration, Micros, Milliseconds, Point, Rate, Steps16};
 use plumb_runtime::link::{Link, LinkError, Transport};
 use plumb_runtime::rig::Rig;
@@ -37,12 +38,14 @@ struct Lying {
     board: Rc<RefCell<EmulatedBoard>>,
     accumulator: Accumulator,
     lie: Lie,
+    /// Whether it pretends that the board waits for its host.
+    leads: bool,
 }
 
 impl Lying {
     fn new(board: &VirtualBoard, lie: Lie) -> Self {
         let (inner, board) = (board.transport(), Rc::clone(board.board()));
-        Self { inner, board, accumulator: Accumulator::new(), lie }
+        Self { inner, board, accumulator: Accumulator::new(), lie, leads: false }
     }
 }
 
@@ -53,6 +56,10 @@ impl Transport for Lying {
 
     fn now(&self) -> Duration {
         self.inner.now()
+    }
+
+    fn leads(&self) -> bool {
+        self.leads
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
@@ -73,6 +80,26 @@ impl Transport for Lying {
             }
         }
         Ok(())
+    }
+}
+
+/// The time of a real board is that of the world.
+#[test]
+fn only_an_emulated_board_leads_the_time_of_its_host() {
+    let board = VirtualBoard::paper().unwrap();
+    let connect = |kind: BoardKind| {
+        let lie: Lie = Box::new(move |message| {
+            if let FromBoard::Provenance(provenance) = message {
+                provenance.board = kind;
+            }
+            true
+        });
+        Link::connect(Lying { leads: true, ..Lying::new(&board, lie) }).map(|_| ())
+    };
+    connect(BoardKind::Emulated).unwrap();
+    for kind in [BoardKind::Pico, BoardKind::SkrPico, BoardKind::Pico2] {
+        let refused = connect(kind);
+        assert!(matches!(refused, Err(LinkError::Leads { .. })), "{kind:?}: {refused:?}");
     }
 }
 

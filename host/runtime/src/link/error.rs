@@ -1,6 +1,7 @@
 //! Errors of the link between host and board.
 
 use std::error::Error;
+use std::path::Path;
 use std::time::Duration;
 
 use plumb_config::book::page;
@@ -8,7 +9,11 @@ use plumb_protocol::RELEASE;
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
 
+use super::transport::is_pseudo_terminal;
 use crate::board_fault::after_fault;
+
+/// What to look at where the board behind a pseudo-terminal does not answer.
+const EMULATED: &str = "; does the program of this emulated board run (`plumb emulate`)?";
 
 /// Frames that were damaged on the wire in the last two seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -20,11 +25,13 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// Returns the end of a message: the damage as its cause, or `otherwise` where there was none.
-    fn or(&self, otherwise: &str) -> String {
+    /// Returns the end of a message about the board at `port`: the damage as its cause, or
+    /// `otherwise` where there was none. Nothing of an emulated board can be plugged in.
+    fn or(&self, port: &str, otherwise: &str) -> String {
         let Self { to_board, to_host } = self;
         if to_board + to_host == 0 {
-            return otherwise.to_owned();
+            let is_emulated = is_pseudo_terminal(Path::new(port));
+            return if is_emulated { EMULATED } else { otherwise }.to_owned();
         }
         format!(
             ": {to_host} frames from the board and {to_board} frames to it were damaged on the \
@@ -98,7 +105,7 @@ pub enum LinkError {
     /// The board does not answer a request.
     #[error(
         "{port}: no answer to {what} within {waited:?}{}",
-        .damage.or(silence_hint(.what))
+        .damage.or(.port, silence_hint(.what))
     )]
     Silent {
         /// Its path.
@@ -115,7 +122,7 @@ pub enum LinkError {
         "{port}: nothing has come from the board for {:.1} s{}. It stops by itself where no \
          message reaches it",
         .age.as_secs_f64(),
-        .damage.or("; is it powered, and its cable plugged in?")
+        .damage.or(.port, "; is it powered, and its cable plugged in?")
     )]
     NoTelemetry {
         /// Its path.
@@ -129,7 +136,7 @@ pub enum LinkError {
     #[error(
         "{port}: the board has not acknowledged a position for {:.1} s{}",
         .age.as_secs_f64(),
-        .damage.or(": the link is too slow, or loses too much; check the baud rate and the cable")
+        .damage.or(.port, ": the link is too slow, or loses too much; check the baud rate and the cable")
     )]
     Lagging {
         /// Its path.
