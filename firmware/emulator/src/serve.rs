@@ -66,7 +66,8 @@ pub fn serve(board: EmulatedBoard) -> io::Result<Served> {
     serve_at(board, 1.0)
 }
 
-/// The same with `speed` seconds of the board in a second of the computer.
+/// The same, with `speed` seconds of the board in a second of the computer for a host that takes
+/// the board's time.
 ///
 /// # Errors
 /// As [`serve`].
@@ -78,7 +79,8 @@ pub fn serve_at(board: EmulatedBoard, speed: f64) -> io::Result<Served> {
     let stop = Arc::new(AtomicBool::new(false));
     let thread = thread::Builder::new().name("board".into()).spawn({
         let (board, stop) = (Arc::clone(&board), Arc::clone(&stop));
-        let server = Server { board, terminal, listener, pace: Pace::begin(speed), stop };
+        let paces = Paces { free: Pace::begin(1.0), led: Pace::begin(speed) };
+        let server = Server { board, terminal, listener, paces, stop };
         move || server.run()
     })?;
     Ok(Served { board, path, stop, thread: Some(thread) })
@@ -139,8 +141,16 @@ struct Server {
     board: Arc<Mutex<EmulatedBoard>>,
     terminal: Terminal,
     listener: LeadListener,
-    pace: Pace,
+    paces: Paces,
     stop: Arc<AtomicBool>,
+}
+
+/// Paces of a served board.
+struct Paces {
+    /// Real time.
+    free: Pace,
+    /// For a host that takes the board's time.
+    led: Pace,
 }
 
 impl Server {
@@ -187,14 +197,14 @@ impl Server {
         loop {
             let mut board = lock(&self.board);
             let start = board.now();
-            let due = start.0 + self.pace.due(LED_LAG_MAX).as_micros() as u64;
+            let due = start.0 + self.paces.led.due(LED_LAG_MAX).as_micros() as u64;
             let end = due.min(request.until.0);
             let is_over = |board: &EmulatedBoard| request.ends_with_bytes && board.has_bytes();
             while !is_over(&board) && board.now().0 + u64::from(TICK_US) <= end {
                 let next = Micros(board.now().0 + u64::from(TICK_US));
                 board.run_to(next)?;
             }
-            self.pace.pass(Duration::from_micros(board.now().since(start)));
+            self.paces.led.pass(Duration::from_micros(board.now().since(start)));
             let is_there = board.now().0 + u64::from(TICK_US) > request.until.0;
             if is_over(&board) || is_there || self.stop.load(Ordering::Relaxed) {
                 return Ok(Reply { now: board.now(), bytes: board.read() });
@@ -220,9 +230,9 @@ impl Server {
             let mut board = lock(&self.board);
             board.write(bytes);
             let start = board.now();
-            let due = self.pace.due(LAG_MAX).as_micros() as u64;
+            let due = self.paces.free.due(LAG_MAX).as_micros() as u64;
             board.run_to(Micros(start.0 + due))?;
-            self.pace.pass(Duration::from_micros(board.now().since(start)));
+            self.paces.free.pass(Duration::from_micros(board.now().since(start)));
         }
         thread::sleep(SLEEP);
         Ok(())

@@ -35,7 +35,7 @@ impl LedPort {
     /// `serial` again, where no emulated board that gives its time is at its other end.
     pub fn take(serial: Serial) -> Result<Self, Serial> {
         let time = BoardTime::of(Path::new(&serial.name())).ok().flatten();
-        let Some(time) = time else { return Err(serial) };
+        let Some(time) = time.filter(|_| serial.is_pseudo_terminal()) else { return Err(serial) };
         let (sent, arrived) = (Vec::new(), Vec::new());
         let led = Led { serial, time, now: Micros(0), sent, arrived, failure: None };
         let port = Self(Arc::new(Mutex::new(led)));

@@ -173,9 +173,9 @@ impl BoardArgs {
     }
 
     /// Opens the port of the options, of the rig file, or of the one board on USB, in this order.
-    pub(crate) fn open(&self) -> Result<Serial, Failure> {
+    pub(crate) fn open(&self) -> Result<Port, Failure> {
         let BoardPort { port, baud } = self.board()?;
-        Serial::open(&port, baud).map_err(|error| self.not_open(error))
+        Serial::open(&port, baud).map(Port::led).map_err(|error| self.not_open(error))
     }
 
     /// Returns the failure to open the port of this board.

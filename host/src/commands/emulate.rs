@@ -53,8 +53,8 @@ pub(crate) struct Args {
     /// start, positive where cable is paid out. A slow reader loses lines
     #[arg(long)]
     motors: bool,
-    /// Seconds of the board in a second of the computer, 0.01 to 1000. A host with a simulated
-    /// camera keeps this pace too; others are in real time
+    /// Seconds of the simulation in a second of the computer, 0.01 to 1000, while a command with a
+    /// simulated camera, or none, has the board; others are in real time
     #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
     #[arg(value_parser = numbers::within(numbers::PACE))]
     pace: f64,

@@ -13,6 +13,7 @@ use plumb_runtime::link::{Link, LinkError, Serial, Transport};
 use plumb_runtime::rig::{BoardPort, Driver};
 
 use crate::cli::exit::{Exit, Failure, Work, failed};
+use crate::cli::port::Port;
 use crate::cli::port_args::BoardArgs;
 use crate::commands::board::status::report;
 use crate::session::connection::RigBoard;
@@ -84,7 +85,7 @@ pub(crate) fn stop(args: StopArgs) -> Result<Work, Failure> {
 
 pub(crate) fn clear(args: ClearArgs) -> Result<Work, Failure> {
     let link = Link::connect(args.board.open()?)?;
-    let clear = |link: &mut Link<Serial>| {
+    let clear = |link: &mut Link<Port>| {
         let had_fault = matches!(link.status()?.state, State::Fault(_));
         link.clear_fault()?;
         if !had_fault {

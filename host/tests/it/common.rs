@@ -101,10 +101,19 @@ impl Emulator {
         Self::start_with(&[])
     }
 
+    /// The same at the pace of the world, for a test whose own time matters.
+    pub(crate) fn in_real_time() -> Self {
+        Self::at_pace("1", &[])
+    }
+
     /// The same with options.
     pub(crate) fn start_with(options: &[&str]) -> Self {
+        Self::at_pace("20", options)
+    }
+
+    fn at_pace(pace: &str, options: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_plumb"))
-            .args(["emulate", "--json", "-v"])
+            .args(["emulate", "--json", "-v", "--pace", pace])
             .args(options)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

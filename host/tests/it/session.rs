@@ -89,7 +89,7 @@ fn a_fault_and_a_refused_command_stand_in_every_output() {
     let rig = rig_file(folder.path(), edit);
     let path = "x,y,z\n0.52,0.25,0.42\n0.48,0.25,0.42\n";
     fs::write(folder.path().join("path.csv"), path).unwrap();
-    let emulator = Emulator::start();
+    let emulator = Emulator::in_real_time();
     let mut outputs = vec!["--page", "--page-address=127.0.0.1:0", "--out", "run", "--json"];
     if cfg!(feature = "full") {
         outputs.extend(["--mcap", "run.mcap"]);

@@ -12,7 +12,7 @@ pub struct Pace {
     /// Seconds of the simulation in a second of the computer.
     speed: f64,
     last: Instant,
-    /// Time of the simulation that is due.
+    /// Time of the computer that has passed, and not yet in the simulation.
     due: Duration,
 }
 
@@ -26,10 +26,14 @@ impl Pace {
     /// computer.
     pub fn due(&mut self, limit: Duration) -> Duration {
         let now = Instant::now();
-        let elapsed = (now - self.last).min(limit).mul_f64(self.speed);
-        self.due = (self.due + elapsed).min(limit.mul_f64(self.speed));
+        self.due = (self.due + (now - self.last)).min(limit);
         self.last = now;
-        self.due
+        self.due.mul_f64(self.speed)
+    }
+
+    /// Notes that this time of the simulation has passed.
+    pub fn pass(&mut self, time: Duration) {
+        self.due = self.due.saturating_sub(time.div_f64(self.speed));
     }
 
     /// Waits until `time` of the simulation is due, and notes that it has passed.
@@ -38,11 +42,6 @@ impl Pace {
         thread::sleep(missing.div_f64(self.speed));
         self.due(LED_LAG_MAX);
         self.pass(time);
-    }
-
-    /// Notes that this time of the simulation has passed.
-    pub fn pass(&mut self, time: Duration) {
-        self.due = self.due.saturating_sub(time);
     }
 }
 

@@ -1,4 +1,4 @@
-//! docs/use/tutorial.md against the program: its commands are run in real time, and their output is
+//! docs/use/tutorial.md against the program: its commands are run, and their output is
 //! compared with the page.
 //!
 //! A `sh` block is run by bash, in a folder of its own. The `text` block behind it, if there is
@@ -82,7 +82,8 @@ impl Shell<'_> {
 
     /// Starts a command that stays, and waits for the file that it links.
     fn start(&mut self, command: &str) {
-        let mut child = self.bash(&format!("exec {command}"));
+        // The simulation is as quick as the computer.
+        let mut child = self.bash(&format!("exec {command} --pace 100"));
         let log = fs::File::create(self.folder.join("background.log")).unwrap();
         let child = child.stdout(Stdio::null()).stderr(log).spawn().unwrap();
         self.background.push(child);
