@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use plumb_emulator::BoardTime;
 use plumb_protocol::units::Micros;
@@ -64,6 +64,7 @@ impl Led {
     /// Exchanges bytes with the board, and lets it run to `until`, or until it has bytes for the
     /// host if `ends_with_bytes`. The time of a board that is stopped goes on in real time.
     fn run(&mut self, until: Micros, ends_with_bytes: bool) -> Result<(), LinkError> {
+        let begin = Instant::now();
         let reply = self.time.run(&mut self.sent, until, ends_with_bytes);
         match reply.map_err(|source| LinkError::Lost { port: self.serial.name(), source })? {
             Some(reply) => {
@@ -71,7 +72,8 @@ impl Led {
                 self.arrived.extend(reply.bytes);
             }
             None => {
-                thread::sleep(Duration::from_micros(until.since(self.now)));
+                let left = Duration::from_micros(until.since(self.now));
+                thread::sleep(left.saturating_sub(begin.elapsed()));
                 self.now = self.now.max(until);
             }
         }

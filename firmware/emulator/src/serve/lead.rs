@@ -21,7 +21,7 @@ use super::peer::Peer;
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Interval at which a program that waits looks whether the other is stopped.
-const LOOK: Duration = Duration::from_millis(50);
+const LOOK: Duration = Duration::from_millis(10);
 
 /// Largest number of bytes in a message.
 const BYTES_MAX: usize = 1 << 20;

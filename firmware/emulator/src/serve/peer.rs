@@ -6,6 +6,7 @@ use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
+use nix::errno::Errno;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::socket::{getsockopt, sockopt::PeerCredentials};
 
@@ -29,7 +30,11 @@ impl Peer {
     pub(super) fn wait(&self, limit: Duration) -> io::Result<bool> {
         let timeout = PollTimeout::try_from(limit).unwrap_or(PollTimeout::MAX);
         let mut polled = [PollFd::new(self.stream.as_fd(), PollFlags::POLLIN)];
-        Ok(poll(&mut polled, timeout)? > 0)
+        match poll(&mut polled, timeout) {
+            // By a signal.
+            Err(Errno::EINTR) => Ok(false),
+            ready => Ok(ready? > 0),
+        }
     }
 
     /// Returns whether the program is stopped, as by Ctrl-Z. One that only waits for the processor

@@ -40,7 +40,7 @@ use crate::session::{Session, Task};
     "plumb demo --follow eight --upright",
 ])]
 pub(crate) struct Args {
-    /// As quick as the computer is, instead of in real time
+    /// As quick as the computer is, instead of in real time at most; the same for the same seed
     #[arg(long, conflicts_with_all = ["page", "foxglove", "ros2"])]
     virtual_time: bool,
     /// Render into the first frame of this TUM RGB-D folder instead of a room
