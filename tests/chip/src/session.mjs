@@ -44,7 +44,9 @@ export class Session {
   /** Starts or stops the measurement of functions and handlers. */
   trace(what) {
     this.tracer?.end();
-    this.tracer = what ? new Trace(this.chip, what.functions ?? {}, what.handlers ?? {}) : null;
+    if (!what) return void (this.tracer = null);
+    const { functions = {}, handlers = {}, profile = false } = what;
+    this.tracer = new Trace(this.chip, functions, handlers, profile);
   }
 
   /** Plugs a target onto a bus, or unplugs the one at the address if `kind` is null. */
