@@ -9,6 +9,11 @@ const PINS = 30;
 export class Session {
   /** @param {ConstructorParameters<typeof Chip>[0]} options */
   constructor(options) {
+    this.start(options);
+  }
+
+  /** Starts a new chip, in place of the one before. */
+  start(options) {
     this.chip = new Chip(options);
     this.hats = new Map();
     this.wire = null;
@@ -120,6 +125,7 @@ const bytesOf = (hex) => {
 };
 
 const COMMANDS = {
+  image: (session, image) => session.start({ image }),
   run_us: ({ chip }, micros) => chip.runFor(micros * 1000),
   run_cycles: ({ chip }, cycles) => chip.runFor(cycles * CYCLE_NS),
   usb: ({ chip }, hex) => chip.usb.send(bytesOf(hex)),
