@@ -49,12 +49,6 @@ pub fn firmware_image() -> Option<PathBuf> {
     None
 }
 
-/// Returns whether the long form of a test is wanted, as by `make faults` and `make bounce`:
-/// `PLUMB_LONG` is set.
-pub fn is_long() -> bool {
-    std::env::var_os("PLUMB_LONG").is_some()
-}
-
 /// A running chip.
 pub struct Chip {
     emulator: Emulator,

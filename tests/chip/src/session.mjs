@@ -5,6 +5,8 @@ import { Pulses } from './pulses.mjs';
 import { Trace } from './trace.mjs';
 
 const PINS = 30;
+/** Time that the chip runs before `receive_us` looks again for bytes. */
+const RECEIVE_STEP_NS = 200_000;
 
 export class Session {
   /** @param {ConstructorParameters<typeof Chip>[0]} options */
@@ -128,6 +130,8 @@ const COMMANDS = {
   image: (session, image) => session.start({ image }),
   run_us: ({ chip }, micros) => chip.runFor(micros * 1000),
   run_cycles: ({ chip }, cycles) => chip.runFor(cycles * CYCLE_NS),
+  receive_us: ({ chip, told }, micros) =>
+    void chip.runUntil(() => told.usb.length > 0, micros * 1000, RECEIVE_STEP_NS),
   usb: ({ chip }, hex) => chip.usb.send(bytesOf(hex)),
   uart: ({ chip }, hex) => chip.uart0.feed(bytesOf(hex)),
   gpio: ({ chip }, [pin, level]) => chip.drive(pin, level),
