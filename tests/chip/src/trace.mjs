@@ -1,5 +1,5 @@
-// Execution times of functions and exception handlers, to the cycle, from outside. For functions and
-// for a profile there is a check before every instruction: no code is translated during such a
+// Execution times of functions and exception handlers, to the cycle, from outside. For functions
+// and for a profile there is a check before every instruction: no code is translated during such a
 // trace, which makes the chip a few times slower and does not change its behaviour. For handlers
 // alone there is a check before every piece of translated code (core/translate.mjs), because an
 // exception begins before a piece and ends with one.

@@ -19,8 +19,8 @@ const SMOOTHED: u64 = 70;
 
 /// Numbers of rigs.
 struct Rigs {
-    /// Right rigs, and rigs with a fault. 40 have each of the ten faults with rigid and with elastic
-    /// cables, with and without a size.
+    /// Right rigs, and rigs with a fault. 40 have each of the ten faults with rigid and with
+    /// elastic cables, with and without a size.
     each: u64,
     /// Rigs with two faults. 24 have each of the eight pairs three times.
     doubly_wrong: u64,
