@@ -1,14 +1,13 @@
 //! The real firmware in the emulated chip (`tests/chip`), in lock step: the chip's time passes only
 //! during calls.
 
+mod emulator;
 mod port;
 pub mod reach;
 mod session;
 mod symbols;
 
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use plumb_protocol::boards;
 use plumb_protocol::frame::Accumulator;
@@ -16,6 +15,7 @@ use plumb_protocol::message::FromBoard;
 use plumb_protocol::wiring::{MotorPins, Pins};
 use serde_json::{Value, json};
 
+use emulator::Emulator;
 pub use port::ChipPort;
 pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, REVERSING_BALL_UM, Setup, fast_config, point};
 pub use symbols::symbol_address;
@@ -49,17 +49,9 @@ pub fn firmware_image() -> Option<PathBuf> {
     None
 }
 
-/// Returns whether the long form of a test is wanted, as by `make faults` and `make bounce`:
-/// `PLUMB_LONG` is set.
-pub fn is_long() -> bool {
-    std::env::var_os("PLUMB_LONG").is_some()
-}
-
 /// A running chip.
 pub struct Chip {
-    child: Child,
-    commands: ChildStdin,
-    replies: BufReader<ChildStdout>,
+    emulator: Emulator,
     accumulator: Accumulator,
     /// Cycles since power-on.
     pub cycle: u64,
@@ -91,20 +83,8 @@ impl Chip {
     /// # Panics
     /// If Node or its packages are missing, or if the image does not start.
     pub fn start_with(image: &Path, pins: &Pins) -> Self {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("chip/serve.mjs");
-        let mut child = Command::new("node")
-            .arg(script)
-            .arg(image)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("Node runs the emulated chip (scripts/chip makes it ready)");
-        let commands = child.stdin.take().expect("its standard input");
-        let replies = BufReader::new(child.stdout.take().expect("its standard output"));
         let mut chip = Self {
-            child,
-            commands,
-            replies,
+            emulator: Emulator::start(image),
             accumulator: Accumulator::new(),
             cycle: 0,
             motors: [0.0; 3],
@@ -142,11 +122,7 @@ impl Chip {
     /// # Panics
     /// If the chip's process has ended or reports an error.
     pub fn execute(&mut self, command: Value) -> Value {
-        writeln!(self.commands, "{command}").expect("the chip takes commands");
-        let mut line = String::new();
-        self.replies.read_line(&mut line).expect("the chip replies");
-        let reply: Value = serde_json::from_str(&line).expect("a reply is JSON");
-        assert!(reply["error"].is_null(), "{command}: {reply}");
+        let reply = self.emulator.execute(&command);
         self.cycle = reply["cycle"].as_u64().expect("a cycle");
         if let Some(steps) = reply["steps"].as_array() {
             for (motor, steps) in self.motors.iter_mut().zip(steps) {
@@ -193,12 +169,5 @@ impl Chip {
                 self.received.push(message.expect("the emulated link is lossless"));
             }
         }
-    }
-}
-
-impl Drop for Chip {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }

@@ -18,3 +18,9 @@ pub mod reversals;
 pub mod soak;
 pub mod source_tree;
 pub mod tensions;
+
+/// Returns whether the long form of a test is wanted, as by `make test-all`, `make faults` and
+/// `make bounce`: `PLUMB_LONG` is set.
+pub fn is_long() -> bool {
+    std::env::var_os("PLUMB_LONG").is_some()
+}

@@ -15,6 +15,7 @@ import { repairDma } from './repairs/dma.mjs';
 import { Pins } from './repairs/gpio.mjs';
 import { I2cBus, repairI2c } from './repairs/i2c.mjs';
 import { repairPpb } from './repairs/ppb.mjs';
+import { repairPwm } from './repairs/pwm.mjs';
 import { installRegisters } from './repairs/registers.mjs';
 import { repairSsi } from './repairs/ssi.mjs';
 import { repairTimer } from './repairs/timer.mjs';
@@ -240,6 +241,7 @@ export class Chip {
     repairPpb(mcu, this.core, (cause) => this.requestReset(cause));
     repairTimer(mcu, clock);
     repairDma(mcu, clock, this.bus);
+    repairPwm(mcu);
     this.resetsHeld = installRegisters(mcu, this.chipReset, resetsHeld, (bits) => {
       if (bits & RESETS_USBCTRL) this.port.reset();
     });

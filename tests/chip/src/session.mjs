@@ -5,10 +5,17 @@ import { Pulses } from './pulses.mjs';
 import { Trace } from './trace.mjs';
 
 const PINS = 30;
+/** Time that the chip runs before `receive_us` looks again for bytes. */
+const RECEIVE_STEP_NS = 200_000;
 
 export class Session {
   /** @param {ConstructorParameters<typeof Chip>[0]} options */
   constructor(options) {
+    this.start(options);
+  }
+
+  /** Starts a new chip, in place of the one before. */
+  start(options) {
     this.chip = new Chip(options);
     this.hats = new Map();
     this.wire = null;
@@ -44,7 +51,9 @@ export class Session {
   /** Starts or stops the measurement of functions and handlers. */
   trace(what) {
     this.tracer?.end();
-    this.tracer = what ? new Trace(this.chip, what.functions ?? {}, what.handlers ?? {}) : null;
+    if (!what) return void (this.tracer = null);
+    const { functions = {}, handlers = {}, profile = false } = what;
+    this.tracer = new Trace(this.chip, functions, handlers, profile);
   }
 
   /** Plugs a target onto a bus, or unplugs the one at the address if `kind` is null. */
@@ -118,8 +127,11 @@ const bytesOf = (hex) => {
 };
 
 const COMMANDS = {
+  image: (session, image) => session.start({ image }),
   run_us: ({ chip }, micros) => chip.runFor(micros * 1000),
   run_cycles: ({ chip }, cycles) => chip.runFor(cycles * CYCLE_NS),
+  receive_us: ({ chip, told }, micros) =>
+    void chip.runUntil(() => told.usb.length > 0, micros * 1000, RECEIVE_STEP_NS),
   usb: ({ chip }, hex) => chip.usb.send(bytesOf(hex)),
   uart: ({ chip }, hex) => chip.uart0.feed(bytesOf(hex)),
   gpio: ({ chip }, [pin, level]) => chip.drive(pin, level),

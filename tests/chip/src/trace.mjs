@@ -1,14 +1,17 @@
-// Execution times of functions and exception handlers, to the cycle, from outside: a check before
-// every instruction. No code is translated during a trace, which makes the chip a few times slower
-// and does not change its behaviour.
+// Execution times of functions and exception handlers, to the cycle, from outside. For functions
+// and for a profile there is a check before every instruction: no code is translated during such a
+// trace, which makes the chip a few times slower and does not change its behaviour. For handlers
+// alone there is a check before every piece of translated code (core/translate.mjs), because an
+// exception begins before a piece and ends with one.
 
 export class Trace {
   /**
    * @param {import('./chip.mjs').Chip} chip up to its next reset
    * @param {Record<string, number>} functions by name: address of the first instruction
    * @param {Record<string, number>} handlers by name: number of the exception (16 + IRQ)
+   * @param {boolean} hasProfile whether the cycles of each instruction are counted
    */
-  constructor(chip, functions, handlers) {
+  constructor(chip, functions, handlers, hasProfile) {
     this.chip = chip;
     this.core = chip.core;
     this.names = new Map(Object.entries(functions).map(([name, address]) => [address & ~1, name]));
@@ -22,27 +25,39 @@ export class Trace {
     /** Functions that have not returned: { name, began, sp, back }. */
     this.open = [];
     this.forget();
-    chip.bus.pieceAt = () => null;
-    this.core.step = (bus) => {
-      this.look();
-      return Object.getPrototypeOf(this.core).step.call(this.core, bus);
-    };
+    const { pieceAt } = chip.bus;
+    if (this.names.size === 0 && !hasProfile) {
+      chip.bus.pieceAt = (address) => {
+        this.lookForHandlers();
+        return pieceAt.call(chip.bus, address);
+      };
+    } else {
+      chip.bus.pieceAt = () => {
+        this.look();
+        return null;
+      };
+    }
   }
 
   look() {
     const { core, chip, open } = this;
     this.charge();
+    this.lookForHandlers();
+    while (open.length > 0 && core.pc === open.at(-1).back && core.r[13] === open.at(-1).sp)
+      this.ends(open.pop());
+    const name = this.names.get(core.pc);
+    if (name !== undefined)
+      open.push({ name, began: chip.cycles, sp: core.r[13], back: core.r[14] & ~1 });
+  }
+
+  lookForHandlers() {
+    const { core, chip } = this;
     for (const handler of this.handlers) {
       if (core.IPSR !== handler.number) {
         handler.left = true;
         if (handler.began !== null) this.ends(handler);
       } else if (handler.left) handler.began ??= chip.cycles;
     }
-    while (open.length > 0 && core.pc === open.at(-1).back && core.r[13] === open.at(-1).sp)
-      this.ends(open.pop());
-    const name = this.names.get(core.pc);
-    if (name !== undefined)
-      open.push({ name, began: chip.cycles, sp: core.r[13], back: core.r[14] & ~1 });
   }
 
   /**
@@ -94,6 +109,5 @@ export class Trace {
 
   end() {
     delete this.chip.bus.pieceAt;
-    delete this.core.step;
   }
 }

@@ -86,6 +86,20 @@ test('functions are measured to the cycle, and only on request', () => {
   assert.deepEqual(session.do({ reset: 'run', trace: null, run_us: 10, calls: true }).calls, {});
 });
 
+test('a new image starts a new chip, without what the one before had', () => {
+  const session = new Session({ image: image() });
+  session.do({ run_us: 100 });
+  const { cycle, uart, resets } = session.do({ image: image(), run_us: 100 });
+  assert.equal(cycle, 12_500);
+  assert.equal(uart[0][1], 'abcd');
+  assert.equal(resets, undefined);
+});
+
+test('a wait for bytes that do not come ends in its time', () => {
+  const session = new Session({ image: image() });
+  assert.equal(session.do({ receive_us: 1000 }).cycle, 125_000);
+});
+
 test('a reset, memory and the load are reported', () => {
   const session = new Session({ image: image() });
   session.do({ run_us: 100 });

@@ -80,6 +80,7 @@ test('translated random programs are equal, for any division into steps', () => 
   for (let seed = 1; seed <= 150; seed++) {
     const [plain, fast] = [anyProgram(seed * 7919).chip(), anyProgram(seed * 7919).chip()];
     plain.bus.pieceAt = () => null;
+    fast.bus.often = 20;
     plain.runFor(MS);
     for (let i = 0; i < 500; i++) fast.runFor(2 * US);
     assert.deepEqual(outcome(fast), outcome(plain), `seed ${seed}`);
@@ -104,6 +105,7 @@ test('code in SRAM is translated again after a write over it', () => {
       .jump(`loop${n}`, 1);
   }
   const chip = program.sleep().chip();
+  chip.bus.often = 20;
   chip.poke(CODE, [0, 0, 0x09, 0x18, 0x70, 0x47]);
   chip.poke(CODE + 2, [0x09, 0x18]);
   chip.runFor(MS);

@@ -3,11 +3,9 @@
 use std::time::Duration;
 
 use plumb_runtime::link::{LinkError, Transport};
+use serde_json::json;
 
 use super::{CYCLES_PER_US, Chip};
-
-/// Time that the chip runs before the port looks again for bytes, µs.
-const STEP_US: u64 = 200;
 
 /// Port of a chip. The chip's time passes while the link waits.
 pub struct ChipPort<'a> {
@@ -39,9 +37,8 @@ impl Transport for ChipPort<'_> {
     }
 
     fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
-        let end = self.now() + wait;
-        while self.read == self.chip.usb_bytes.len() && self.now() < end {
-            self.chip.run_us(STEP_US);
+        if self.read == self.chip.usb_bytes.len() {
+            self.chip.execute(json!({ "receive_us": wait.as_micros() as u64 }));
         }
         bytes.extend(&self.chip.usb_bytes[self.read..]);
         self.read = self.chip.usb_bytes.len();

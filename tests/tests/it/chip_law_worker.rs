@@ -60,7 +60,7 @@ fn no_tick_is_late_while_a_deferred_law_computes() {
         let mut chip =
             Chip::start(&image).configured(fast_config(62_500.0, StepDir::TMC2209).with_law(law));
         chip.seek(BALL_UM, FAR_TARGET_UM);
-        chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        chip.execute(json!({ "trace": { "handlers": { "tick": STEPPING } } }));
         for at in 0..15 {
             chip.send_position([BALL_UM[0] + 3000 * at, BALL_UM[1] - 700 * at, 1300 * at]);
             for _ in 0..5 {
@@ -98,7 +98,7 @@ fn no_tick_is_late_along_a_path() {
         let mut chip =
             Chip::start(&image).configured(fast_config(1000.0, StepDir::TMC2209).with_law(law));
         chip.send_position(BALL_UM);
-        chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        chip.execute(json!({ "trace": { "handlers": { "tick": STEPPING } } }));
         for k in 0..30 {
             let time = f64::from(k) / 30.0;
             let message = reference(k as u16, false, time, time, line);

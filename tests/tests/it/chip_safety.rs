@@ -14,8 +14,9 @@ use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
 use plumb_protocol::wiring::StepDir;
 use plumb_tests::chip::{
     BALL_UM, CYCLES_PER_US, Chip, EMERGENCY_FILTER_US, ENABLE, FAR_TARGET_UM, fast_config,
-    firmware_image, is_long,
+    firmware_image,
 };
+use plumb_tests::is_long;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};

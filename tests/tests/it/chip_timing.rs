@@ -80,7 +80,7 @@ fn no_tick_is_late_for_any_input() {
         let mut chip = Chip::start(&image).configured(config);
         chip.seek(BALL_UM, FAR_TARGET_UM);
         chip.run_us(30_000);
-        chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        chip.execute(json!({ "trace": { "handlers": { "tick": STEPPING } } }));
         for round in 0..40 {
             chip.send_position(if round % 2 == 0 { REVERSING_BALL_UM } else { BALL_UM });
             match round % 8 {
@@ -169,7 +169,7 @@ fn no_tick_is_late_beside_questions_on_the_uart() {
     let hex: String = frames.iter().map(|byte| format!("{byte:02x}")).collect();
     chip.execute(json!({ "uart": hex }));
     chip.run_us(20_000);
-    chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+    chip.execute(json!({ "trace": { "handlers": { "tick": STEPPING } } }));
     chip.run_us(300_000);
     let spread = phase_spread(&chip.execute(json!({ "calls": true })));
     assert!(spread < SPARE_OF_UART, "phase spread {spread} cycles");
@@ -201,7 +201,7 @@ fn no_tick_is_late_before_the_end_of_the_travel() {
         config.motors.iter_mut().for_each(|motor| motor.travel_max = Steps16(60_000));
         let mut chip = Chip::start(&image).configured(config);
         chip.run_us(10_000);
-        chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        chip.execute(json!({ "trace": { "handlers": { "tick": STEPPING } } }));
         for motor in 0..3 {
             let rate = Rate::from_si(62_000.0).expect("a rate");
             assert_eq!(

@@ -29,8 +29,8 @@ const isReserved = (address) => address >= XIP_END && address < SRAM;
 
 /** Halfwords at the beginning of flash that may be translated: 1 MB. */
 const FLASH_PIECES = 512 * 1024;
-/** Number of runs after which code is translated. */
-const OFTEN = 20;
+/** Number of runs, up to 254, after which code is translated: most of a start runs less often. */
+const OFTEN = 250;
 
 export class Bus {
   constructor(mcu) {
@@ -50,6 +50,7 @@ export class Bus {
     /** Translations by address, and the number of runs of code without one. */
     this.pieces = new Array(FLASH_PIECES + this.sramSize / 2).fill(undefined);
     this.visits = new Uint8Array(this.pieces.length);
+    this.often = OFTEN;
     /** Which words of SRAM have been translated. */
     this.code = new Uint8Array(this.sramSize / 4);
     /**
@@ -100,7 +101,7 @@ export class Bus {
     }
     let piece = this.pieces[index];
     if (piece === undefined) {
-      if (this.visits[index]++ < OFTEN) return null;
+      if (this.visits[index]++ < this.often) return null;
       piece = translate(this, address);
       this.pieces[index] = piece;
     }

@@ -211,13 +211,41 @@ function literal(op, at, bus) {
   return { ...plain(`r[${(op >> 8) & 7}] = ${value};`), cycles: 2, literal: from };
 }
 
-/** The end of a piece: a branch, a call or a return, by the instruction's own function. */
+/** The end of a piece: a branch, a call or a return. */
 const ends = (op) =>
   (op >> 12 === 13 && ((op >> 8) & 15) < 14) ||
   op >> 11 === 28 ||
   op >> 11 === 30 ||
   (op & 0xff00) === 0xbd00 ||
   (op & 0xff00) === 0x4700;
+
+/** B with a condition, by bits 11 to 8: whether it branches (instructions.mjs, BRANCHES). */
+const CONDITIONS = [
+  'core.z === 0',
+  'core.z !== 0',
+  'core.c === 1',
+  'core.c === 0',
+  'core.n < 0',
+  'core.n >= 0',
+  'core.v === 1',
+  'core.v === 0',
+  'core.c === 1 && core.z !== 0',
+  'core.c === 0 || core.z === 0',
+  'core.n < 0 === (core.v === 1)',
+  'core.n < 0 !== (core.v === 1)',
+  'core.z !== 0 && core.n < 0 === (core.v === 1)',
+  'core.z === 0 || core.n < 0 !== (core.v === 1)',
+];
+
+/** Returns the text of a piece's last instruction, which returns the cycles of the piece. */
+function end(op, at, before) {
+  if (op >> 12 === 13) {
+    const taken = `core.pc = ${at + 4 + ((op << 24) >> 23)}; return ${before + 2};`;
+    return `if (${CONDITIONS[(op >> 8) & 15]}) { ${taken} } return ${before + 1};`;
+  }
+  if (op >> 11 === 28) return `core.pc = ${at + 4 + ((op << 21) >> 20)}; return ${before + 2};`;
+  return `return ${before} + F[${KINDS[op]}](core, ${op});`;
+}
 
 /** Marks instructions whose flags are set again before they are read. */
 function findDeadFlags(parts) {
@@ -271,7 +299,7 @@ export function translate(bus, start) {
     const here = `core.at = ${at}; core.pc = ${at + 2}; core.instructions += ${i + 1};`;
     const before = spent;
     spent += part.cycles;
-    if (part.last) return `${here} return ${before} + F[${KINDS[op]}](core, ${op});`;
+    if (part.last) return `${here} ${end(op, at, before)}`;
     if (part.memory) {
       const slow = `${here} clock.now += ${before}; ${part.slow}`;
       return `a = ${part.address}; if (${part.test}) { ${part.fast} } else { ${slow} }`;
@@ -280,8 +308,8 @@ export function translate(bus, start) {
   });
   const { at, last } = parts.at(-1);
   if (!last) {
-    const end = `core.at = ${at}; core.pc = ${at + 2}; core.instructions += ${parts.length};`;
-    lines.push(`${end} return ${spent};`);
+    const done = `core.at = ${at}; core.pc = ${at + 2}; core.instructions += ${parts.length};`;
+    lines.push(`${done} return ${spent};`);
   }
   const run = compile(lines.join('\n'));
   return { run, reach, lines: start < SRAM ? linesOf(addressesOf(parts)) : null, seen: -1 };

@@ -20,7 +20,7 @@ pub(crate) fn print(image: &Path, law: BenchLaw) {
     let mut chip = start_with(image, 62_500.0, law);
     chip.seek(BALL_UM, EQUAL_RATES_TARGET_UM);
     chip.run_us(30_000);
-    chip.execute(json!({ "trace": {} }));
+    chip.execute(json!({ "trace": { "profile": true } }));
     for at in 0..POSITIONS {
         chip.send_position([BALL_UM[0], BALL_UM[1], at * 1000]);
         chip.run_us(PERIOD_US - 2000);
