@@ -1,7 +1,10 @@
 # Entry points. The work is in scripts/; ARGS="..." is passed on.
 
-PLUMB := cargo run --release --locked -p plumb --bin plumb --
-LAB := cargo run --release --locked -p plumb-lab --
+# A program of the default members. Without -p, cargo builds it with the features of all default
+# members, as `make test` does: no crate is built again.
+RUN := cargo run --release --locked --bin
+PLUMB := $(RUN) plumb --
+LAB := $(RUN) plumb-lab --
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-all adversary faults fuzz chip bench links soak soak-hour coverage
@@ -24,11 +27,11 @@ test-all: setup ## run the tests with other people's stacks: cameras, ROS 2, MCA
 	@scripts/test-all
 
 adversary: setup ## search for broken invariants (ARGS="board --seeds 100000")
-	@cargo run --release --locked -p plumb-adversary -- $(or $(ARGS),board)
+	@$(RUN) adversary -- $(or $(ARGS),board)
 
 faults: setup firmware ## search for faults that are not noticed, or told wrongly
 	@scripts/chip
-	@cargo run --release --locked -p plumb-faults -- $(ARGS)
+	@$(RUN) faults -- $(ARGS)
 	@PLUMB_KILLS=100 PLUMB_LONG=1 cargo test --release --locked \
 		--test it -- killed:: chip_steps:: chip_agrees::
 
@@ -38,17 +41,17 @@ fuzz: setup ## call every parser and the board with random input (ARGS="board --
 chip: setup ## run the firmware in an emulated chip, on a pseudo-terminal
 	@scripts/chip
 	@scripts/firmware
-	@cargo run --release --locked -p plumb-tests --bin chip-terminal -- target/firmware/plumb.elf
+	@$(RUN) chip-terminal -- target/firmware/plumb.elf
 
 bench: setup ## reproduce the control and vision measurements
 	@$(LAB) paper $(ARGS)
 	@$(LAB) vision $(ARGS)
 
 links: setup ## run every law over slow, lossy and broken links (ARGS="--seeds 100")
-	@cargo run --release --locked -p plumb-tests --bin links -- $(ARGS)
+	@$(RUN) links -- $(ARGS)
 
 soak: setup ## drive one board for 100 hours of virtual time, with failures (ARGS="--hours 10")
-	@cargo run --release --locked -p plumb-tests --bin soak -- $(ARGS)
+	@$(RUN) soak -- $(ARGS)
 
 soak-hour: setup ## drive an emulated board for an hour of real time (ARGS="SECONDS")
 	@scripts/soak-hour $(ARGS)

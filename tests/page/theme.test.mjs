@@ -29,59 +29,57 @@ const SHOWN = {
 };
 
 let browser;
-before(() => { browser = new Browser(); });
-after(() => browser.close());
+let demo;
+before(async () => {
+  browser = new Browser();
+  demo = await Demo.start();
+});
+after(async () => {
+  await demo.end();
+  await browser.close();
+});
 
 test("each text of the page has its contrast in both themes", async () => {
-  const demo = await Demo.start();
-  try {
-    const tab = await browser.open(demo.address, DESKTOP);
-    await tab.until(`document.getElementById("state").textContent === "seeking"`);
-    const papers = [];
-    for (const theme of THEMES) {
-      await tab.setTheme(theme);
-      for (const size of [DESKTOP, PHONE]) {
-        await tab.resize(size);
-        for (const [name, show] of Object.entries(SHOWN)) {
-          await tab.evaluate(`{ ${show} }`);
-          const found = await shortcomings(tab);
-          assert.deepEqual(found, { unnamed: [], faint: [] }, `${theme}, ${name}`);
-        }
+  const tab = await browser.open(demo.address, DESKTOP);
+  await tab.until(`document.getElementById("state").textContent === "seeking"`);
+  const papers = [];
+  for (const theme of THEMES) {
+    await tab.setTheme(theme);
+    for (const size of [DESKTOP, PHONE]) {
+      await tab.resize(size);
+      for (const [name, show] of Object.entries(SHOWN)) {
+        await tab.evaluate(`{ ${show} }`);
+        const found = await shortcomings(tab);
+        assert.deepEqual(found, { unnamed: [], faint: [] }, `${theme}, ${name}`);
       }
-      papers.push(await tab.evaluate("getComputedStyle(document.documentElement).backgroundColor"));
     }
-    assert.notEqual(papers[0], papers[1], "the dark theme is another one");
-    assert.deepEqual(tab.errors, []);
-  } finally {
-    await demo.end();
+    papers.push(await tab.evaluate("getComputedStyle(document.documentElement).backgroundColor"));
   }
+  assert.notEqual(papers[0], papers[1], "the dark theme is another one");
+  assert.deepEqual(tab.errors, []);
+  await tab.close();
 });
 
 test("the drawings change with the theme, and are readable in both", async () => {
-  const demo = await Demo.start();
-  try {
-    const tab = await browser.open(demo.address, DESKTOP);
-    const colours = [];
-    for (const theme of THEMES) {
-      await tab.setTheme(theme);
-      // The page hears of it with its next drawing.
-      await tab.evaluate(`new Promise((resolve) =>
-        requestAnimationFrame(() => requestAnimationFrame(() => resolve(true))))`);
-      const found = await tab.evaluate(`import("/canvas.js").then((canvas) => canvas.COLOURS)`);
-      for (const name of ["ink", "grey"]) {
-        const value = contrast(found[name], found.panel);
-        assert.ok(value >= LEAST.text, `${theme}: ${name} has a contrast of ${value}`);
-      }
-      for (const name of ["measured", "target", "start", "choice"]) {
-        const value = contrast(found[name], found.panel);
-        assert.ok(value >= LEAST.line, `${theme}: ${name} has a contrast of ${value}`);
-      }
-      colours.push(found);
+  const tab = await browser.open(demo.address, DESKTOP);
+  const colours = [];
+  for (const theme of THEMES) {
+    await tab.setTheme(theme);
+    // The page hears of it with its next drawing.
+    await tab.evaluate(`new Promise((resolve) =>
+      requestAnimationFrame(() => requestAnimationFrame(() => resolve(true))))`);
+    const found = await tab.evaluate(`import("/canvas.js").then((canvas) => canvas.COLOURS)`);
+    for (const name of ["ink", "grey"]) {
+      const value = contrast(found[name], found.panel);
+      assert.ok(value >= LEAST.text, `${theme}: ${name} has a contrast of ${value}`);
     }
-    assert.notDeepEqual(colours[0], colours[1]);
-  } finally {
-    await demo.end();
+    for (const name of ["measured", "target", "start", "choice"]) {
+      const value = contrast(found[name], found.panel);
+      assert.ok(value >= LEAST.line, `${theme}: ${name} has a contrast of ${value}`);
+    }
+    colours.push(found);
   }
+  assert.notDeepEqual(colours[0], colours[1]);
 });
 
 test("each text of a calibration has its contrast in both themes", async () => {
