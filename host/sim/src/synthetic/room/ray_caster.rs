@@ -11,6 +11,7 @@ use super::shape::{Intersection, Ray, wall};
 use super::view::View;
 use super::{Object, Pattern, Room};
 use crate::synthetic::light::{Material, encode, specular};
+use irradiance::Light;
 
 /// A pixel in progress.
 #[derive(Clone, Copy)]
@@ -18,27 +19,6 @@ struct Pixel {
     hit: Hit,
     /// Irradiance, linear.
     arriving: [f32; 3],
-}
-
-/// The data of a pixel that smoothing needs, kept small for the cache.
-#[derive(Clone, Copy)]
-struct Light {
-    surface: usize,
-    normal: [f32; 3],
-    arriving: [f32; 3],
-}
-
-impl Light {
-    fn of(pixel: &Pixel) -> Self {
-        let normal = pixel.hit.at.normal.map(|x| x as f32).into();
-        Self { surface: pixel.hit.surface, normal, arriving: pixel.arriving }
-    }
-
-    /// Returns whether both pixels are on one surface with similar normals.
-    fn is_like(&self, other: &Self) -> bool {
-        let [a, b] = [&self.normal, &other.normal];
-        self.surface == other.surface && a[0] * b[0] + a[1] * b[1] + a[2] * b[2] > 0.93
-    }
 }
 
 /// First intersection of a ray with the room.
@@ -88,8 +68,8 @@ impl Room {
             height: size.1,
         };
         let mut pixels = caster.rows(|column, row| caster.trace(column, row));
-        let light: Vec<Light> = pixels.iter().map(Light::of).collect();
-        let arriving = caster.rows(|column, row| caster.smoothed_irradiance(&light, column, row));
+        let light = Light::of(&pixels);
+        let arriving = caster.lines(|row| light.smoothed(row, (caster.width, caster.height)));
         for (pixel, arriving) in pixels.iter_mut().zip(arriving) {
             pixel.arriving = arriving;
         }
@@ -105,13 +85,16 @@ impl Room {
 impl RayCaster<'_> {
     /// Returns `of(column, row)` for every pixel, row by row, computed on all cores.
     fn rows<T: Send>(&self, of: impl Fn(usize, usize) -> T + Sync) -> Vec<T> {
+        self.lines(|row| (0..self.width).map(|column| of(column, row)).collect())
+    }
+
+    /// Returns the pixels `of(row)` of every row, computed on all cores.
+    fn lines<T: Send>(&self, of: impl Fn(usize) -> Vec<T> + Sync) -> Vec<T> {
         let workers = std::thread::available_parallelism().map_or(1, usize::from).min(self.height);
         let share = self.height.div_ceil(workers);
         let part = |worker: usize| -> Vec<T> {
             let rows = worker * share..((worker + 1) * share).min(self.height);
-            rows.flat_map(|row| (0..self.width).map(move |column| (column, row)))
-                .map(|(column, row)| of(column, row))
-                .collect()
+            rows.flat_map(&of).collect()
         };
         std::thread::scope(|scope| {
             let part = &part;
