@@ -1,17 +1,6 @@
-//! The chips: their memories, the families of their UF2 files, and the firmware's budgets there.
+//! The chips: their memories and the families of their UF2 files.
 
 use std::ops::Range;
-
-/// Limits of the firmware's sizes, bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Budgets {
-    /// Largest use of the flash.
-    pub flash: u32,
-    /// Largest use of the RAM by variables and by code in RAM.
-    pub statics: u32,
-    /// Smallest RAM for the stack.
-    pub stack: u32,
-}
 
 /// A chip with the flash of its board.
 #[derive(Debug, PartialEq, Eq)]
@@ -29,8 +18,6 @@ pub struct Chip {
     /// Whether a UF2 file begins with a block for no chip, which the boot ROM of the stepping A2
     /// needs to count the others (RP2350-E10).
     pub begins_with_absolute: bool,
-    /// The firmware's budgets. A large addition exceeds them and is noticed.
-    pub budgets: Budgets,
 }
 
 /// The RP2040 of a Pico: 2 MiB of flash, 264 KiB of RAM.
@@ -41,7 +28,6 @@ pub static RP2040: Chip = Chip {
     drive: "RPI-RP2",
     family: 0xe48b_ff56,
     begins_with_absolute: false,
-    budgets: Budgets { flash: 256 * 1024, statics: 144 * 1024, stack: 32 * 1024 },
 };
 
 /// The RP2350 of a Pico 2: 4 MiB of flash, 520 KiB of RAM. The family is that of programs for its
@@ -53,7 +39,6 @@ pub static RP2350: Chip = Chip {
     drive: "RP2350",
     family: 0xe48b_ff59,
     begins_with_absolute: true,
-    budgets: Budgets { flash: 256 * 1024, statics: 144 * 1024, stack: 32 * 1024 },
 };
 
 /// All chips.

@@ -8,6 +8,7 @@ use object::{Endianness, Object, ObjectSymbol};
 use thiserror::Error;
 
 use crate::chip::Chip;
+use crate::sizes::Sizes;
 
 /// Reason why a linked firmware cannot be converted to an image.
 #[derive(Debug, Error, PartialEq, Eq)]
@@ -40,6 +41,8 @@ pub struct Image {
     pub statics: u32,
     /// RAM for the stack, bytes.
     pub stack: u32,
+    /// Most that the linker places in flash and in RAM besides the stack.
+    pub room: Sizes,
 }
 
 impl Image {
@@ -68,8 +71,19 @@ impl Image {
             })
             .map(|s| s.sh_size(endian))
             .sum();
-        let stack = symbol(elf, "_stack_start")?.saturating_sub(symbol(elf, "_stack_end")?);
-        Ok(Self { flash, statics, stack })
+        // The variables begin where the stack does, which grows away from them.
+        let begin = symbol(elf, "_stack_start")?;
+        let stack = begin.saturating_sub(symbol(elf, "_stack_end")?);
+        let room = Sizes {
+            flash: symbol(elf, "_flash_end")?.saturating_sub(chip.flash.start),
+            ram: symbol(elf, "_ram_end")?.saturating_sub(begin),
+        };
+        Ok(Self { flash, statics, stack, room })
+    }
+
+    /// Returns the use of flash and RAM.
+    pub fn used(&self) -> Sizes {
+        Sizes { flash: self.flash.len() as u32, ram: self.statics }
     }
 }
 

@@ -1,10 +1,10 @@
-//! Writes a UF2 file from a linked firmware and prints its sizes with their budgets, or finds the
-//! place of a panic that a board has reported.
+//! Writes a UF2 file from a linked firmware and prints its sizes with those in a record, or finds
+//! the place of a panic that a board has reported.
 //!
-//! Usage: `plumb-image CHIP ELF UF2`, `plumb-image --place NUMBER ELF`; CHIP is `rp2040` or
-//! `rp2350`. Exit codes: 0, the file is
-//! written, or the place found; 1, a size is over its budget and nothing is written, or the
-//! firmware has no such place; 2, a file cannot be read or written, or is not a firmware.
+//! Usage: `plumb-image CHIP ELF UF2 RECORD`, `plumb-image --place NUMBER ELF`; CHIP is `rp2040` or
+//! `rp2350`. Exit codes: 0, the file is written, or the place found; 1, the file is written and a
+//! size is more than 2 % above its record, or the firmware has no such place; 2, a file cannot be
+//! read or written, or is not a firmware or a record of one.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,12 @@ use std::process::ExitCode;
 use std::{env, fs, io, iter};
 
 use plumb_image::chip::{Chip, RP2040, RP2350};
-use plumb_image::{Image, ImageError, Usage, panic_places, uf2};
+use plumb_image::{Image, ImageError, Sizes, Usage, panic_places, recorded, uf2};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
 enum Failure {
-    #[error("usage: plumb-image rp2040|rp2350 ELF UF2, or plumb-image --place NUMBER ELF")]
+    #[error("usage: plumb-image rp2040|rp2350 ELF UF2 RECORD, or plumb-image --place NUMBER ELF")]
     Usage,
     #[error("{0}: not the number of a place, eight hexadecimal digits")]
     Number(String),
@@ -25,6 +25,8 @@ enum Failure {
     File { path: PathBuf, source: io::Error },
     #[error("{}", path.display())]
     Image { path: PathBuf, source: ImageError },
+    #[error("{}: has no line `{chip} FLASH RAM`", path.display())]
+    Record { path: PathBuf, chip: String },
 }
 
 /// Returns the error about a file.
@@ -38,15 +40,28 @@ fn read(elf: &Path, chip: &Chip) -> Result<Image, Failure> {
     Image::read(&bytes, chip).map_err(|source| Failure::Image { path: elf.to_owned(), source })
 }
 
-/// Writes the UF2 file if all sizes are within their budgets. Returns whether they are.
-fn convert(chip: &Chip, elf: &Path, uf2: &Path) -> Result<bool, Failure> {
+/// Writes the UF2 file. Returns whether no size has grown much since the record.
+fn convert(name: &str, elf: &Path, uf2: &Path, record: &Path) -> Result<bool, Failure> {
+    let chip = match name {
+        "rp2040" => &RP2040,
+        "rp2350" => &RP2350,
+        _ => return Err(Failure::Usage),
+    };
     let image = read(elf, chip)?;
-    let usage = Usage::new(&image, chip.budgets);
+    fs::write(uf2, uf2::file(chip, &image.flash)).map_err(at(uf2))?;
+    let no_line = || Failure::Record { path: record.to_owned(), chip: name.to_owned() };
+    let sizes = recorded(&fs::read_to_string(record).map_err(at(record))?, name);
+    let usage = Usage::new(&image, sizes.ok_or_else(no_line)?);
     println!("{usage}");
-    if usage.within() {
-        fs::write(uf2, uf2::file(chip, &image.flash)).map_err(at(uf2))?;
+    if usage.has_grown() {
+        let Sizes { flash, ram } = image.used();
+        eprintln!(
+            "plumb-image: a size is more than 2 % above its record. Where that is meant, write \
+             `{name} {flash} {ram}` into {}",
+            record.display()
+        );
     }
-    Ok(usage.within())
+    Ok(!usage.has_grown())
 }
 
 /// Prints the place of a panic. Returns whether the firmware has it. The firmware of any chip is
@@ -76,8 +91,7 @@ fn main() -> ExitCode {
     let arguments: Vec<PathBuf> = env::args_os().skip(1).map(PathBuf::from).collect();
     let result = match arguments.as_slice() {
         [option, number, elf] if option == "--place" => find_place(&number.to_string_lossy(), elf),
-        [chip, elf, uf2] if chip == Path::new("rp2040") => convert(&RP2040, elf, uf2),
-        [chip, elf, uf2] if chip == Path::new("rp2350") => convert(&RP2350, elf, uf2),
+        [chip, elf, uf2, record] => convert(&chip.to_string_lossy(), elf, uf2, record),
         _ => Err(Failure::Usage),
     };
     match result {

@@ -1,7 +1,7 @@
-//! Tests of the UF2 file and the budgets.
+//! Tests of the UF2 file and of the comparison with the record of sizes.
 
 use plumb_image::chip::RP2040;
-use plumb_image::{Budgets, Image, ImageError, Usage, uf2};
+use plumb_image::{Image, ImageError, Sizes, Usage, recorded, uf2};
 
 const START: u32 = 0x1000_0000;
 
@@ -40,14 +40,23 @@ fn files_other_than_firmware_are_refused() {
 }
 
 #[test]
-fn one_byte_over_any_budget_fails() {
-    let budgets = Budgets { flash: 100, statics: 50, stack: 20 };
-    let usage = |flash, statics, stack| {
-        Usage::new(&Image { flash: vec![0; flash], statics, stack }, budgets)
+fn growth_of_more_than_2_percent_fails() {
+    let room = Sizes { flash: 2_000_000, ram: 200_000 };
+    let record = recorded("# Sizes\nrp2350 7 8\nrp2040 1000 500\n", "rp2040");
+    assert_eq!(record, Some(Sizes { flash: 1000, ram: 500 }));
+    let has_grown = |flash, statics| {
+        let image = Image { flash: vec![0; flash], statics, stack: 20, room };
+        Usage::new(&image, record.unwrap()).has_grown()
     };
-    assert!(usage(100, 50, 20).within());
-    for over in [usage(101, 50, 20), usage(100, 51, 20), usage(100, 50, 19)] {
-        assert!(!over.within());
-        assert!(over.to_string().contains("OVER BUDGET"));
-    }
+    assert!(!has_grown(1020, 510));
+    assert!(!has_grown(1, 1));
+    assert!(has_grown(1021, 500));
+    assert!(has_grown(1000, 511));
+}
+
+#[test]
+fn a_record_without_the_chip_or_a_size_is_none() {
+    assert_eq!(recorded("rp2350 1 2\n", "rp2040"), None);
+    assert_eq!(recorded("rp2040 1\n", "rp2040"), None);
+    assert_eq!(recorded("rp2040 1 many\n", "rp2040"), None);
 }

@@ -61,10 +61,10 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 /// ```
 ///
 /// # Errors
-/// Where the file cannot be read, has an unknown key, lacks a key, or a value is out of its range:
-/// the ranges of docs/use/camera-file.md; the quaternion's norm is within 1 % of 1 (it is
-/// normalised), and the distortion has an inverse over the whole picture. Without `width` and
-/// `height` the principal point is taken for its middle.
+/// Where the file cannot be read, has an unknown key, lacks a key, or a value is out of its type's
+/// range; where the quaternion's norm is not within 1 % of 1 (it is normalised), or the distortion
+/// has no inverse over the whole picture. Without `width` and `height` the principal point is taken
+/// for its middle.
 pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
     parse(path, &read_text(path, MAX_BYTES)?)
 }

@@ -94,9 +94,10 @@ impl fmt::Display for Range {
     }
 }
 
-/// Writes the end of a range: "0.4", "65535", "1e9".
+/// Writes the end of a range: "0.4", "65535", "1e9", "6.5e-5".
 fn write_bound(f: &mut fmt::Formatter<'_>, bound: f64) -> fmt::Result {
-    if bound.abs() >= 1e9 { write!(f, "{bound:e}") } else { write!(f, "{bound}") }
+    let is_plain = bound == 0.0 || (1e-4..1e9).contains(&bound.abs());
+    if is_plain { write!(f, "{bound}") } else { write!(f, "{bound:e}") }
 }
 
 /// Number out of its range.
@@ -255,6 +256,7 @@ mod tests {
         let wrong = |x: f64| CameraTime::try_from(x).unwrap_err().to_string();
         assert_eq!(wrong(1e308), "1e308 must be above 0, to 10 s");
         assert_eq!(wrong(0.0), "0 must be above 0, to 10 s");
+        assert_eq!(Range::new(0.0, 65e-6, "s").to_string(), "0 to 6.5e-5 s");
         assert_eq!(wrong(f64::NAN), "NaN must be above 0, to 10 s");
         let wrong = |x: f64| Coordinate::try_from(x).unwrap_err().to_string();
         assert_eq!(wrong(f64::NEG_INFINITY), "-inf must be -100 to 100 m");

@@ -34,6 +34,8 @@ enum Absent {
 /// A row of a reference page.
 struct Row {
     key: String,
+    /// Unit; empty for none.
+    unit: String,
     range: String,
     absent: Absent,
 }
@@ -49,7 +51,8 @@ impl Row {
             cell if cell.starts_with("required") => Absent::Error(value(cell)),
             cell => Absent::Default(value(cell)),
         };
-        Some(Self { key, range: cells[3].to_owned(), absent })
+        let unit = if cells[2] == "1" { "" } else { cells[2] }.to_owned();
+        Some(Self { key, unit, range: cells[3].to_owned(), absent })
     }
 
     /// Returns the line of a file that has the example; `None` for a key that may be left out.
@@ -60,14 +63,33 @@ impl Row {
         }
     }
 
-    /// Writes `number` as the example is written, with or without a fraction.
-    fn written(&self, number: f64) -> String {
+    /// Returns the line of a file that has the example or default with `number` in place of each of
+    /// its numbers; a key without one has a number.
+    fn with(&self, number: f64) -> String {
         let value = match &self.absent {
             Absent::Error(value) | Absent::Default(value) => value.as_str(),
-            Absent::Nothing => "1.0",
+            Absent::Nothing => "1",
         };
-        let is_whole = value.parse::<i64>().is_ok() && number.fract() == 0.0;
-        if is_whole { format!("{number}") } else { format!("{number:?}") }
+        let separators = ['[', ']', ',', ' '];
+        let written = value.split_inclusive(separators).map(|part| {
+            let word = part.trim_end_matches(separators);
+            let is_number = word.parse::<f64>().is_ok();
+            if is_number { part.replacen(word, &number.to_string(), 1) } else { part.to_owned() }
+        });
+        format!("{} = {}", self.key, written.collect::<String>())
+    }
+
+    /// Returns whether unit and range are `range`, that of the key's type, as it is written: "above
+    /// 0, to 5 s". Words may follow behind a comma or "and".
+    fn has_range(&self, range: &str) -> bool {
+        let number = match self.unit.as_str() {
+            "" | "the driver's" => Some(range),
+            unit => range.strip_suffix(unit).and_then(|range| range.strip_suffix(' ')),
+        };
+        let rest = number.and_then(|number| self.range.strip_prefix(number));
+        rest.is_some_and(|rest| {
+            rest.is_empty() || rest.starts_with(", ") || rest.starts_with(" and ")
+        })
     }
 
     /// Returns the names that the range lists in quotes.
@@ -76,11 +98,9 @@ impl Row {
     }
 }
 
-/// Returns the number that a text begins with; "4 000 000" has spaces, "4.1e-6" an exponent.
+/// Returns the number that a text begins with.
 fn number(text: &str) -> Option<f64> {
-    let is_part = |c: char| c.is_ascii_digit() || ".e- ".contains(c);
-    let end = text.find(|c| !is_part(c)).unwrap_or(text.len());
-    text[..end].replace(' ', "").parse().ok()
+    text.split([' ', ',']).next()?.parse().ok()
 }
 
 /// Numbers inside a range and outside it.
@@ -92,7 +112,7 @@ struct Samples {
 
 impl Samples {
     /// Returns the ends of a range and numbers beyond them: "0 to 0.4", "above 0, to 5",
-    /// "1, 2, 4"; none of a range in words.
+    /// "1, 2, 4"; none of a range in words. A limit behind "and" may exclude the ends.
     fn of(range: &str) -> Self {
         let mut samples = Self::default();
         let list: Option<Vec<f64>> = range.split(", ").map(|part| part.parse().ok()).collect();
@@ -116,6 +136,9 @@ impl Samples {
         if let Some(largest) = largest {
             samples.inside.push(largest);
             samples.outside.push(largest * 1.02 + if largest.fract() == 0.0 { 1.0 } else { 0.0 });
+        }
+        if range.contains(" and ") {
+            samples.inside.clear();
         }
         samples
     }
@@ -236,13 +259,33 @@ impl Format {
         }
     }
 
+    /// Checks that the page has the units and ranges of the types in the code; returns how many
+    /// there are.
+    fn check_types(&self) -> usize {
+        /// A number that is out of every range.
+        const BEYOND: f64 = 1e18;
+        let (mut count, mut wrong) = (0, Vec::new());
+        for row in &self.rows {
+            let group = self.choice(&row.key);
+            let error = self.parsed(group.as_deref(), &row.key, &row.with(BEYOND)).err();
+            let error = error.unwrap_or_default();
+            let Some((_, range)) = error.trim_end().split_once(" must be ") else { continue };
+            count += 1;
+            if !row.has_range(range) {
+                wrong.push(format!("`{}`: {range}", row.key));
+            }
+        }
+        assert!(wrong.is_empty(), "write these ranges and units:\n{}", wrong.join("\n"));
+        count
+    }
+
     /// Checks the ends of every range that is given in numbers; returns how many there are.
     fn check_ranges(&self) -> usize {
         let mut count = 0;
         for row in &self.rows {
             let group = self.choice(&row.key);
             let set = |number: f64| {
-                let line = format!("{} = {}", row.key, row.written(number));
+                let line = row.with(number);
                 (self.parsed(group.as_deref(), &row.key, &line), line)
             };
             let samples = Samples::of(&row.range);
@@ -285,6 +328,7 @@ fn the_rig_file_page_is_what_the_program_reads() {
     format.check_keys();
     format.check_tables();
     format.check_names();
+    assert!(format.check_types() > 60);
     assert!(format.check_ranges() > 60);
 }
 
@@ -298,6 +342,7 @@ fn the_camera_file_page_is_what_the_program_reads() {
     format.check_keys();
     format.check_tables();
     format.check_names();
+    assert!(format.check_types() > 10);
     assert!(format.check_ranges() > 10);
 }
 
@@ -310,6 +355,7 @@ fn ranges_are_read() {
     assert_eq!(Samples::of("a serial port"), Samples::default());
     assert_eq!(Samples::of("above 0"), samples(&[], &[0.0, -1.0]));
     assert_eq!(Samples::of("1, 2, 4"), samples(&[1.0, 2.0, 4.0], &[0.0, 3.0, 8.0]));
-    assert_eq!(Samples::of("40 to 4 000"), samples(&[40.0, 4000.0], &[35.9, 4081.0]));
+    assert_eq!(Samples::of("40 to 4000"), samples(&[40.0, 4000.0], &[35.9, 4081.0]));
     assert_eq!(Samples::of("-10 to 10"), samples(&[-10.0, 10.0], &[-11.1, 11.2]));
+    assert_eq!(Samples::of("0 to 1 and below `max`"), samples(&[], &[-0.01, 2.02]));
 }

@@ -1,6 +1,6 @@
-//! Numbers of a rig file: their ranges and units, as in docs/use/rig-file.md, and their conversion
-//! to the board's units. Ranges of numbers that the board gets are the board's own (`Params` in
-//! firmware/core).
+//! Numbers of a rig file: their ranges and units, which docs/use/rig-file.md repeats, and their
+//! conversion to the board's units. Ranges of numbers that the board gets are the board's own
+//! (`Params` in firmware/core).
 
 use plumb_config::quantities;
 use plumb_config::quantity::Range;
