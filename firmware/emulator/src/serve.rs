@@ -19,6 +19,7 @@ use thiserror::Error;
 use crate::board::EmulatedBoard;
 use crate::plant::RigError;
 use lead::{LeadListener, LeadingHost, Request};
+use pace::LED_LAG_MAX;
 
 pub use lead::{BoardTime, Reply};
 pub use pace::Pace;
@@ -27,10 +28,6 @@ pub use terminal::Terminal;
 /// Largest lag of the board's clock behind real time. Beyond it the board's clock pauses, so that a
 /// busy machine does not look like a silent host.
 const LAG_MAX: Duration = Duration::from_millis(20);
-
-/// Largest lag behind real time of a simulation that waits for its parts: it is made up for as soon
-/// as they are quick again.
-const LED_LAG_MAX: Duration = Duration::from_millis(100);
 
 /// Longest wait for a request of a host.
 const WAIT: Duration = Duration::from_millis(1);

@@ -8,7 +8,15 @@ use object::{Endianness, Object, ObjectSymbol};
 use thiserror::Error;
 
 use crate::chip::Chip;
-use crate::sizes::Sizes;
+
+/// Sizes of a firmware, bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sizes {
+    /// Content of the flash.
+    pub flash: u32,
+    /// RAM for variables and for code.
+    pub ram: u32,
+}
 
 /// Reason why a linked firmware cannot be converted to an image.
 #[derive(Debug, Error, PartialEq, Eq)]

@@ -12,6 +12,7 @@ pub mod panics;
 pub mod sizes;
 pub mod uf2;
 
+pub use image::Sizes;
 pub use image::{Image, ImageError};
 pub use panics::{PanicPlace, panic_places};
-pub use sizes::{Sizes, Usage, recorded};
+pub use sizes::{Usage, recorded};

@@ -2,19 +2,10 @@
 
 use std::fmt;
 
-use crate::image::Image;
+use crate::image::{Image, Sizes};
 
 /// Largest growth of a size since its record, as a divisor: 2 %.
 const GROWTH: u32 = 50;
-
-/// Sizes of a firmware, bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sizes {
-    /// Content of the flash.
-    pub flash: u32,
-    /// RAM for variables and for code.
-    pub ram: u32,
-}
 
 /// Returns the sizes of the firmware of `chip` in a record. A line of it is `CHIP FLASH RAM`.
 pub fn recorded(record: &str, chip: &str) -> Option<Sizes> {

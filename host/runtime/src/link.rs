@@ -14,6 +14,7 @@ mod goal;
 mod incoming;
 mod monitor;
 mod motion;
+mod pseudo_terminal;
 mod service;
 mod submission;
 mod timing;
@@ -43,7 +44,8 @@ use timing::{ANSWER_TIMEOUT, KEEP_ALIVE, POLL_INTERVAL};
 
 pub use error::{Damage, LinkError, other_port, windows_port};
 pub use evidence::LATE;
-pub use transport::{Serial, Transport, boards, is_pseudo_terminal};
+pub use pseudo_terminal::is_pseudo_terminal;
+pub use transport::{Serial, Transport, boards};
 
 /// Answer of the board to a submitted command: `Err` with the reason of its refusal.
 pub type Reply = Result<(), Refusal>;

@@ -52,8 +52,8 @@ impl fmt::Display for PortArgs {
 }
 
 impl PortArgs {
-    /// Opens the port of the options, or else that of the rig file. An emulated board waits for this
-    /// program, unless the rig's camera is real.
+    /// Opens the port of the options, or else that of the rig file. An emulated board waits for
+    /// this program, unless the rig's camera is real.
     ///
     /// # Errors
     /// Where the port cannot be opened. The board of a simulated rig is emulated, and a port that

@@ -102,8 +102,8 @@ impl Emulator {
     }
 
     /// The same at the pace of the world, for a test whose own time matters.
-    pub(crate) fn in_real_time() -> Self {
-        Self::at_pace("1", &[])
+    pub(crate) fn in_real_time(options: &[&str]) -> Self {
+        Self::at_pace("1", options)
     }
 
     /// The same with options.

@@ -31,7 +31,7 @@ impl Rig {
     fn with(options: &[&str]) -> Self {
         let folder = folder();
         let file = rig_file(folder.path(), patient);
-        Self { emulator: Emulator::start_with(options), folder, file }
+        Self { emulator: Emulator::in_real_time(options), folder, file }
     }
 
     /// Runs `plumb` with rig file and port from the environment.

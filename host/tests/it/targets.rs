@@ -57,7 +57,7 @@ fn good(output: &Output) -> (Value, Value) {
 fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder();
-    let emulator = Emulator::in_real_time();
+    let emulator = Emulator::in_real_time(&[]);
     let (run, mut input) = begun(folder.path(), &emulator);
     // The target stays at its last place: a busy machine may take one or another too late.
     let place = |k: u32| [0.5 - 0.0005 * f64::from(k.min(99)), 0.25, 0.42];
@@ -98,7 +98,7 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
 fn times_in_milliseconds_end_the_run_with_the_reason() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder();
-    let emulator = Emulator::in_real_time();
+    let emulator = Emulator::in_real_time(&[]);
     let (run, mut input) = begun(folder.path(), &emulator);
     for k in 0..20 {
         let line = format!("{{\"t\": {}, \"target\": [0.5, 0.25, 0.42]}}\n", 5000 * k);
@@ -120,7 +120,7 @@ fn times_in_milliseconds_end_the_run_with_the_reason() {
 fn a_line_that_comes_before_the_run_begins_is_driven_to() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder();
-    let emulator = Emulator::in_real_time();
+    let emulator = Emulator::in_real_time(&[]);
     let mut run = start(folder.path(), &emulator, "-");
     let mut input = run.stdin.take().unwrap();
     input.write_all(b"{\"target\": [0.5, 0.25, 0.42]}\n").unwrap();
@@ -134,7 +134,7 @@ fn a_line_that_comes_before_the_run_begins_is_driven_to() {
 fn a_file_is_played_and_a_wrong_one_is_refused_before_anything_moves() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder();
-    let emulator = Emulator::in_real_time();
+    let emulator = Emulator::in_real_time(&[]);
     let line = |t: f64, x: f64| format!("{{\"t\": {t}, \"target\": [{x}, 0.25, 0.42]}}\n");
     let lines: String = (0..60)
         .map(|k| (0.05 * f64::from(k), 0.5 - 0.001 * f64::from(k)))
@@ -185,7 +185,7 @@ fn answer(mut sender: UnixStream) -> String {
 fn a_stranger_moves_nothing_and_a_sender_that_reconnects_is_welcome() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder();
-    let emulator = Emulator::in_real_time();
+    let emulator = Emulator::in_real_time(&[]);
     let mut run = start(folder.path(), &emulator, "unix:targets.sock");
     let socket = folder.path().join("targets.sock");
     let line = |x: f64| format!("{{\"target\": [{x}, 0.25, 0.42]}}\n");
@@ -239,7 +239,7 @@ fn page_script(port: u16) -> String {
 fn the_program_of_the_book_moves_the_ball() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder();
-    let emulator = Emulator::in_real_time();
+    let emulator = Emulator::in_real_time(&[]);
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let mut run = start(folder.path(), &emulator, &format!("tcp:127.0.0.1:{port}"));
     // The script sends for 3 s: it begins after the first row.

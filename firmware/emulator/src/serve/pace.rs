@@ -3,7 +3,9 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::LED_LAG_MAX;
+/// Largest lag behind real time of a simulation that waits for its parts: it is made up for as soon
+/// as they are quick again.
+pub(super) const LED_LAG_MAX: Duration = Duration::from_millis(100);
 
 /// Keeps the time of a simulation at a multiple of the computer's. Where the computer is late by
 /// more than a limit, the simulation goes slower, and nothing in it is late.

@@ -9,11 +9,11 @@ use plumb_protocol::RELEASE;
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
 
-use super::transport::is_pseudo_terminal;
+use super::pseudo_terminal::is_pseudo_terminal;
 use crate::board_fault::after_fault;
 
 /// What to look at where the board behind a pseudo-terminal does not answer.
-const EMULATED: &str = "; does the program of this emulated board run (`plumb emulate`)?";
+const EMULATED: &str = "; look whether its program still runs (`plumb emulate`)";
 
 /// Frames that were damaged on the wire in the last two seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -25,13 +25,11 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// Returns the end of a message about the board at `port`: the damage as its cause, or
-    /// `otherwise` where there was none. Nothing of an emulated board can be plugged in.
-    fn or(&self, port: &str, otherwise: &str) -> String {
+    /// Returns the end of a message: the damage as its cause, or `otherwise` where there was none.
+    fn or(&self, otherwise: &str) -> String {
         let Self { to_board, to_host } = self;
         if to_board + to_host == 0 {
-            let is_emulated = is_pseudo_terminal(Path::new(port));
-            return if is_emulated { EMULATED } else { otherwise }.to_owned();
+            return otherwise.to_owned();
         }
         format!(
             ": {to_host} frames from the board and {to_board} frames to it were damaged on the \
@@ -105,7 +103,7 @@ pub enum LinkError {
     /// The board does not answer a request.
     #[error(
         "{port}: no answer to {what} within {waited:?}{}",
-        .damage.or(.port, silence_hint(.what))
+        .damage.or(hint(.port, silence_hint(.what)))
     )]
     Silent {
         /// Its path.
@@ -122,7 +120,7 @@ pub enum LinkError {
         "{port}: nothing has come from the board for {:.1} s{}. It stops by itself where no \
          message reaches it",
         .age.as_secs_f64(),
-        .damage.or(.port, "; is it powered, and its cable plugged in?")
+        .damage.or(hint(.port, "; is it powered, and its cable plugged in?"))
     )]
     NoTelemetry {
         /// Its path.
@@ -136,7 +134,7 @@ pub enum LinkError {
     #[error(
         "{port}: the board has not acknowledged a position for {:.1} s{}",
         .age.as_secs_f64(),
-        .damage.or(.port, ": the link is too slow, or loses too much; check the baud rate and the cable")
+        .damage.or(": the link is too slow, or loses too much; check the baud rate and the cable")
     )]
     Lagging {
         /// Its path.
@@ -275,6 +273,12 @@ pub enum LinkError {
 
 /// The first request, as in "no answer to the greeting".
 pub(super) const GREETING: &str = "the greeting";
+
+/// Returns what to look at where the board at `port` is silent: `real`, or the program of an
+/// emulated one, which has no plug.
+fn hint<'a>(port: &str, real: &'a str) -> &'a str {
+    if is_pseudo_terminal(Path::new(port)) { EMULATED } else { real }
+}
 
 /// Returns what to look at where the board does not answer a request. One that has never answered
 /// may be none.

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use serialport::{ClearBuffer, SerialPort, SerialPortInfo, SerialPortType, TTYPort};
 
 use super::LinkError;
+use super::pseudo_terminal::is_pseudo_terminal;
 
 /// Byte stream to the board and back.
 pub trait Transport {
@@ -77,13 +78,6 @@ impl Serial {
     fn lost(&self, source: std::io::Error) -> LinkError {
         LinkError::Lost { port: self.name.clone(), source }
     }
-}
-
-/// Returns whether the terminal at `path`, which may be a link, is a pseudo-terminal, or was one
-/// until its program ended.
-pub fn is_pseudo_terminal(path: &Path) -> bool {
-    let target = path.canonicalize().or_else(|_| path.read_link());
-    target.is_ok_and(|path| path.starts_with("/dev/pts"))
 }
 
 /// List of Linux's terminals. Where it is missing, as in a container without `/sys`, `serialport`
@@ -222,7 +216,6 @@ impl Serial {
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
-    use std::os::unix::fs::symlink;
 
     use super::*;
 
@@ -249,15 +242,5 @@ mod tests {
         assert_eq!(error.kind(), ErrorKind::TimedOut);
         assert!(now.get() <= 2 * WRITE_TIMEOUT, "{:?}", now.get());
         write(&[0; 2]).unwrap();
-    }
-
-    #[test]
-    fn a_pseudo_terminal_is_known_by_its_path_also_behind_a_link() {
-        let folder = tempfile::tempdir().unwrap();
-        let (terminal, file) = (folder.path().join("board"), folder.path().join("file"));
-        symlink("/dev/pts", &terminal).unwrap();
-        fs::write(&file, "").unwrap();
-        assert!(is_pseudo_terminal(&terminal));
-        assert!(!is_pseudo_terminal(&file) && !is_pseudo_terminal(Path::new("/dev/null")));
     }
 }

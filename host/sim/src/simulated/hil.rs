@@ -23,8 +23,8 @@ const REPORTS: usize = 30;
 const DRIFT: f64 = 5e-4;
 
 /// Hardware in the loop: a simulated rig that follows the motor positions of any board, real or
-/// emulated, in real time or on the clock of an emulated board. The rig's start is where the board's
-/// motors are at 0: a second run goes on where the first one left the ball.
+/// emulated, in real time or on the clock of an emulated board. The rig's start is where the
+/// board's motors are at 0: a second run goes on where the first one left the ball.
 pub type HilPlant = RealTimeRig<Arc<Mutex<HilRig>>>;
 
 /// Observer that tells the rig of a [`HilPlant`] what the telemetry says of the motors.

@@ -2,6 +2,7 @@
 //! surface, anti-aliased edges.
 
 mod irradiance;
+mod smoothing;
 
 use nalgebra::{Point3, Vector3};
 use plumb_frame::camera::Camera;
@@ -11,7 +12,7 @@ use super::shape::{Intersection, Ray, wall};
 use super::view::View;
 use super::{Object, Pattern, Room};
 use crate::synthetic::light::{Material, encode, specular};
-use irradiance::Light;
+use smoothing::Light;
 
 /// A pixel in progress.
 #[derive(Clone, Copy)]
@@ -68,7 +69,12 @@ impl Room {
             height: size.1,
         };
         let mut pixels = caster.rows(|column, row| caster.trace(column, row));
-        let light = Light::of(&pixels);
+        let value = |of: &dyn Fn(&Pixel) -> f32| pixels.iter().map(of).collect();
+        let light = Light {
+            surface: pixels.iter().map(|pixel| pixel.hit.surface as u32).collect(),
+            normal: [0, 1, 2].map(|k| value(&|pixel| pixel.hit.at.normal[k] as f32)),
+            arriving: [0, 1, 2].map(|k| value(&|pixel| pixel.arriving[k])),
+        };
         let arriving = caster.lines(|row| light.smoothed(row, (caster.width, caster.height)));
         for (pixel, arriving) in pixels.iter_mut().zip(arriving) {
             pixel.arriving = arriving;
