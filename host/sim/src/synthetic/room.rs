@@ -50,7 +50,8 @@ pub(crate) type Surface = (f64, Vector3<f64>, Material);
 impl Object {
     /// Returns the bounding sphere: centre and radius, metres.
     pub(crate) fn bounding_sphere(&self) -> (Point3<f64>, f64) {
-        self.shape.bounding_sphere()
+        let sphere = self.shape.bounding_sphere();
+        (sphere.centre, sphere.radius)
     }
 
     /// Returns the first intersection with the ray from `from` along `along`.

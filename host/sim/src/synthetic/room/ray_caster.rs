@@ -8,7 +8,7 @@ use nalgebra::{Point3, Vector3};
 use plumb_frame::camera::Camera;
 
 use super::pattern::hash_noise;
-use super::shape::{Intersection, Ray, wall};
+use super::shape::{BoundingSphere, Intersection, Ray, wall};
 use super::view::View;
 use super::{Object, Pattern, Room};
 use crate::synthetic::light::{Material, encode, specular};
@@ -36,8 +36,10 @@ struct Hit {
 /// A room and the camera at `eye`.
 struct RayCaster<'a> {
     room: &'a Room,
-    /// Bounding sphere of each object: centre and radius.
-    bounding_sphere: Vec<(Point3<f64>, f64)>,
+    /// Bounding sphere of each object.
+    spheres: Vec<BoundingSphere>,
+    /// Bounding sphere of each [`GROUP`] objects that follow each other.
+    groups: Vec<BoundingSphere>,
     low: Point3<f64>,
     high: Point3<f64>,
     camera: &'a Camera,
@@ -45,6 +47,9 @@ struct RayCaster<'a> {
     width: usize,
     height: usize,
 }
+
+/// Objects in a group: they are near each other, as they are listed.
+const GROUP: usize = 8;
 
 /// Ambient light, linear, order blue, green, red.
 const AMBIENT: [f64; 3] = [0.48, 0.48, 0.47];
@@ -54,13 +59,12 @@ impl Room {
     pub(in crate::synthetic) fn render(&self, camera: &Camera, size: (usize, usize)) -> View {
         let eye = Point3::from(camera.pose.translation.vector);
         let margin = Vector3::repeat(0.3);
+        let spheres: Vec<_> =
+            self.objects.iter().map(|object| object.shape.bounding_sphere()).collect();
         let caster = RayCaster {
             room: self,
-            bounding_sphere: self
-                .objects
-                .iter()
-                .map(|object| object.shape.bounding_sphere())
-                .collect(),
+            groups: spheres.chunks(GROUP).map(BoundingSphere::around).collect(),
+            spheres,
             low: self.low.coords.inf(&(eye - margin).coords).into(),
             high: self.high.coords.sup(&(eye + margin).coords).into(),
             camera,
@@ -121,36 +125,41 @@ impl RayCaster<'_> {
         Ray { from: self.eye, along }
     }
 
-    /// Returns the objects whose bounding sphere `ray` intersects before `t` = `end`. `length` is
-    /// the length of the ray's direction.
-    fn candidates(
+    /// Calls `of` with the objects whose bounding sphere `ray` intersects before `t` = `end`, in
+    /// their order, until it returns something. `length` is the length of the ray's direction.
+    fn find<T>(
         &self,
-        ray: &Ray,
-        length: f64,
-        end: f64,
-    ) -> impl Iterator<Item = (usize, &Object)> {
-        let (ray, square) = (*ray, length * length);
-        self.room.objects.iter().enumerate().zip(&self.bounding_sphere).filter_map(
-            move |((k, object), (centre, radius))| {
-                let to = centre - ray.from;
-                let (along, reach) = (to.dot(&ray.along), radius * length);
-                let near = along > -reach && along - reach < end * square;
-                (near && to.norm_squared() * square - along * along <= reach * reach)
-                    .then_some((k, object))
-            },
-        )
+        (ray, length, end): (&Ray, f64, f64),
+        mut of: impl FnMut(usize, &Object) -> Option<T>,
+    ) -> Option<T> {
+        for (number, group) in self.groups.iter().enumerate() {
+            if !group.is_near(ray, length, end) {
+                continue;
+            }
+            let first = number * GROUP;
+            let spheres = &self.spheres[first..(first + GROUP).min(self.spheres.len())];
+            for (k, sphere) in (first..).zip(spheres) {
+                if sphere.is_near(ray, length, end)
+                    && let Some(found) = of(k, &self.room.objects[k])
+                {
+                    return Some(found);
+                }
+            }
+        }
+        None
     }
 
     /// Returns the first intersection of `ray` with an object or a wall.
     fn intersect(&self, ray: &Ray) -> Hit {
         let mut nearest: Option<(Intersection, usize)> = None;
-        for (k, object) in self.candidates(ray, ray.along.norm(), f64::INFINITY) {
+        self.find::<()>((ray, ray.along.norm(), f64::INFINITY), |k, object| {
             if let Some(at) =
                 object.shape.intersect(ray).filter(|at| nearest.is_none_or(|(n, _)| at.t < n.t))
             {
                 nearest = Some((at, k));
             }
-        }
+            None
+        });
         if let Some((at, k)) = nearest {
             let Object { material, pattern, glow, .. } = self.room.objects[k];
             return Hit { at, surface: 8 * k + usize::from(at.side), material, pattern, glow };

@@ -61,20 +61,49 @@ pub(super) struct Intersection {
     pub(super) side: u8,
 }
 
+/// A ball around solids.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BoundingSphere {
+    pub(super) centre: Point3<f64>,
+    pub(super) radius: f64,
+}
+
+impl BoundingSphere {
+    /// Returns a ball around `spheres`.
+    pub(super) fn around(spheres: &[Self]) -> Self {
+        let sum: Vector3<f64> = spheres.iter().map(|sphere| sphere.centre.coords).sum();
+        let centre = Point3::from(sum / spheres.len() as f64);
+        let reach = |sphere: &Self| (sphere.centre - centre).norm() + sphere.radius;
+        let radius = spheres.iter().map(reach).fold(0.0, f64::max);
+        // What is rounded never leaves a sphere out.
+        Self { centre, radius: radius * (1.0 + 1e-9) }
+    }
+
+    /// Returns whether `ray`, whose direction has this `length`, intersects the ball before `t` =
+    /// `end`.
+    pub(super) fn is_near(&self, ray: &Ray, length: f64, end: f64) -> bool {
+        let (square, to) = (length * length, self.centre - ray.from);
+        let (along, reach) = (to.dot(&ray.along), self.radius * length);
+        let near = along > -reach && along - reach < end * square;
+        near && to.norm_squared() * square - along * along <= reach * reach
+    }
+}
+
 /// A meeting nearer than this is the surface that a ray starts from.
 const START: f64 = 1e-6;
 
 impl Shape {
-    /// A ball around the solid: middle and radius.
-    pub(super) fn bounding_sphere(&self) -> (Point3<f64>, f64) {
-        match *self {
+    /// Returns a ball around the solid.
+    pub(super) fn bounding_sphere(&self) -> BoundingSphere {
+        let (centre, radius) = match *self {
             Self::Block { centre, half, .. } => (centre, half.norm()),
             Self::Sphere { centre, radius } => (centre, radius),
             Self::Ellipsoid { centre, half, .. } => (centre, half.max()),
             Self::Cylinder { base, radius, height } => {
                 (base + Vector3::z() * (height / 2.0), radius.hypot(height / 2.0))
             }
-        }
+        };
+        BoundingSphere { centre, radius }
     }
 
     /// Where `ray` first enters the solid.

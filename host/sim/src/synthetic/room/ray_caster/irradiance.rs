@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::RayCaster;
-use crate::synthetic::room::AreaLight;
 use crate::synthetic::room::shape::{Ray, wall};
+use crate::synthetic::room::{AreaLight, Object};
 
 /// Distance within which objects occlude ambient light, metres.
 const OCCLUSION_DISTANCE: f64 = 0.5;
@@ -12,9 +12,11 @@ const OCCLUSION_DISTANCE: f64 = 0.5;
 impl RayCaster<'_> {
     /// Returns whether an object occludes `ray` before `t` = `end`.
     pub(super) fn is_occluded(&self, ray: &Ray, end: f64) -> bool {
-        self.candidates(ray, ray.along.norm(), end).any(|(_, object)| {
-            object.glow <= 0.0 && object.shape.intersect(ray).is_some_and(|at| at.t < end)
-        })
+        let occludes = |_, object: &Object| {
+            let at = object.shape.intersect(ray).filter(|_| object.glow <= 0.0)?;
+            (at.t < end).then_some(())
+        };
+        self.find((ray, ray.along.norm(), end), occludes).is_some()
     }
 
     /// Returns the ambient visibility at `from`: 1 in the open, less in corners and under objects.
