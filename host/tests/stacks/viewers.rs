@@ -129,7 +129,7 @@ fn a_file_that_is_removed_under_way_fails_the_run() {
     let folder = folder();
     let path = |name: &str| folder.path().join(name);
     let rig = rig_file(folder.path(), patient);
-    let emulator = Emulator::start();
+    let emulator = Emulator::in_real_time(&[]);
     let hold = ["hold", "--rig", &rig, "--port", &emulator.port, "--out", "run", "--json"];
     let files = ["--mcap", "run.mcap", "--record", "recording"];
     let removed = ["run.mcap", "run/run.csv", "recording/rgb.txt", "recording/depth.txt"];

@@ -34,7 +34,7 @@ pub(crate) struct Run {
 impl Run {
     pub(crate) fn start(domain: &Domain, namespace: &str) -> Self {
         let folder = folder();
-        let emulator = Emulator::start();
+        let emulator = Emulator::in_real_time(&[]);
         rig_file(folder.path(), |text| patient(text.replace("/dev/ttyACM0", &emulator.port)));
         let child = Self::command(domain, namespace, folder.path()).spawn().unwrap();
         Self { child: Some(child), _emulator: emulator, _folder: folder }
