@@ -15,12 +15,17 @@ use plumb_runtime::link::{LinkError, Serial, Transport};
 #[derive(Clone)]
 pub struct LedPort(Arc<Mutex<Led>>);
 
+/// Time of the computer for which the board's clock need not be asked for again.
+const FRESH: Duration = Duration::from_millis(5);
+
 struct Led {
     /// The pseudo-terminal, which no other host may open.
     serial: Serial,
     time: BoardTime,
     now: Micros,
-    /// Bytes for the board since the last exchange: for it, no time has passed.
+    /// When that was heard.
+    heard: Instant,
+    /// Bytes for a board whose program is stopped.
     sent: Vec<u8>,
     /// Bytes from the board that nobody has taken.
     arrived: Vec<u8>,
@@ -37,7 +42,8 @@ impl LedPort {
         let time = BoardTime::of(Path::new(&serial.name())).ok().flatten();
         let Some(time) = time.filter(|_| serial.is_pseudo_terminal()) else { return Err(serial) };
         let (sent, arrived) = (Vec::new(), Vec::new());
-        let led = Led { serial, time, now: Micros(0), sent, arrived, failure: None };
+        let (now, heard) = (Micros(0), Instant::now());
+        let led = Led { serial, time, now, heard, sent, arrived, failure: None };
         let port = Self(Arc::new(Mutex::new(led)));
         port.run_to(0.0);
         Ok(port)
@@ -45,14 +51,15 @@ impl LedPort {
 
     /// Returns the time on the board's clock, seconds.
     pub(crate) fn seconds(&self) -> f64 {
-        self.lock().now.0 as f64 * 1e-6
+        self.lock().present().0 as f64 * 1e-6
     }
 
     /// Lets the board run to `time`, seconds on its clock. Where the board has gone the link says
     /// so, at its next call.
     pub(crate) fn run_to(&self, time: f64) {
         let mut led = self.lock();
-        led.failure = led.run(Micros((time * 1e6) as u64), false).err();
+        let ran = led.run(Micros((time * 1e6) as u64), false);
+        led.failure = led.failure.take().or(ran.err());
     }
 
     fn lock(&self) -> MutexGuard<'_, Led> {
@@ -61,11 +68,21 @@ impl LedPort {
 }
 
 impl Led {
+    /// Returns the time on the board's clock, which has gone on where this program was stopped.
+    fn present(&mut self) -> Micros {
+        if self.heard.elapsed() > FRESH {
+            let ran = self.run(self.now, false);
+            self.failure = self.failure.take().or(ran.err());
+        }
+        self.now
+    }
+
     /// Exchanges bytes with the board, and lets it run to `until`, or until it has bytes for the
     /// host if `ends_with_bytes`. The time of a board that is stopped goes on in real time.
     fn run(&mut self, until: Micros, ends_with_bytes: bool) -> Result<(), LinkError> {
         let begin = Instant::now();
         let reply = self.time.run(&mut self.sent, until, ends_with_bytes);
+        self.heard = Instant::now();
         match reply.map_err(|source| LinkError::Lost { port: self.serial.name(), source })? {
             Some(reply) => {
                 self.now = self.now.max(reply.now);
@@ -74,7 +91,7 @@ impl Led {
             None => {
                 let left = Duration::from_micros(until.since(self.now));
                 thread::sleep(left.saturating_sub(begin.elapsed()));
-                self.now = self.now.max(until);
+                self.now.0 += begin.elapsed().as_micros() as u64;
             }
         }
         Ok(())
@@ -87,7 +104,7 @@ impl Transport for LedPort {
     }
 
     fn now(&self) -> Duration {
-        Duration::from_micros(self.lock().now.0)
+        Duration::from_micros(self.lock().present().0)
     }
 
     fn leads(&self) -> bool {
@@ -95,8 +112,10 @@ impl Transport for LedPort {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        self.lock().sent.extend_from_slice(bytes);
-        Ok(())
+        let mut led = self.lock();
+        led.sent.extend_from_slice(bytes);
+        let now = led.now;
+        led.run(now, false)
     }
 
     fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
@@ -105,8 +124,8 @@ impl Transport for LedPort {
             return Err(failure);
         }
         let wait = if led.arrived.is_empty() { wait } else { Duration::ZERO };
-        let until = Micros(led.now.0 + wait.as_micros() as u64);
-        if !wait.is_zero() || !led.sent.is_empty() {
+        if !wait.is_zero() {
+            let until = Micros(led.now.0 + wait.as_micros() as u64);
             led.run(until, true)?;
         }
         bytes.append(&mut led.arrived);
