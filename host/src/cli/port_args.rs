@@ -56,15 +56,22 @@ impl PortArgs {
     /// this program, unless the rig's camera is real.
     ///
     /// # Errors
-    /// Where the port cannot be opened. The board of a simulated rig is emulated, and a port that
-    /// does not exist is then that of an emulation.
+    /// As [`open_in_real_time`](Self::open_in_real_time).
     pub(crate) fn open(&self, rig: &Rig) -> Result<Port, Failure> {
-        let BoardPort { port, baud } = self.applied_to(&rig.board.address());
+        let serial = self.open_in_real_time(rig)?;
         let source = rig.camera.source(rig.simulation.is_some());
         let leads = source.is_ok_and(|source| source == SourceName::Simulated);
-        let opened = Serial::open(&port, baud);
-        let opened = opened.map(|port| if leads { Port::led(port) } else { Port::Serial(port) });
-        opened.map_err(|error| {
+        Ok(if leads { Port::led(serial) } else { Port::Serial(serial) })
+    }
+
+    /// Opens the same port for a run that others share in real time.
+    ///
+    /// # Errors
+    /// Where the port cannot be opened. The board of a simulated rig is emulated, and a port that
+    /// does not exist is then that of an emulation.
+    pub(crate) fn open_in_real_time(&self, rig: &Rig) -> Result<Serial, Failure> {
+        let BoardPort { port, baud } = self.applied_to(&rig.board.address());
+        Serial::open(&port, baud).map_err(|error| {
             let is_absent =
                 matches!(error, LinkError::Absent { .. }) && other_port(&port).is_none();
             let failure = not_open(error, Some(rig));

@@ -15,6 +15,7 @@ use plumb_runtime::run::{RunError, check_targets};
 use crate::cli::choices::{Physics, law};
 use crate::cli::exit::{Failure, Work, failed};
 use crate::cli::interrupt::{interrupt_flag, interrupted_before};
+use crate::cli::port::Port;
 use crate::cli::port_args::PortArgs;
 use crate::cli::rig_path::RigArg;
 use crate::cli::{numbers, print};
@@ -124,7 +125,11 @@ pub(super) fn drive(
     }
     let output_dir = options.run.output_dir("run");
     output_dir.check()?;
-    let transport = options.port.open(&rig)?;
+    // The other programs in ROS 2 do not wait.
+    let transport = match options.run.ros2.ros2 {
+        true => Port::Serial(options.port.open_in_real_time(&rig)?),
+        false => options.port.open(&rig)?,
+    };
     let interrupted = interrupt_flag(true)?;
     let clear = RigBoard { file, rig: &rig, port: &options.port }.command("clear");
     let overflow = Overflow::Drop;

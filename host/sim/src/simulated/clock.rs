@@ -62,7 +62,9 @@ pub trait SimClock {
 /// The rig of a [`VirtualBoard`](super::VirtualBoard), on the board's clock.
 pub struct VirtualRig {
     pub(super) board: Rc<RefCell<EmulatedBoard>>,
-    /// Pace of its time; `None` for as quick as the computer is.
+    /// Whether its time is no faster than real time.
+    pub(super) is_paced: bool,
+    /// Pace of its time from the first wait on.
     pub(super) pace: Option<Pace>,
 }
 
@@ -72,7 +74,8 @@ impl SimClock for VirtualRig {
     }
 
     fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
-        if let Some(pace) = &mut self.pace {
+        if self.is_paced {
+            let pace = self.pace.get_or_insert_with(|| Pace::begin(1.0));
             let left = time - self.board.borrow().now().0 as f64 * 1e-6;
             pace.wait(Duration::from_secs_f64(left.max(0.0)));
         }

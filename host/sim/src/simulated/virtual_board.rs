@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use nalgebra::Point3;
 use plumb_emulator::plant::{Plant, QuasiStatic, RigError, Task};
-use plumb_emulator::{EMULATED, EmulatedBoard, Pace, Wire};
+use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_frame::camera::Camera;
 use plumb_frame::detect::BallDetector;
 use plumb_protocol::PerMotor;
@@ -89,12 +89,12 @@ impl VirtualBoard {
 
     /// Returns the rig, on the board's clock.
     pub fn rig(&self) -> VirtualRig {
-        VirtualRig { board: Rc::clone(&self.0), pace: None }
+        VirtualRig { board: Rc::clone(&self.0), is_paced: false, pace: None }
     }
 
     /// Returns the rig, on the board's clock, which runs no faster than real time.
     pub fn paced_rig(&self) -> VirtualRig {
-        VirtualRig { pace: Some(Pace::begin(1.0)), ..self.rig() }
+        VirtualRig { is_paced: true, ..self.rig() }
     }
 
     /// Returns a camera in a furnished room that looks at the rig with motors at `motors` (metres,
