@@ -62,6 +62,7 @@ impl ConfigStore {
     }
 
     /// Returns the rig that was stored with it; `None` where none was, or one of another version.
+    #[cold]
     pub fn known_rig(&self, flash: &mut impl ReadNorFlash) -> Option<KnownRig> {
         let (slot, record) = self.newest(flash)?;
         let page: Page<KnownRig> = read(flash, self.0[slot] + RIG)?;
@@ -104,6 +105,8 @@ impl ConfigStore {
     ///
     /// # Errors
     /// [`StoreError`] where the flash cannot be read.
+    #[cold]
+    #[inline(never)]
     fn holds(
         &self,
         flash: &mut impl ReadNorFlash,
@@ -122,6 +125,7 @@ impl ConfigStore {
     }
 
     /// Returns the newer of the two records, with its slot.
+    #[cold]
     fn newest(&self, flash: &mut impl ReadNorFlash) -> Option<(usize, Record)> {
         let [a, b] = [0, 1].map(|slot| self.read(flash, slot).map(|record| (slot, record)));
         match (a, b) {
@@ -131,6 +135,7 @@ impl ConfigStore {
     }
 
     /// Returns the record of a slot, where it is whole and of this version.
+    #[cold]
     fn read(&self, flash: &mut impl ReadNorFlash, slot: usize) -> Option<Record> {
         let offset = self.0[slot];
         let config: Page<Config> = read(flash, offset)?;
@@ -142,6 +147,8 @@ impl ConfigStore {
 }
 
 /// Returns the bytes of a page.
+#[cold]
+#[inline(never)]
 fn page<T: Serialize>(sequence: u32, content: T) -> Result<Vec<u8, MAX_FRAME>, StoreError> {
     let mut page: Vec<u8, MAX_FRAME> =
         encode(&Page { schema: SCHEMA, sequence, content }).map_err(|_| StoreError)?;
@@ -150,11 +157,14 @@ fn page<T: Serialize>(sequence: u32, content: T) -> Result<Vec<u8, MAX_FRAME>, S
 }
 
 /// Writes a page.
+#[cold]
 fn write(flash: &mut impl NorFlash, offset: u32, page: &[u8]) -> Result<(), StoreError> {
     flash.write(offset, page).map_err(|_| StoreError)
 }
 
 /// Returns whether the page at `offset` is `page`.
+#[cold]
+#[inline(never)]
 fn has(flash: &mut impl ReadNorFlash, offset: u32, page: &[u8]) -> Result<bool, StoreError> {
     let mut found = [0; MAX_FRAME];
     flash.read(offset, &mut found).map_err(|_| StoreError)?;
@@ -162,6 +172,7 @@ fn has(flash: &mut impl ReadNorFlash, offset: u32, page: &[u8]) -> Result<bool, 
 }
 
 /// Reads a page; `None` where it is not whole, or of another version.
+#[cold]
 fn read<T: DeserializeOwned>(flash: &mut impl ReadNorFlash, offset: u32) -> Option<Page<T>> {
     let mut bytes = [0; MAX_FRAME];
     flash.read(offset, &mut bytes).ok()?;

@@ -39,6 +39,7 @@ pub(super) enum NoAnswer {
 
 impl Exchange {
     /// Returns a request to read a register.
+    #[cold]
     pub(super) fn read(address: u8, register: u8) -> Self {
         let mut bytes = [0; WRITE];
         bytes[..READ - 1].copy_from_slice(&[SYNC, address, register]);
@@ -47,6 +48,7 @@ impl Exchange {
     }
 
     /// Returns a write to a register.
+    #[cold]
     pub(super) fn write(address: u8, register: u8, value: u32) -> Self {
         let mut bytes = [0; WRITE];
         bytes[..3].copy_from_slice(&[SYNC, address, register | IS_WRITE]);
@@ -61,6 +63,7 @@ impl Exchange {
     }
 
     /// Returns the bytes to be sent.
+    #[cold]
     pub fn bytes(&self) -> &[u8] {
         let length = if self.is_read() { READ } else { WRITE };
         &self.bytes[..length]
@@ -68,6 +71,7 @@ impl Exchange {
 
     /// Returns the value that a driver has answered with; 0 for a write, which has no answer.
     /// `received` is what came over the wire: an echo of the request, then the reply.
+    #[cold]
     pub(super) fn answer(&self, received: &[u8]) -> Result<u32, NoAnswer> {
         if !self.is_read() {
             return Ok(0);
@@ -89,6 +93,7 @@ impl Exchange {
 }
 
 /// Returns the CRC of a datagram: x^8 + x^2 + x + 1 from 0, the lowest bit of each byte first.
+#[cold]
 pub(super) fn crc(bytes: &[u8]) -> u8 {
     let bits = bytes.iter().flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1));
     bits.fold(0, |crc, bit| crc << 1 ^ if crc >> 7 ^ bit == 0 { 0 } else { 0x07 })

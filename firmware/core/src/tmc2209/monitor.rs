@@ -100,6 +100,7 @@ pub struct Monitor {
 
 impl Monitor {
     /// Creates the monitor of drivers that are off.
+    #[cold]
     pub fn new(settings: Settings) -> Self {
         Self {
             settings,
@@ -120,6 +121,7 @@ impl Monitor {
 
     /// Sets up the drivers again, after a failure. Once they have been on, a driver that has kept
     /// its settings gets no write: its motor keeps its current.
+    #[cold]
     pub fn set_up_again(&mut self) {
         if self.are_off {
             *self = Self::new(self.settings);
@@ -130,11 +132,13 @@ impl Monitor {
     }
 
     /// Returns whether a driver failed, so that there is nothing to send.
+    #[cold]
     pub fn has_failed(&self) -> bool {
         self.phase == Phase::Failed
     }
 
     /// Returns what is to be sent next; `None` after a failure.
+    #[cold]
     pub fn exchange(&self) -> Option<Exchange> {
         let read = |motor: u8, register| Exchange::read(self.address(motor), register);
         Some(match self.phase {
@@ -160,6 +164,7 @@ impl Monitor {
     }
 
     /// Takes in the bytes that came over the wire in the last [`exchange`](Self::exchange).
+    #[cold]
     pub fn take(&mut self, received: &[u8]) -> Option<Event> {
         let answer = self.exchange()?.answer(received);
         if matches!(self.phase, Phase::Poll { .. }) {
@@ -179,6 +184,7 @@ impl Monitor {
 
     /// Goes on after the last attempt of an exchange: in the poll with the next driver, unless this
     /// one is lost.
+    #[cold]
     fn give_up(&mut self, reason: NoAnswer) -> Option<Event> {
         self.attempts[0] = 0;
         match self.phase {
@@ -198,12 +204,14 @@ impl Monitor {
     }
 
     /// Ends the sequence.
+    #[cold]
     fn fail(&mut self, fault: DriverFault) -> Event {
         self.phase = Phase::Failed;
         Event::Failed(fault)
     }
 
     /// Ends the sequence for a driver that is to be set up.
+    #[cold]
     fn fail_motor(&mut self, motor: u8, fault: DriverFault) -> Event {
         self.pending |= 1 << motor;
         self.fail(fault)
@@ -211,6 +219,7 @@ impl Monitor {
 
     /// Returns the fault of a driver without an answer. Two drivers with one address answer at
     /// once. Their answers damage each other where they differ: in IOIN, where their pins do.
+    #[cold]
     fn no_answer(&self, reason: NoAnswer) -> DriverFault {
         let motor = match self.phase {
             Phase::Poll { motor: NONE, .. } => self.loaded,
@@ -230,6 +239,7 @@ impl Monitor {
     }
 
     /// Goes on after an answer.
+    #[cold]
     fn advance(&mut self, value: u32) -> Option<Event> {
         match self.phase {
             Phase::Delay { address } => {
@@ -255,6 +265,7 @@ impl Monitor {
 
     /// Notes whether a driver has lost its settings: it was reset, has a flag that a set-up ends,
     /// or has not counted the writes that it got.
+    #[cold]
     fn check_settings(&mut self, motor: u8, has_state: bool, value: u32) -> Option<Event> {
         let is_lost = match has_state {
             false => value & gstat::ALL != 0,
@@ -270,6 +281,7 @@ impl Monitor {
     }
 
     /// Sets up the next driver from this motor's on, and goes on after the last.
+    #[cold]
     fn set_up_from(&mut self, motor: u8) -> Option<Event> {
         let skipped = (self.pending >> motor).trailing_zeros() as u8;
         self.phase = match motor.saturating_add(skipped) {
@@ -280,6 +292,7 @@ impl Monitor {
         None
     }
 
+    #[cold]
     fn set_up(&mut self, motor: u8, item: u8, value: u32) -> Option<Event> {
         let count = &mut self.counts[usize::from(motor)];
         self.phase = Phase::SetUp { motor, item: item + 1 };
@@ -307,6 +320,7 @@ impl Monitor {
     }
 
     /// Checks DIR of a driver: first with all of them low, then with each motor's high.
+    #[cold]
     fn check_direction(&mut self, high: u8, motor: u8, value: u32) -> Option<Event> {
         if (value >> 9 & 1 == 1) != (motor == high) {
             return Some(self.fail(DriverFault::Address(motor)));
@@ -320,6 +334,7 @@ impl Monitor {
         None
     }
 
+    #[cold]
     fn begin_poll(&mut self) -> Event {
         self.are_off = false;
         self.unanswered = [0; MOTORS];
@@ -329,6 +344,7 @@ impl Monitor {
 
     /// Judges a driver by GSTAT and DRV_STATUS, `flags`. GSTAT keeps a shut-down that is over: that
     /// was for the temperature, since a short circuit keeps its flag.
+    #[cold]
     fn watch(&mut self, motor: u8, flags: u32) -> Option<Event> {
         let has = |bits| flags & bits != 0;
         let was = |bits| self.state & bits != 0;
@@ -361,6 +377,7 @@ impl Monitor {
     }
 
     /// Notes the reading of a motor's driver, and goes on with the next one.
+    #[cold]
     fn note(&mut self, motor: u8, reading: DriverReading) -> Option<Event> {
         let index = usize::from(motor);
         self.has_changed |= reading != self.readings[index];
@@ -373,6 +390,7 @@ impl Monitor {
     }
 
     /// Takes in SG_RESULT of a driver where it was read, and ends the round.
+    #[cold]
     fn end_round(&mut self, result: Option<u32>) -> Option<Event> {
         if self.settings.chopper == Chopper::StealthChop {
             if let Some(result) = result {

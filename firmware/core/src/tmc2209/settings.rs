@@ -53,6 +53,7 @@ impl Settings {
 
     /// Computes the values for `microsteps` in a full step. Returns `None` where the sense resistor
     /// does not allow the currents, a motor would have no current, or more at rest than in motion.
+    #[cold]
     pub fn new(driver: &Tmc2209, microsteps: u8) -> Option<Self> {
         let sense = SENSE.contains(&driver.sense.0).then(|| u32::from(driver.sense.0) + WIRES)?;
         let scale = |current: Milliamperes, high: usize| {
@@ -76,6 +77,7 @@ impl Settings {
 
     /// Returns write number `index` of the set-up: register and value. The first one switches the
     /// coils off, which also ends the shut-down after a short circuit (section 5.5.3).
+    #[cold]
     pub(super) fn write(&self, index: u8) -> (u8, u32) {
         match index {
             0 => (register::CHOPCONF, self.chopconf),
