@@ -33,7 +33,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("host/ros2", 4900),
     ("host/runtime", 9550),
     ("host/setup", 1700),
-    ("host/sim", 3300),
+    ("host/sim", 3350),
     ("host/verify", 950),
     ("host/vision", 4500),
     ("host/vision/frame", 1250),
