@@ -140,11 +140,6 @@ impl EmulatedBoard {
         self.collect();
     }
 
-    /// Returns whether bytes have arrived at the host since the last call of [`read`](Self::read).
-    pub fn has_bytes(&self) -> bool {
-        !self.waiting.is_empty()
-    }
-
     /// Returns the bytes that have arrived at the host since the last call.
     pub fn read(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.waiting)
@@ -197,6 +192,18 @@ impl EmulatedBoard {
             }
         }
         Ok(())
+    }
+
+    /// Does the same, and stops in the tick in which bytes arrive at the host. Returns whether some
+    /// have arrived that were not [read](Self::read).
+    ///
+    /// # Errors
+    /// As [`run_to`](Self::run_to).
+    pub fn run_until_bytes(&mut self, end: Micros) -> Result<bool, RigError> {
+        while self.waiting.is_empty() && self.now.0 + u64::from(TICK_US) <= end.0 {
+            self.run_to(Micros(self.now.0 + u64::from(TICK_US)))?;
+        }
+        Ok(!self.waiting.is_empty())
     }
 
     /// Runs the drivers on a UART to the present tick, and passes what they tell to the board.

@@ -195,15 +195,14 @@ impl Server {
             let mut board = lock(&self.board);
             let start = board.now();
             let due = start.0 + self.paces.led.due(LED_LAG_MAX).as_micros() as u64;
-            let end = due.min(request.until.0);
-            let is_over = |board: &EmulatedBoard| request.ends_with_bytes && board.has_bytes();
-            while !is_over(&board) && board.now().0 + u64::from(TICK_US) <= end {
-                let next = Micros(board.now().0 + u64::from(TICK_US));
-                board.run_to(next)?;
-            }
+            let end = Micros(due.min(request.until.0));
+            let is_over = match request.ends_with_bytes {
+                true => board.run_until_bytes(end)?,
+                false => board.run_to(end).map(|()| false)?,
+            };
             self.paces.led.pass(Duration::from_micros(board.now().since(start)));
             let is_there = board.now().0 + u64::from(TICK_US) > request.until.0;
-            if is_over(&board) || is_there || self.stop.load(Ordering::Relaxed) {
+            if is_over || is_there || self.stop.load(Ordering::Relaxed) {
                 return Ok(Reply { now: board.now(), bytes: board.read() });
             }
             drop(board);

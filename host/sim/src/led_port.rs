@@ -125,8 +125,9 @@ impl Transport for LedPort {
         }
         let wait = if led.arrived.is_empty() { wait } else { Duration::ZERO };
         if !wait.is_zero() {
-            let until = Micros(led.now.0 + wait.as_micros() as u64);
-            led.run(until, true)?;
+            let end = led.now.0 + wait.as_micros() as u64;
+            // The board's time is whole ticks: a wait for less would never end.
+            led.run(Micros(end.next_multiple_of(u64::from(plumb_core::TICK_US))), true)?;
         }
         bytes.append(&mut led.arrived);
         Ok(())

@@ -38,14 +38,11 @@ impl Transport for Memory {
 
     fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
         let mut board = self.board.borrow_mut();
-        let mut arrived = board.read();
         let end = board.now().0 + wait.as_micros() as u64;
-        while arrived.is_empty() && board.now().0 < end {
-            let next = board.now().0 + u64::from(plumb_core::TICK_US);
-            board.run_to(Micros(next)).map_err(SimulationError::from)?;
-            arrived = board.read();
-        }
-        bytes.append(&mut arrived);
+        // The board's time is whole ticks: a shorter wait is one, too.
+        let end = Micros(end.next_multiple_of(u64::from(plumb_core::TICK_US)));
+        board.run_until_bytes(end).map_err(SimulationError::from)?;
+        bytes.append(&mut board.read());
         Ok(())
     }
 }
