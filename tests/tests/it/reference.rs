@@ -79,8 +79,8 @@ impl Row {
         format!("{} = {}", self.key, written.collect::<String>())
     }
 
-    /// Returns whether unit and range are `range`, that of the key's type, as it is written: "above
-    /// 0, to 5 s". Words may follow behind a comma or "and".
+    /// Returns whether the row has the range of the key's type. `range` is that range with its
+    /// unit, such as "above 0, to 5 s". In the row, words may follow behind a comma or "and".
     fn has_range(&self, range: &str) -> bool {
         let number = match self.unit.as_str() {
             "" | "the driver's" => Some(range),
