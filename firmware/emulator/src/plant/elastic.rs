@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use plumb_protocol::{MOTORS, PerMotor};
 
 use super::forward::lowest_point;
-use super::geometry::{Geometry, add, check_lengths};
+use super::geometry::{Geometry, add};
 use super::interface::{Plant, RigError, check, check_advance};
 
 /// Number of parts of a sub-step in which a cable goes slack or taut. The tension is discontinuous
@@ -70,7 +70,7 @@ impl Elastic {
         lengths_m: PerMotor<f64>,
     ) -> Result<Self, RigError> {
         parameters.check()?;
-        check_lengths(lengths_m)?;
+        geometry.check_lengths(lengths_m)?;
         let position = equilibrium(&geometry, &parameters, lengths_m);
         Self::with_position(geometry, parameters, lengths_m, position)
     }
@@ -82,7 +82,7 @@ impl Elastic {
         lengths_m: PerMotor<f64>,
         position: Point3<f64>,
     ) -> Result<Self, RigError> {
-        check_lengths(lengths_m)?;
+        geometry.check_lengths(lengths_m)?;
         let critical = |k: f64| 2.0 * (k * parameters.mass_kg).sqrt();
         let mut rig = Self {
             geometry,

@@ -1,15 +1,16 @@
-//! Forward kinematics of three cables that pull but cannot push: the lowest point within reach.
+//! Forward kinematics of cables that pull but cannot push: the lowest point within reach.
 //!
 //! A ball at rest minimises its height z subject to |p - M_i| <= l_i. The problem is convex and its
 //! solution is unique. It is the lowest point of one sphere, of the circle where two spheres meet,
 //! or of the two points where three spheres meet. Each of these seven candidates has a closed form.
 //! The solution is the lowest candidate that all cables reach. The cables that do not define it are
-//! slack: their multiplier, which is their tension, is zero.
+//! slack: their multiplier, which is their tension, is zero. With two motors, only the three
+//! candidates without the absent cable exist.
 
 use nalgebra::{Point3, Vector3};
 use plumb_protocol::{MOTORS, PerMotor};
 
-use super::geometry::{Geometry, check_lengths};
+use super::geometry::Geometry;
 use super::interface::{NAMES, RigError};
 
 /// Tolerance of a cable's reach for rounding errors, metres.
@@ -20,34 +21,39 @@ const REACH_TOLERANCE_M: f64 = 1e-10;
 pub struct Hang {
     /// Centre of the ball, metres in the rig frame.
     pub ball: Point3<f64>,
-    /// Whether each cable is slack; order A, B, C.
+    /// Whether each cable is slack; order A, B, C. An absent cable is not.
     pub slack: PerMotor<bool>,
 }
 
-/// Returns the lowest point within reach of three inextensible cables of these lengths (metres;
-/// order A, B, C).
+/// Returns the lowest point within reach of inextensible cables of these lengths (metres; order A,
+/// B, C). The length of an absent cable has no effect.
 ///
 /// # Errors
 /// [`RigError::NoCable`] for a length of zero or less, [`RigError::TooShort`] or
-/// [`RigError::TooShortTogether`] where no point is within reach of all three,
+/// [`RigError::TooShortTogether`] where no point is within reach of all cables,
 /// [`RigError::OutOfRange`] for a length that is not finite.
 pub fn lowest_point(geometry: &Geometry, lengths_m: PerMotor<f64>) -> Result<Hang, RigError> {
-    check_lengths(lengths_m)?;
-    let motors = geometry.motors();
+    geometry.check_lengths(lengths_m)?;
+    let (motors, count) = (geometry.motors(), geometry.count());
     let within_reach = |p: &Point3<f64>| {
-        motors.iter().zip(lengths_m).all(|(m, l)| (p - m).norm() <= l + REACH_TOLERANCE_M)
+        let mut cables = motors.iter().zip(lengths_m).take(count);
+        cables.all(|(m, l)| (p - m).norm() <= l + REACH_TOLERANCE_M)
     };
     let mut best: Option<Hang> = None;
-    // Candidates with fewer cables come first, so that equal heights keep more slack cables.
+    // Candidates with fewer cables come first, so that equal heights keep more slack cables. An
+    // absent cable defines no candidate.
     for (candidate, slack) in candidates(motors, lengths_m) {
         if let Some(ball) = candidate
+            && slack[count..].iter().all(|slack| *slack)
             && within_reach(&ball)
             && best.is_none_or(|b| ball.z < b.ball.z)
         {
             best = Some(Hang { ball, slack });
         }
     }
-    best.ok_or_else(|| too_short(motors, lengths_m))
+    let mut hang = best.ok_or_else(|| too_short(geometry, lengths_m))?;
+    hang.slack[count..].fill(false);
+    Ok(hang)
 }
 
 /// Returns the seven candidates for the lowest point, each with its slack cables.
@@ -110,8 +116,9 @@ fn lower_intersection(
 }
 
 /// Returns the error that names the cables that cannot meet.
-fn too_short(motors: &PerMotor<Point3<f64>>, lengths_m: PerMotor<f64>) -> RigError {
-    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+fn too_short(geometry: &Geometry, lengths_m: PerMotor<f64>) -> RigError {
+    let (motors, count) = (geometry.motors(), geometry.count());
+    for (i, j) in [(0, 1), (1, 2), (2, 0)].into_iter().filter(|(i, j)| *i.max(j) < count) {
         let (sum_m, apart_m) = (lengths_m[i] + lengths_m[j], (motors[i] - motors[j]).norm());
         if sum_m < apart_m {
             return RigError::TooShort { first: NAMES[i], second: NAMES[j], sum_m, apart_m };
@@ -123,7 +130,7 @@ fn too_short(motors: &PerMotor<Point3<f64>>, lengths_m: PerMotor<f64>) -> RigErr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::proptest_config;
+    use crate::plant::{planar_rig, proptest_config};
     use proptest::prelude::*;
 
     fn rig(heights: PerMotor<f64>) -> Geometry {
@@ -135,7 +142,7 @@ mod tests {
 
     /// Solves Σ a_i (M_i - p) = ẑ for the taut cables by least squares; returns (a, residual).
     fn multipliers(g: &Geometry, hang: &Hang) -> (Vec<f64>, f64) {
-        let taut = (0..MOTORS).filter(|i| !hang.slack[*i]).map(|i| g.motors()[i] - hang.ball);
+        let taut = (0..g.count()).filter(|i| !hang.slack[*i]).map(|i| g.motors()[i] - hang.ball);
         let e = nalgebra::DMatrix::from_columns(
             &taut.map(|c| nalgebra::DVector::from_column_slice(c.as_slice())).collect::<Vec<_>>(),
         );
@@ -186,37 +193,61 @@ mod tests {
         assert!(matches!(lowest_point(&g, [0.5, f64::NAN, 1.0]), Err(RigError::OutOfRange { .. })));
     }
 
+    #[test]
+    fn in_a_plane_the_third_cable_has_no_effect() {
+        let g = planar_rig();
+        let ball = Point3::new(0.0, 0.3, 0.6);
+        let [a, b, _] = g.cable_lengths_m(&ball);
+        for length in [0.0, -1.0, 0.1, f64::NAN] {
+            let hang = lowest_point(&g, [a, b, length]).unwrap();
+            assert!((hang.ball - ball).norm() < 1e-12 && hang.ball.x == 0.0, "{}", hang.ball);
+            assert_eq!(hang.slack, [false; MOTORS]);
+            let far = lowest_point(&g, [a + 3.0, b, length]).unwrap();
+            assert_eq!(
+                (far.ball, far.slack[..2].to_vec()),
+                (Point3::new(0.0, 0.0, 1.1 - b), vec![true, false])
+            );
+            let short = lowest_point(&g, [0.4, 0.5, length]);
+            assert!(matches!(short, Err(RigError::TooShort { first: 'A', second: 'B', .. })));
+        }
+    }
+
+    /// Checks that the point is within reach, and that pulling cables alone balance gravity. These
+    /// Karush-Kuhn-Tucker conditions are necessary and sufficient for a convex problem.
+    fn check_lowest(g: &Geometry, lengths: PerMotor<f64>) -> Result<(), TestCaseError> {
+        match lowest_point(g, lengths) {
+            Ok(hang) => {
+                for (i, motor) in g.motors().iter().enumerate().take(g.count()) {
+                    let free = lengths[i] - (hang.ball - motor).norm();
+                    prop_assert!(free > -1e-9, "cable {i} is stretched by {free} m");
+                    prop_assert!(
+                        hang.slack[i] || free < 1e-9,
+                        "cable {i} is not slack, but {free} m are free"
+                    );
+                }
+                let (a, residual) = multipliers(g, &hang);
+                prop_assert!(a.iter().all(|a| *a > -1e-6), "a cable pushes: {a:?}");
+                prop_assert!(residual < 1e-4, "the ball is not at rest: {residual}");
+            }
+            Err(RigError::TooShort { sum_m, apart_m, .. }) => prop_assert!(sum_m < apart_m),
+            Err(RigError::TooShortTogether { .. }) => {
+                prop_assert!(g.count() == MOTORS && !some_point_within(g, lengths));
+            }
+            Err(other) => prop_assert!(false, "{other}"),
+        }
+        Ok(())
+    }
+
     proptest! {
         #![proptest_config(proptest_config())]
 
-        /// Checks that the point is within reach, and that pulling cables alone balance gravity.
-        /// These Karush-Kuhn-Tucker conditions are necessary and sufficient for a convex problem.
         #[test]
         fn no_point_within_reach_is_lower(
             lengths in prop::array::uniform3(0.05..2.0f64),
             heights in prop::array::uniform3(-0.2..0.2f64),
         ) {
-            let g = rig(heights);
-            match lowest_point(&g, lengths) {
-                Ok(hang) => {
-                    for (i, motor) in g.motors().iter().enumerate() {
-                        let free = lengths[i] - (hang.ball - motor).norm();
-                        prop_assert!(free > -1e-9, "cable {i} is stretched by {free} m");
-                        prop_assert!(
-                            hang.slack[i] || free < 1e-9,
-                            "cable {i} is not slack, but {free} m are free"
-                        );
-                    }
-                    let (a, residual) = multipliers(&g, &hang);
-                    prop_assert!(a.iter().all(|a| *a > -1e-6), "a cable pushes: {a:?}");
-                    prop_assert!(residual < 1e-4, "the ball is not at rest: {residual}");
-                }
-                Err(RigError::TooShort { sum_m, apart_m, .. }) => prop_assert!(sum_m < apart_m),
-                Err(RigError::TooShortTogether { .. }) => {
-                    prop_assert!(!some_point_within(&g, lengths));
-                }
-                Err(other) => prop_assert!(false, "{other}"),
-            }
+            check_lowest(&rig(heights), lengths)?;
+            check_lowest(&planar_rig(), lengths)?;
         }
 
         #[test]

@@ -8,7 +8,8 @@ use thiserror::Error;
 pub const LONGEST_STEP_S: f64 = 10.0;
 
 /// Model of a rig whose ball follows the motors: [`QuasiStatic`](super::QuasiStatic) or
-/// [`Elastic`](super::Elastic).
+/// [`Elastic`](super::Elastic). The steps of an absent motor have no effect; it has no tension and
+/// no slack.
 pub trait Plant {
     /// Advances time by `dt_s` seconds (0 to [`LONGEST_STEP_S`]), during which the motors turn from
     /// their last positions to `motors` (full steps since the start, + pays out, fractions allowed;
@@ -71,6 +72,15 @@ pub enum RigError {
         /// Area of the triangle of motors as projected on the horizontal plane, m².
         area_m2: f64,
     },
+    /// Seen from above, two motors of a plane are at one point.
+    #[error(
+        "the two motors are (nearly) above one another (horizontally {apart_m:.1e} m apart): the \
+         two cables cannot hold the ball in a plane; check the motor positions"
+    )]
+    AboveOneAnother {
+        /// Horizontal distance of the motors, metres.
+        apart_m: f64,
+    },
     /// A motor has reeled its whole cable in.
     #[error(
         "motor {motor} has reeled its whole cable in ({length_m:.3} m are left): do not reel in \
@@ -109,7 +119,7 @@ pub enum RigError {
     /// A ball cannot be at rest at the point: a cable would have to push.
     #[error(
         "the ball cannot hang at ({:.3}, {:.3}, {:.3}) m: cable {motor} would have to push; \
-         choose a point below the motors and inside their triangle",
+         choose a point below the motors and between them",
         .ball_m[0], .ball_m[1], .ball_m[2]
     )]
     CannotHang {

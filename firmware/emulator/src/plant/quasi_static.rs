@@ -10,8 +10,8 @@ use super::interface::{Plant, RigError, check_advance};
 /// Singular value of the cables' directions below which a combination of them bears no load.
 const RANK_TOLERANCE: f64 = 1e-9;
 
-/// Rig with three inextensible cables that cannot push. The ball is always at the lowest point
-/// within reach.
+/// Rig with inextensible cables that cannot push. The ball is always at the lowest point within
+/// reach.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuasiStatic {
     geometry: Geometry,
@@ -26,7 +26,8 @@ impl QuasiStatic {
     /// are at zero.
     ///
     /// # Errors
-    /// [`RigError::CannotHang`] if three cables cannot hold a ball at `start`.
+    /// [`RigError::CannotHang`] if the cables cannot hold a ball at `start`;
+    /// [`RigError::OutOfRange`] if it is off the plane of two motors.
     pub fn new(geometry: Geometry, start: Point3<f64>) -> Result<Self, RigError> {
         geometry.check_hangs(&start)?;
         Self::with_lengths(geometry, geometry.cable_lengths_m(&start))
@@ -78,10 +79,11 @@ impl Plant for QuasiStatic {
         let Hang { ball, slack } = self.hang;
         let motors = self.geometry.motors();
         // Columns: directions of the taut cables. The solution is 0 for the zero columns.
-        let directions: PerMotor<_> = std::array::from_fn(|i| match slack[i] {
-            true => Vector3::zeros(),
-            false => (motors[i] - ball).normalize(),
-        });
+        let directions: PerMotor<_> =
+            std::array::from_fn(|i| match slack[i] || i >= self.geometry.count() {
+                true => Vector3::zeros(),
+                false => (motors[i] - ball).normalize(),
+            });
         let svd = Matrix3::from_columns(&directions).svd(true, true);
         svd.solve(&Vector3::z(), RANK_TOLERANCE).ok().map(Into::into)
     }
@@ -90,6 +92,7 @@ impl Plant for QuasiStatic {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plant::planar_rig;
 
     #[test]
     fn paying_out_lowers_the_ball_by_the_jacobian() {
@@ -125,6 +128,26 @@ mod tests {
             numbers.push(rig.slack().into_iter().filter(|slack| *slack).count());
         }
         assert_eq!(numbers, [0, 1, 2], "cables that are slack");
+    }
+
+    #[test]
+    fn two_cables_hold_the_ball_in_their_plane() {
+        let (g, start) = (planar_rig(), Point3::new(0.0, 0.3, 0.7));
+        let mut rig = QuasiStatic::new(g, start).unwrap();
+        let per_weight = g.tensions_per_weight(&start).unwrap();
+        for third in [0.0, 1e6, -1e6] {
+            rig.advance(0.01, [0.0, 0.0, third]).unwrap();
+            assert!((rig.ball() - start).norm() < 1e-12, "the third motor has no effect");
+            assert_eq!(rig.slack(), [false; MOTORS]);
+            let tensions = rig.tensions_per_weight().unwrap();
+            assert!((0..2).all(|i| (tensions[i] - per_weight[i]).abs() < 1e-12), "{tensions:?}");
+            assert_eq!(tensions[2], 0.0);
+        }
+        rig.advance(0.01, [3000.0, 0.0, 0.0]).unwrap();
+        assert_eq!(rig.slack(), [true, false, false], "A is paid out far");
+        assert!((rig.tensions_per_weight().unwrap()[1] - 1.0).abs() < 1e-12);
+        let off = QuasiStatic::new(g, Point3::new(0.01, 0.3, 0.7));
+        assert!(matches!(off, Err(RigError::OutOfRange { .. })), "{off:?}");
     }
 
     #[test]
