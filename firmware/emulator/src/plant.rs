@@ -9,7 +9,7 @@
 //! - [`Plant`]: response of a rig to its motors. In [`QuasiStatic`] the ball is always at rest; in
 //!   [`Elastic`] it has mass and hangs on springs that cannot push.
 //! - [`CameraMonitor`]: positions with a camera's errors, for control loops without images.
-//! - [`Task`], [`Population`]: the paper's task and random tasks.
+//! - [`Task`], [`Population`], [`PlanarPopulation`]: the paper's task and random tasks.
 
 mod camera_monitor;
 mod elastic;
@@ -24,7 +24,7 @@ pub use elastic::{Elastic, ElasticParameters, GRAVITY_M_S2};
 pub use forward::{Hang, lowest_point};
 pub use geometry::{FULL_STEPS_PER_REVOLUTION, Geometry};
 pub use interface::{LONGEST_STEP_S, Plant, RigError};
-pub use population::{Population, Task, Variations};
+pub use population::{PlanarPopulation, Population, Task, Variations};
 pub use quasi_static::QuasiStatic;
 
 /// Returns the settings of the plants' property tests: the same cases in every run.

@@ -176,6 +176,68 @@ impl Variations {
     }
 }
 
+/// Population of rigs with two motors in a plane, and of their tasks. Each quantity is uniform in
+/// its range.
+///
+/// A rig has A (0, D, H), B (0, 0, H). Start and target are between the motors' verticals, each at
+/// its own depth below the lower motor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanarPopulation {
+    /// D = y_A - y_B, metres.
+    pub apart_m: RangeInclusive<f64>,
+    /// Pulley radius r of both motors, metres.
+    pub pulley_radius_m: RangeInclusive<f64>,
+    /// Smallest distance of start and target from the motors' verticals, parts of D; 0 to less than
+    /// 1/2.
+    pub least_aside: f64,
+    /// Smallest distance of start and target below the lower motor, parts of D; above 0.
+    pub least_below: f64,
+    /// Largest distance of start and target below the lower motor, metres.
+    pub most_below_m: f64,
+    /// Largest deviation of each motor's height, up or down, uniform; metres.
+    pub height_m: f64,
+}
+
+impl Default for PlanarPopulation {
+    /// Returns D 0.5-1.5 m; r 5-30 mm; 0.15 D inside the verticals; 0.15 D to 1 m below the motors,
+    /// which are at one height.
+    fn default() -> Self {
+        Self {
+            apart_m: 0.5..=1.5,
+            pulley_radius_m: 0.005..=0.030,
+            least_aside: 0.15,
+            least_below: 0.15,
+            most_below_m: 1.0,
+            height_m: 0.0,
+        }
+    }
+}
+
+impl PlanarPopulation {
+    /// Returns task number `index` of the population with this seed, as [`Population::sample`]
+    /// does.
+    ///
+    /// # Errors
+    /// The errors of [`Geometry::planar`], if the ranges allow invalid rigs.
+    pub fn sample(&self, seed: u64, index: u64) -> Result<Task, RigError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(index);
+        let d = uniform(&mut rng, &self.apart_m);
+        let radius = uniform(&mut rng, &self.pulley_radius_m);
+        let aside = d * self.least_aside..=d * (1.0 - self.least_aside);
+        let below = d * self.least_below..=self.most_below_m;
+        let [from, to] =
+            std::array::from_fn(|_| (uniform(&mut rng, &aside), uniform(&mut rng, &below)));
+
+        let motors = [d, 0.0]
+            .map(|y| Point3::new(0.0, y, MOTOR_HEIGHT_M + self.height_m * symmetric(&mut rng)));
+        let lower = motors[0].z.min(motors[1].z);
+        let place = |(y, below)| Point3::new(0.0, y, lower - below);
+        let geometry = Geometry::planar(motors, [radius; 2])?;
+        Ok(Task { geometry, start: place(from), target: place(to) })
+    }
+}
+
 /// Draws a uniform number from a range. Its bounds may be in any order and may be not finite.
 fn uniform(rng: &mut ChaCha8Rng, range: &RangeInclusive<f64>) -> f64 {
     range.start() + (range.end() - range.start()) * rng.random::<f64>()
@@ -191,7 +253,7 @@ mod tests {
     use plumb_protocol::MOTORS;
 
     use super::*;
-    use crate::plant::{Plant, QuasiStatic};
+    use crate::plant::{Plant, QuasiStatic, lowest_point};
 
     fn shape(g: &Geometry) -> (f64, f64, f64) {
         let [a, b, c] = g.motors();
@@ -309,11 +371,65 @@ mod tests {
         }
     }
 
+    /// Returns 1 000 tasks in a plane, with motors at different heights.
+    fn planar_tasks() -> Vec<Task> {
+        let population = PlanarPopulation { height_m: 0.1, ..Default::default() };
+        assert_ne!(population.sample(2, 5), population.sample(2, 6));
+        (0..1000).map(|index| population.sample(2, index).unwrap()).collect()
+    }
+
+    #[test]
+    fn tasks_in_a_plane_keep_their_distances() {
+        for task in planar_tasks() {
+            let [a, b, _] = *task.geometry.motors();
+            assert!((0.5..1.5).contains(&a.y) && b.y == 0.0 && a.z != b.z);
+            for p in [task.start, task.target] {
+                let below = a.z.min(b.z) - p.z;
+                assert!((0.15 * a.y - 1e-12..1.0).contains(&below), "{below} m below for {a}");
+                assert!((0.15 * a.y..=0.85 * a.y).contains(&p.y), "{p} for {a}");
+                let rig = QuasiStatic::new(task.geometry, p).unwrap();
+                assert!((rig.ball() - p).norm() < 1e-9, "{} is not {p}", rig.ball());
+                assert_eq!(rig.slack(), [false; MOTORS]);
+            }
+        }
+    }
+
+    #[test]
+    fn in_a_plane_the_cables_have_the_same_signs_everywhere() {
+        for Task { geometry, start, .. } in planar_tasks() {
+            let j = geometry.jacobian(&start).unwrap();
+            let signs = j.map(|entry| if entry == 0.0 { 0.0 } else { entry.signum() });
+            #[rustfmt::skip]
+            let expected = nalgebra::Matrix3::new(
+                0.0, 0.0, 0.0,
+                -1.0, 1.0, 0.0,
+                -1.0, -1.0, 0.0,
+            );
+            assert_eq!(signs, expected, "{j} at {start}");
+            let tensions = geometry.tensions_per_weight(&start).unwrap();
+            let pulls = geometry.motors().iter().zip(tensions);
+            let force: Vector3<f64> = pulls.map(|(m, t)| (m - start).normalize() * t).sum();
+            assert!((force - Vector3::z()).norm() < 1e-12, "{tensions:?} at {start}");
+            // The derivative of the forward kinematics, by central differences.
+            for motor in 0..MOTORS {
+                let at = |change: f64| {
+                    let mut lengths = geometry.cable_lengths_m(&start);
+                    lengths[motor] += change;
+                    lowest_point(&geometry, lengths).unwrap().ball
+                };
+                let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
+                assert!((slope - j.column(motor)).norm() < 1e-6, "{slope} for {j} at {start}");
+            }
+        }
+    }
+
     #[test]
     fn impossible_ranges_are_refused() {
         let flat = Population { width_m: 0.0..=0.0, ..Population::default() };
         assert!(matches!(flat.sample(1, 1), Err(RigError::Flat { .. })));
         let nan = Population { pulley_radius_m: f64::NAN..=f64::NAN, ..Population::default() };
         assert!(matches!(nan.sample(1, 1), Err(RigError::OutOfRange { .. })));
+        let upright = PlanarPopulation { apart_m: 0.0..=0.0, ..Default::default() };
+        assert!(matches!(upright.sample(1, 1), Err(RigError::AboveOneAnother { .. })));
     }
 }
