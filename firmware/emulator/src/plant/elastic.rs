@@ -15,7 +15,8 @@ use super::interface::{Plant, RigError, check, check_advance};
 /// there, which would reduce the method's order.
 const PARTS_AT_A_JUMP: u32 = 32;
 
-/// Point mass on three unilateral spring cables, without air drag.
+/// Point mass on unilateral spring cables, without air drag. On two cables it can swing out of
+/// their plane as a pendulum.
 ///
 /// A cable stretched by s > 0 pulls with max(0, k s + c ds/dt), where c = 2ζ√(km). An
 /// unstretched cable does not pull. The motion is integrated with the classical Runge-Kutta method
@@ -37,13 +38,13 @@ pub struct Elastic {
 }
 
 impl Elastic {
-    /// Creates a rig whose ball rests at `start` (metres, rig frame) on three stretched cables. The
-    /// motors are at zero there.
+    /// Creates a rig whose ball rests at `start` (metres, rig frame) on stretched cables. The motors
+    /// are at zero there.
     ///
     /// # Errors
-    /// [`RigError::CannotHang`] if three cables cannot hold a ball at `start`;
-    /// [`RigError::OutOfRange`] for the parameters; [`RigError::NoCable`] if a soft cable's
-    /// unstretched length would be zero or less.
+    /// [`RigError::CannotHang`] if the cables cannot hold a ball at `start`;
+    /// [`RigError::OutOfRange`] for the parameters, or if `start` is off the plane of two motors;
+    /// [`RigError::NoCable`] if a soft cable's unstretched length would be zero or less.
     pub fn new(
         geometry: Geometry,
         parameters: ElasticParameters,
@@ -129,7 +130,7 @@ impl Elastic {
     ) -> (PerMotor<f64>, Vector3<f64>) {
         let mut tensions = [0.0; MOTORS];
         let mut force = Vector3::z() * (-GRAVITY_M_S2 * self.parameters.mass_kg);
-        for i in 0..MOTORS {
+        for i in 0..self.geometry.count() {
             let from = p - self.geometry.motors()[i];
             let distance = from.norm();
             let stretch = distance - lengths[i];
@@ -231,7 +232,7 @@ impl Plant for Elastic {
     }
 
     fn slack(&self) -> PerMotor<bool> {
-        self.tensions_n.map(|tension| tension <= 0.0)
+        std::array::from_fn(|i| i < self.geometry.count() && self.tensions_n[i] <= 0.0)
     }
 
     fn tensions_per_weight(&self) -> Option<PerMotor<f64>> {
@@ -345,8 +346,8 @@ fn potential(
         gradient: Vector3::z() * weight,
         hessian: Matrix3::zeros(),
     };
-    for ((motor, k), length) in geometry.motors().iter().zip(parameters.stiffness_n_m).zip(lengths)
-    {
+    let cables = geometry.motors().iter().zip(parameters.stiffness_n_m).zip(lengths);
+    for ((motor, k), length) in cables.take(geometry.count()) {
         let from = p - motor;
         let distance = from.norm();
         let stretch = distance - length;

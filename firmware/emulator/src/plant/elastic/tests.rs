@@ -2,7 +2,7 @@ use plumb_protocol::{MOTORS, PerAxis};
 use proptest::prelude::*;
 
 use super::*;
-use crate::plant::{QuasiStatic, proptest_config};
+use crate::plant::{PlanarPopulation, QuasiStatic, planar_rig, proptest_config};
 
 const START: PerAxis<f64> = [0.54, 0.22, 0.459];
 
@@ -210,6 +210,53 @@ fn stiff_and_slow_is_quasi_static() {
 }
 
 #[test]
+fn stiff_cables_in_a_plane_hold_the_ball_as_rigid_ones() {
+    let population = PlanarPopulation { height_m: 0.1, ..Default::default() };
+    for index in 0..100 {
+        let task = population.sample(5, index).unwrap();
+        let mut stiff = Elastic::new(task.geometry, parameters(1e7, 0.1), task.start).unwrap();
+        let mut rigid = QuasiStatic::new(task.geometry, task.start).unwrap();
+        // Steps of both motors, then so many that A's cable is slack.
+        for steps in [[50.0, -30.0, 900.0], [1e5, 0.0, 0.0]] {
+            stiff.settle(steps).unwrap();
+            rigid.settle(steps).unwrap();
+            let apart = (stiff.ball() - rigid.ball()).norm();
+            assert!(apart < 1e-5, "{apart} m apart in task {index}");
+            assert_eq!(stiff.slack(), rigid.slack());
+        }
+        assert_eq!(stiff.slack(), [true, false, false]);
+    }
+}
+
+#[test]
+fn a_ball_at_rest_in_a_plane_stays_in_it() {
+    let start = Point3::new(0.0, 0.3, 0.7);
+    let mut rig = Elastic::new(planar_rig(), parameters(800.0, 0.1), start).unwrap();
+    rig.advance(1.0, [0.0; MOTORS]).unwrap();
+    assert!((rig.ball() - start).norm() < 1e-10, "{}", rig.ball());
+    let (rig, went_slack) = shake(rig);
+    assert!(went_slack && (rig.ball() - start).norm() > 1e-3, "{}", rig.ball());
+    assert_eq!((rig.ball().x, rig.velocity().x), (0.0, 0.0));
+    assert_eq!((rig.slack()[2], rig.tensions_n()[2]), (false, 0.0));
+}
+
+#[test]
+fn out_of_the_plane_it_swings_as_a_pendulum() {
+    // The pendulum's length is the depth below the line of two level motors.
+    let motors = [1.0, 0.0].map(|y| Point3::new(0.0, y, 1.0));
+    let geometry = Geometry::planar(motors, [0.015; 2]).unwrap();
+    let start = Point3::new(0.0, 0.3, 0.6);
+    let mut rig = Elastic::new(geometry, parameters(800.0, 0.1), start).unwrap();
+    rig.position.x = 1e-3;
+    let period = std::f64::consts::TAU * (0.4 / GRAVITY_M_S2).sqrt();
+    for (quarters, expected) in [(1.0, 0.0), (2.0, -1e-3), (4.0, 1e-3)] {
+        let mut rig = rig.clone();
+        rig.advance(quarters / 4.0 * period, [0.0; MOTORS]).unwrap();
+        assert!((rig.ball().x - expected).abs() < 1e-5, "{} for {expected}", rig.ball().x);
+    }
+}
+
+#[test]
 fn invalid_parameters_and_steps_are_refused() {
     let start = Point3::from(START);
     for wrong in [
@@ -247,10 +294,12 @@ proptest! {
     ) {
         let parameters =
             ElasticParameters { mass_kg, stiffness_n_m: stiffness, damping_ratio: 0.1 };
-        let rig = Elastic::with_lengths(Geometry::paper(), parameters, lengths).unwrap();
-        let still = [0.0; MOTORS];
-        let (tensions, acceleration) = rig.pull(&rig.position, &rig.velocity, lengths, still);
-        let (size, ball) = (acceleration.norm(), rig.position);
-        prop_assert!(size < 1e-6, "{acceleration} at {ball} under {tensions:?}");
+        for geometry in [Geometry::paper(), planar_rig()] {
+            let rig = Elastic::with_lengths(geometry, parameters, lengths).unwrap();
+            let still = [0.0; MOTORS];
+            let (tensions, acceleration) = rig.pull(&rig.position, &rig.velocity, lengths, still);
+            let (size, ball) = (acceleration.norm(), rig.position);
+            prop_assert!(size < 1e-6, "{acceleration} at {ball} under {tensions:?}");
+        }
     }
 }
