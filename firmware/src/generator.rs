@@ -22,7 +22,7 @@ use plumb_core::segment::{Segments, given};
 use plumb_core::timing::DriverTiming;
 use plumb_core::{Pulses, StepPlan, TICK_US};
 use plumb_protocol::dimension::{MOTORS, PerMotor};
-use plumb_protocol::wiring::Pins;
+use plumb_protocol::wiring::{MotorPins, Pin, Pins};
 
 use crate::chip::timer;
 use crate::interrupts::Interrupts;
@@ -33,6 +33,9 @@ const MACHINES: u8 = (1 << MOTORS) - 1;
 /// at three state machines. Clocks that the chip can be set to differ by 4 % and more from the
 /// planned one.
 const TOLERANCE_US: u32 = 4;
+/// Pins of a motor that the rig has not. The chip has no pads for them, and the state machine runs
+/// as the others do.
+const NOWHERE: MotorPins = MotorPins { step: Pin::new(31), direction: Pin::new(30) };
 /// The flag that the monitor of the emergency input sets.
 const ESTOP_FLAG: u8 = 1 << 4;
 
@@ -97,8 +100,8 @@ impl Generator {
     /// the state machines halted. An input that is open stops the pulses at once.
     #[cold]
     pub(crate) fn connect(&mut self, pins: &Pins) {
-        for (machine, motor) in pins.motors.iter().enumerate() {
-            program::set_stepper_pins(machine, motor);
+        for machine in 0..MOTORS {
+            program::set_stepper_pins(machine, pins.motors.get(machine).unwrap_or(&NOWHERE));
         }
         // With coils the numbers of the STEP pins are not checked.
         let bit = |number: u8| 1 << (number & 31);

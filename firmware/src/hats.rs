@@ -51,6 +51,9 @@ const M4: Bridge = Bridge { enable: Channel::C7, forward: Channel::C5, backward:
 /// Index of each motor's HAT, and the bridges of its two coils.
 const OUTPUTS: PerMotor<(usize, [Bridge; 2])> = [(0, [M1, M2]), (0, [M3, M4]), (1, [M1, M2])];
 
+/// Motors that the first HAT drives.
+pub(crate) const MOTORS_OF_FIRST: usize = 2;
+
 /// Drive of the HATs' motors.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct HatCommand {
@@ -58,6 +61,8 @@ pub(crate) struct HatCommand {
     pub(crate) duty_percent: u8,
     /// Microsteps of a full step.
     pub(crate) microsteps: u8,
+    /// Number of the HATs in use: motor C has the second one.
+    pub(crate) hats: usize,
     /// Motor positions, Q4 steps; `None` switches the current off.
     pub(crate) positions: Option<PerMotor<i32>>,
 }
@@ -133,7 +138,7 @@ pub(crate) async fn drive_hats(resources: HatResources) {
         commutation: coils::commutation(0, FULL),
         shown: [[0; 2]; MOTORS],
     };
-    let off = HatCommand { duty_percent: 0, microsteps: 1, positions: None };
+    let off = HatCommand { duty_percent: 0, microsteps: 1, hats: ADDRESSES.len(), positions: None };
     let mut command = first.unwrap_or(off);
     loop {
         let set = SET.load(Ordering::Relaxed);
@@ -173,13 +178,14 @@ impl Hats {
     /// Executes a command; `None` where a chip did not answer.
     async fn execute(&mut self, command: &HatCommand) -> Option<()> {
         let Some(positions) = command.positions else {
-            return self.show([[0; 2]; MOTORS]).await;
+            return self.show([[0; 2]; MOTORS], command.hats).await;
         };
         if self.percent != command.duty_percent {
             self.percent = command.duty_percent;
             self.commutation = coils::commutation(command.duty_percent, FULL);
         }
-        self.show(positions.map(|position| self.commutation.at(position, command.microsteps))).await
+        let wanted = positions.map(|position| self.commutation.at(position, command.microsteps));
+        self.show(wanted, command.hats).await
     }
 
     /// Sets up a chip, with all outputs off.
@@ -193,11 +199,11 @@ impl Hats {
         self.chips[hat].is_some().then_some(())
     }
 
-    /// Sets the drive of each coil that changes; `None` where a chip did not answer. The other one
-    /// is driven all the same.
-    async fn show(&mut self, wanted: PerMotor<[i32; 2]>) -> Option<()> {
+    /// Sets the drive of each coil of the first `hats` that changes; `None` where a chip did not
+    /// answer. The other one is driven all the same.
+    async fn show(&mut self, wanted: PerMotor<[i32; 2]>, hats: usize) -> Option<()> {
         let mut done = Some(());
-        for hat in 0..ADDRESSES.len() {
+        for hat in 0..hats {
             if self.show_on(hat, &wanted).await.is_none() {
                 (self.chips[hat], done) = (None, None);
             }

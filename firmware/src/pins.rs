@@ -147,6 +147,18 @@ pub(crate) fn connect(wiring: &Wiring) {
         }),
     }
     release_unused(used);
+    switch_off_unused(wiring, used);
+}
+
+/// Keeps the drivers of the board that no motor has without current. All boards with drivers of
+/// their own switch them off by a high pin.
+#[cold]
+fn switch_off_unused(wiring: &Wiring, used: u32) {
+    let board = Board::of(wiring.board).filter(|board| !board.has_free_drivers);
+    let enables = board.map_or(&[][..], |board| board.pins.enable.numbers());
+    for pin in enables.iter().filter(|pin| used >> **pin & 1 == 0) {
+        set(*pin, constant(true));
+    }
 }
 
 /// Connects STEP and DIR of the motors. Returns these pins, a bit each.

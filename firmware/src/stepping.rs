@@ -322,7 +322,8 @@ impl Stepping {
             }
             Drivers::MotorHats(coils) => {
                 let duty_percent = coils.duty_percent;
-                let command = HatCommand { duty_percent, microsteps, positions: None };
+                let hats = if wiring.pins.motors.len() > hats::MOTORS_OF_FIRST { 2 } else { 1 };
+                let command = HatCommand { duty_percent, microsteps, hats, positions: None };
                 self.commutated = Commutated::Hats(command);
             }
         }

@@ -12,7 +12,7 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Timer};
 use heapless::Vec;
 use plumb_core::tmc2209::{BAUD, EXCHANGE_US, MAX_RECEIVED, Monitor, Settings};
-use plumb_protocol::dimension::PerMotor;
+use plumb_protocol::dimension::{MotorList, PerMotor};
 use plumb_protocol::wiring::{Pin, Wiring};
 
 use crate::pins;
@@ -26,8 +26,8 @@ struct Drivers {
     /// Number of the wiring.
     number: u32,
     settings: Settings,
-    /// DIR of motors A, B and C.
-    directions: PerMotor<Pin>,
+    /// DIR of each motor.
+    directions: MotorList<Pin>,
 }
 
 /// Drivers of the newest wiring with some.

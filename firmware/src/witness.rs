@@ -1,8 +1,6 @@
 //! Counts of the pulses at the STEP and DIR pins, for a self-test. PIO1 looks at the pins that PIO0
 //! drives: it is a witness that shares nothing with the generator but the chip's clock.
 
-use core::array;
-
 use embassy_rp::pac;
 use embassy_rp::pio::program::{
     InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, pio_asm,
@@ -10,7 +8,7 @@ use embassy_rp::pio::program::{
 use plumb_core::TICK_US;
 use plumb_protocol::boards::PICO;
 use plumb_protocol::diagnostics::{ChipMeasurement, PulseCount};
-use plumb_protocol::dimension::MOTORS;
+use plumb_protocol::dimension::{MOTORS, MotorList};
 use plumb_protocol::wiring::Wiring;
 
 use crate::chip::TIMER;
@@ -27,8 +25,9 @@ pub(crate) fn measure(wiring: Option<&Wiring>) -> ChipMeasurement {
     if pac::PIO1.ctrl().read().sm_enable() == 0 {
         start(wiring);
     }
+    let motors = wiring.map_or(PICO.pins.motors, |wiring| wiring.pins.motors);
     ChipMeasurement {
-        pulses: array::from_fn(count),
+        pulses: MotorList::from_fn(motors.len(), count),
         time_us: TIMER.timerawl().read(),
         usb_frame: usb_frame(),
     }

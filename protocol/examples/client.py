@@ -12,9 +12,9 @@ import time
 import tty
 import zlib
 
-MAGIC, VERSION = b"PLMB", 2
+MAGIC, VERSION = b"PLMB", 3
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("eef4e1e4d22079f0")
+SCHEMA = bytes.fromhex("64464e281c3eccef")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS, WIRE = 0, 1, 3, 6, 8, 9, 16
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
 STATES += ["jogging", "stopping", "storing", "following"]
@@ -75,6 +75,10 @@ class Reader:
         number = self.unsigned()
         return -(number + 1) // 2 if number & 1 else number // 2
 
+    def motors(self, read):
+        """Reads a list with an entry for each motor."""
+        return [read() for _ in range(self.unsigned())]
+
     def option(self):
         return self.unsigned() if self.byte() else None
 
@@ -86,14 +90,14 @@ def telemetry(fields):
     if fault == 4 or fault == 11 and fields.unsigned() > 0:
         fields.byte()  # the motor that would have passed its travel, or whose driver failed
     told |= {name: fields.option() for name in ("configuration", "target", "sequence")}
-    told["motors_steps"] = [fields.signed() / 16 for _ in range(3)]
-    told["rates_steps_s"] = [fields.signed() / 256 for _ in range(3)]
+    told["motors_steps"] = [steps / 16 for steps in fields.motors(fields.signed)]
+    told["rates_steps_s"] = [rate / 256 for rate in fields.motors(fields.signed)]
     told["error_m"] = [fields.signed() / 1e6 for _ in range(3)]
     told["filtered_error_m"] = fields.signed() / 1e6
     told["bad_frames"] = fields.unsigned()
     has_tensions = fields.byte() == 1
     told["tensions_weights"] = (
-        [fields.unsigned() / 256 for _ in range(3)] if has_tensions else None
+        [tension / 256 for tension in fields.motors(fields.unsigned)] if has_tensions else None
     )
     if fields.byte() == 1:  # the board follows a reference
         told["reference"] = {name: fields.unsigned() for name in ("sequence", "time_us", "pace")}
@@ -151,7 +155,9 @@ def wiring():
     low to switch on, the emergency input at GP15, the LED at GP25; STEP/DIR drivers."""
     pico, step_dir, active_low, shared = (bytes([number]) for number in (1, 0, 0, 0))
     motors = b"".join(bytes([step, 0, step + 1, 0]) for step in (2, 4, 6))
-    pins = motors + shared + bytes([14]) + active_low + bytes([15, 0]) + bytes([1, 25, 0])
+    no_pen = bytes([0])
+    others = shared + bytes([14]) + active_low + bytes([15, 0]) + bytes([1, 25, 0]) + no_pen
+    pins = unsigned(3) + motors + others
     nanoseconds = unsigned(1000) + unsigned(1000) + unsigned(200) + unsigned(200)
     return pico + pins + step_dir + nanoseconds + unsigned(0)
 
@@ -171,7 +177,7 @@ def config():
     law = unsigned(1) + unsigned(1000)
     mean = unsigned(0)
     limits = workspace + reached + deadlines + growth + following + progress + jog + path
-    return law + 3 * motor + bytes([16]) + limits + mean
+    return law + unsigned(3) + 3 * motor + bytes([16]) + limits + mean
 
 
 def main():

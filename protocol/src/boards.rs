@@ -1,7 +1,7 @@
 //! The table of boards: their pins, and which of them a wiring cannot have. Host, board core and
 //! firmware read the same table.
 
-use crate::dimension::MOTORS;
+use crate::dimension::{MOTORS, MotorList};
 use crate::pins::{EnablePins, EnablePolarity, Line, MotorPins, Pin, PinError, Pins};
 use crate::provenance::BoardKind;
 use crate::units::Nanoseconds;
@@ -12,8 +12,10 @@ pub const PIN_COUNT: u8 = 30;
 /// Pins of the link to the host, on every board: UART0's TX and RX.
 pub const UART: [u8; 2] = [0, 1];
 
-/// Pins of the coils, a bit each: GP2 to GP13.
-pub const COILS: u32 = 0x3ffc;
+/// Returns the pins of the coils of `motors` motors, a bit each: four for each, from GP2 on.
+pub const fn coils(motors: usize) -> u32 {
+    ((1 << (4 * motors)) - 1) << 2
+}
 
 /// Pins of the Motor HATs' bus, a bit each: GP16 (SDA) and GP17 (SCL).
 pub const HATS: u32 = 1 << 16 | 1 << 17;
@@ -120,15 +122,16 @@ const PICO_UART: DriverUart = DriverUart { pins: [8, 9], addresses: [0, 1, 2], i
 
 /// Pins of a Raspberry Pi Pico that a wiring names no others for.
 const PICO_PINS: Pins = Pins {
-    motors: [
+    motors: MotorList::new([
         MotorPins { step: Pin::new(2), direction: Pin::new(3) },
         MotorPins { step: Pin::new(4), direction: Pin::new(5) },
         MotorPins { step: Pin::new(6), direction: Pin::new(7) },
-    ],
+    ]),
     enable: EnablePins::Shared(14),
     polarity: EnablePolarity::ActiveLow,
     emergency: Pin::new(15),
     led: Some(Pin::new(25)),
+    pen: None,
 };
 
 /// Pins that a Pico and a Pico 2 use themselves (Pico data sheet, section 2.1; Pico 2 data sheet,
@@ -169,15 +172,16 @@ pub const SKR_PICO: Board = Board {
     name: "skr-pico",
     chip: Chip::Rp2040,
     pins: Pins {
-        motors: [
+        motors: MotorList::new([
             MotorPins { step: Pin::new(11), direction: Pin::inverted(10) },
             MotorPins { step: Pin::new(6), direction: Pin::inverted(5) },
             MotorPins { step: Pin::new(19), direction: Pin::new(28) },
-        ],
-        enable: EnablePins::PerMotor([12, 7, 2]),
+        ]),
+        enable: EnablePins::PerMotor(MotorList::new([12, 7, 2])),
         polarity: EnablePolarity::ActiveLow,
         emergency: Pin::new(4),
         led: None,
+        pen: None,
     },
     taken: &[
         TakenPin::new(8, "the UART of its drivers"),

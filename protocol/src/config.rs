@@ -7,7 +7,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::dimension::{AXES, MOTORS, PerAxis, PerMotor};
+use crate::dimension::{AXES, LEAST_MOTORS, MOTORS, MotorList, PerAxis, PerMotor};
 use crate::units::{
     Acceleration, Bound, Gain, Micrometres, Milliseconds, PathAcceleration, PathJerk, Point, Rate,
     SignGain, Speed, Steps16,
@@ -18,11 +18,12 @@ use crate::units::{
 pub struct Config {
     /// The control law.
     pub law: Law,
-    /// The motors A, B and C.
-    pub motors: PerMotor<Motor>,
+    /// The motors: A, B and C, whose ball moves in space; or A and B, whose ball moves in the plane
+    /// x = 0.
+    pub motors: MotorList<Motor>,
     /// Microsteps per full step, as set at the drivers: 1, 2, 4, 8 or 16.
     pub microsteps: u8,
-    /// Box that the ball and its target must not leave.
+    /// Box that the ball and its target must not leave. For two motors it has no width along x.
     pub workspace: Workspace,
     /// Condition for a reached target.
     pub reached: Reached,
@@ -73,12 +74,13 @@ pub struct Estimated {
 /// Interval family and gain of the paper's law, eqs. (7), (8) and (13).
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
-    /// Σ: signs of the entries of J: -1, 0 or +1. Rows x, y, z; columns cable A, B, C.
-    pub signs: PerAxis<PerMotor<i8>>,
+    /// Σ: signs of the entries of J: -1, 0 or +1. Rows x, y, z; columns cable A, B and,
+    /// in space, C.
+    pub signs: PerAxis<MotorList<i8>>,
     /// α_ik: lower bound of |J_ik|; ignored where the sign is 0.
-    pub alpha: PerAxis<PerMotor<Bound>>,
+    pub alpha: PerAxis<MotorList<Bound>>,
     /// β_ik: upper bound of |J_ik|, at least α_ik; ignored where the sign is 0.
-    pub beta: PerAxis<PerMotor<Bound>>,
+    pub beta: PerAxis<MotorList<Bound>>,
     /// Gain from v to motor rates.
     pub gain: Gain,
 }
@@ -86,15 +88,35 @@ pub struct Interval {
 /// Sign pattern, eq. (12), of a rig whose motors are at one height.
 pub const SIGNS: PerAxis<PerMotor<i8>> = [[-1, -1, 1], [-1, 1, 0], [-1, -1, -1]];
 
+/// Sign pattern of a rig of two motors: y from B to A, and z, by cable A and B. It holds wherever
+/// the ball is between the verticals of its motors (docs/understand/sign.md).
+pub const PLANAR_SIGNS: PerAxis<[i8; LEAST_MOTORS]> = [[0, 0], [-1, 1], [-1, -1]];
+
 impl Interval {
     /// Returns the family of eqs. (12) and (13) with the same bounds for every entry.
     pub const fn uniform(alpha: Bound, beta: Bound, gain: Gain) -> Self {
-        Self { signs: SIGNS, alpha: [[alpha; MOTORS]; AXES], beta: [[beta; MOTORS]; AXES], gain }
+        Self::of_signs(SIGNS, alpha, beta, gain)
+    }
+
+    /// Returns the family of a rig of two motors with the same bounds for every entry.
+    pub const fn planar(alpha: Bound, beta: Bound, gain: Gain) -> Self {
+        Self::of_signs(PLANAR_SIGNS, alpha, beta, gain)
+    }
+
+    const fn of_signs<const N: usize>(
+        [x, y, z]: PerAxis<[i8; N]>,
+        alpha: Bound,
+        beta: Bound,
+        gain: Gain,
+    ) -> Self {
+        let signs = [MotorList::new(x), MotorList::new(y), MotorList::new(z)];
+        let (alpha, beta) = (MotorList::new([alpha; N]), MotorList::new([beta; N]));
+        Self { signs, alpha: [alpha; AXES], beta: [beta; AXES], gain }
     }
 }
 
 /// Limits of one motor.
-#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Motor {
     /// Highest rate in either direction.
     pub max_rate: Rate,
@@ -217,7 +239,7 @@ impl Config {
         };
         Self {
             law: Law::Interval(Interval::uniform(Bound(328), Bound(1 << 15), Gain(4172))),
-            motors: [MOTOR; MOTORS],
+            motors: MotorList::new([MOTOR; MOTORS]),
             microsteps: 16,
             workspace: Workspace {
                 min: Point([Micrometres(-1_000_000); AXES]),

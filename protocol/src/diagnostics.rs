@@ -7,7 +7,7 @@ use core::fmt;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::dimension::PerMotor;
+use crate::dimension::MotorList;
 use crate::frame::CRC;
 
 /// Cause of a board's start. Grows at its end.
@@ -89,8 +89,8 @@ pub struct Measurement {
 /// What a chip has measured.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ChipMeasurement {
-    /// Pulses at the pins of motors A, B and C.
-    pub pulses: PerMotor<PulseCount>,
+    /// Pulses at the pins of each motor.
+    pub pulses: MotorList<PulseCount>,
     /// Time on the chip's clock, microseconds; wraps.
     pub time_us: u32,
     /// Number of the last frame of USB, 0 to 2047; wraps. A host begins one every millisecond.

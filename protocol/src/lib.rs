@@ -73,6 +73,7 @@ pub mod dimension;
 pub mod frame;
 pub mod message;
 mod pins;
+pub mod prior;
 pub mod provenance;
 mod text;
 pub mod units;
@@ -80,7 +81,7 @@ pub mod wiring;
 
 pub use config::Config;
 pub use diagnostics::panic_place;
-pub use dimension::{AXES, MOTORS, PerAxis, PerMotor};
+pub use dimension::{AXES, MAX_MOTORS, MOTORS, MotorList, PerAxis, PerMotor};
 pub use message::{Command, FromBoard, Hello, MAGIC, SCHEMA, ToBoard, VERSION};
 pub use provenance::{Provenance, RELEASE};
 pub use wiring::Wiring;

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use crate::diagnostics::{Diagnostics, Measurement};
-use crate::dimension::{PerAxis, PerMotor};
+use crate::dimension::{MotorList, PerAxis};
+use crate::prior::Prior;
 use crate::provenance::Provenance;
 use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
 use crate::wiring::{Wiring, WiringError};
@@ -17,7 +18,7 @@ pub use crate::diagnostics::StartCause;
 pub const MAGIC: [u8; 4] = *b"PLMB";
 
 /// Version of the messages' meaning. [`SCHEMA`] covers their bytes.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 
 /// Identifier of the message types: a hash of their schema. Any change of a message changes it.
 pub const SCHEMA: [u8; 8] = Key::for_path::<(ToBoard, FromBoard)>("plumb").to_bytes();
@@ -109,6 +110,34 @@ pub enum Command {
     /// Sets the wiring of every [`Configure`](Self::Configure) that follows in this session. Alone
     /// it changes no pin. Accepted in every state.
     Wire(Wiring),
+    /// What is known of the rig: the law of every [`Configure`](Self::Configure) that follows in
+    /// this session begins with it. Boards of this version refuse it.
+    Prior(Prior),
+    /// Turns the motors at rates of another program. Boards of this version refuse it.
+    Rates(Rates),
+    /// Lowers or lifts the pen. Boards of this version refuse it.
+    Pen(PenPosition),
+}
+
+/// Motor rates of a program that takes the law's place. They expire on the board.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rates {
+    /// Number of the message; counts up and wraps.
+    pub sequence: u16,
+    /// Rate of each motor, + pays out.
+    pub rates: MotorList<Rate>,
+    /// Time from the arrival after which the board ramps down, where nothing newer has come,
+    /// microseconds.
+    pub valid_us: u32,
+}
+
+/// Position of a [pen](crate::wiring::Pen).
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PenPosition {
+    /// Lifted.
+    Up,
+    /// On the paper.
+    Down,
 }
 
 /// Protocol identification of one side. Its bytes never change.
@@ -288,7 +317,7 @@ pub enum Refusal {
     BallOutside,
     /// No position of the ball is known, so the board cannot hold it.
     NoPosition,
-    /// The motor's index is above 2.
+    /// The configuration has no motor of this index.
     NoSuchMotor,
     /// The jog's rate is not above 0, or is above the motor's limit or
     /// [`max_rate`](crate::config::JogLimits::max_rate).
@@ -321,7 +350,8 @@ pub enum Refusal {
 /// Part of a configuration that is out of range.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConfigField {
-    /// A sign other than -1, 0, +1, or a motor whose signs are all 0.
+    /// A sign other than -1, 0, +1, or a motor whose signs are all 0; with two motors, a sign in
+    /// row x; rows of another length than there are motors.
     Signs,
     /// α = 0, α > β or β above 8.
     Bounds,
@@ -335,7 +365,8 @@ pub enum ConfigField {
     Travel,
     /// Microsteps other than 1, 2, 4, 8, 16.
     Microsteps,
-    /// An empty workspace, or one beyond ±4 m.
+    /// An empty workspace, or one beyond ±4 m; with two motors, one that is not in the plane
+    /// x = 0.
     Workspace,
     /// A radius of 0 or above 1 m, or 0 frames.
     Reached,
@@ -350,7 +381,7 @@ pub enum ConfigField {
     Mean,
     /// A delay above 500 ms.
     Delay,
-    /// A law that takes longer than this board allows. Boards of this version accept every law.
+    /// A law that does not know as many motors: [`Taut`](crate::config::Law::Taut) with two.
     Law,
     /// A [`max_age`](crate::config::Deadlines::max_age) at or above the deadline for positions:
     /// positions older than the deadline would be accepted.
@@ -364,6 +395,8 @@ pub enum ConfigField {
     /// A speed of 0 or above 2 m/s, an acceleration of 0 or above 20 m/s², a jerk of 0 or above
     /// 1000 m/s³, a deviation of 0 or above 1 m.
     Path,
+    /// Fewer than two motors, more than this board steps, or not as many as the wiring has.
+    Motors,
 }
 
 /// State of the board. Grows at its end.
@@ -466,9 +499,9 @@ pub struct Telemetry {
     pub sequence: Option<u16>,
     /// Motor positions relative to the zero of travel: where the board started, or the place of
     /// the last [`Command::Home`].
-    pub motors: PerMotor<Steps16>,
+    pub motors: MotorList<Steps16>,
     /// Motor rates.
-    pub rates: PerMotor<Rate>,
+    pub rates: MotorList<Rate>,
     /// e = position - target of the last accepted position; 0 without a target. The target of a
     /// board that follows is the reference at the position's capture.
     pub error: Point,
@@ -481,7 +514,7 @@ pub struct Telemetry {
     /// The law's estimate of the tensions that hold the ball at rest where it is; order A, B, C.
     /// `None` without a target, before the law's first answer, and with a law without an
     /// estimate: only [`Taut`](crate::config::Law::Taut) has one.
-    pub tensions: Option<PerMotor<RelativeTension>>,
+    pub tensions: Option<MotorList<RelativeTension>>,
     /// State of the reference while the board follows one.
     pub reference: Option<ReferenceState>,
     /// Number of ticks since the start that came late while motors turned: each delayed the
@@ -494,8 +527,8 @@ pub struct Telemetry {
 pub struct DriverReport {
     /// Time on the board's clock.
     pub time: Micros,
-    /// Readings of the drivers of motors A, B and C.
-    pub motors: PerMotor<DriverReading>,
+    /// Reading of each motor's driver.
+    pub motors: MotorList<DriverReading>,
 }
 
 /// Readings of a motor driver: warnings, for which the board does not stop.

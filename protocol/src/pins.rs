@@ -3,13 +3,15 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::dimension::PerMotor;
+use crate::dimension::MotorList;
+use crate::units::{Microseconds, Milliseconds};
 
 /// Pins of a board by their GPIO numbers, 0 to 29.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pins {
-    /// STEP and DIR of motors A, B and C. Unused with coils and Motor HATs, which have fixed pins.
-    pub motors: PerMotor<MotorPins>,
+    /// STEP and DIR of each motor: as many as the configuration has. Unused with coils and Motor
+    /// HATs, which have fixed pins.
+    pub motors: MotorList<MotorPins>,
     /// ENABLE of the drivers.
     pub enable: EnablePins,
     /// Level of ENABLE that gives the motors current.
@@ -20,10 +22,25 @@ pub struct Pins {
     pub emergency: Pin,
     /// Light that blinks while the program runs; `None` for a board without one.
     pub led: Option<Pin>,
+    /// Servo that lifts a pen; `None` without one. Boards of this version refuse a pen.
+    pub pen: Option<Pen>,
+}
+
+/// Servo of a pen: its pin and its two positions, as widths of the pulse that it gets every 20 ms.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Pen {
+    /// GPIO number.
+    pub pin: u8,
+    /// Width of the pulse for a lifted pen: that of every stop.
+    pub up: Microseconds,
+    /// Width of the pulse for a pen on the paper.
+    pub down: Microseconds,
+    /// Time that the servo takes from one to the other.
+    pub travel: Milliseconds,
 }
 
 /// A pin, and whether its level is inverted.
-#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pin {
     /// GPIO number.
     pub number: u8,
@@ -44,7 +61,7 @@ impl Pin {
 }
 
 /// Pins of a motor's driver. DIR is high to reel in, unless the motor or the pin is reversed.
-#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MotorPins {
     /// STEP: a pulse is high.
     pub step: Pin,
@@ -57,8 +74,8 @@ pub struct MotorPins {
 pub enum EnablePins {
     /// One pin for all drivers.
     Shared(u8),
-    /// A pin for each of motors A, B and C.
-    PerMotor(PerMotor<u8>),
+    /// A pin for each motor.
+    PerMotor(MotorList<u8>),
 }
 
 impl EnablePins {

@@ -115,7 +115,8 @@ impl fmt::Display for ConfigField {
             }
             Self::Mean => "the running mean (at most 400 ms)",
             Self::Delay => "the law's delay (at most 500 ms)",
-            Self::Law => "the law: it takes longer than this board has time for",
+            Self::Law => "the law: taut needs three motors",
+            Self::Motors => "the motors (two or three, as many as are wired)",
             Self::MaxAge => {
                 "the highest age of a position (it must be below the deadline for positions, or \
                  the board would drive on positions older than that deadline)"
@@ -157,7 +158,7 @@ impl fmt::Display for Refusal {
             Self::PositionOutOfOrder => f.write_str("a newer position came before"),
             Self::BallOutside => f.write_str("the ball is outside the workspace"),
             Self::NoPosition => f.write_str("no position of the ball is known"),
-            Self::NoSuchMotor => f.write_str("there are motors 0, 1 and 2"),
+            Self::NoSuchMotor => f.write_str("the rig has no such motor"),
             Self::JogRate => f.write_str(
                 "a jog needs a rate above 0, within the limits of its motor and of jogs",
             ),
@@ -204,6 +205,8 @@ impl fmt::Display for WiringError {
                 "STEP must be high for longer than its chip can make a pulse (4.1 µs on an \
                  RP2040, 3.4 µs on an RP2350)",
             ),
+            Self::Motors => f.write_str("this board steps two or three motors, each with its pins"),
+            Self::Pen => f.write_str("this board has no pen"),
             Self::InvertedEmergency => f.write_str(
                 "its chip cannot see that the wire of an inverted emergency input is cut; put the \
                  contact between the input and ground",

@@ -94,6 +94,10 @@ quantity! {
     Milliseconds(u16), 1e-3
 }
 quantity! {
+    /// A span of time in microseconds; at most 65.5 ms.
+    Microseconds(u16), 1e-6
+}
+quantity! {
     /// A span of time in nanoseconds; at most 65.5 µs.
     Nanoseconds(u16), 1e-9
 }

@@ -4,11 +4,11 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::boards::{self, Board};
-use crate::dimension::PerMotor;
+use crate::dimension::{LEAST_MOTORS, MOTORS, MotorList};
 use crate::provenance::BoardKind;
 use crate::units::{Milliamperes, Milliohms, Milliseconds, Nanoseconds};
 
-pub use crate::pins::{EnablePins, EnablePolarity, Line, MotorPins, Pin, PinError, Pins};
+pub use crate::pins::{EnablePins, EnablePolarity, Line, MotorPins, Pen, Pin, PinError, Pins};
 
 /// Wiring of a board: [`Command::Wire`](crate::Command::Wire).
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, Eq)]
@@ -62,8 +62,8 @@ pub struct Tmc2209 {
     pub times: StepDir,
     /// The board's pins of the UART: TX (through 1 kΩ) and RX, both at PDN_UART of all drivers.
     pub uart: [u8; 2],
-    /// Addresses of the drivers of motors A, B and C, by MS1 and MS2: 0 to 3, each once.
-    pub addresses: PerMotor<u8>,
+    /// Address of each motor's driver, by MS1 and MS2: 0 to 3, each once.
+    pub addresses: MotorList<u8>,
     /// Current of a motor that turns, root mean square: what the sense resistor allows.
     pub run: Milliamperes,
     /// Current of a motor that stands, likewise; at most [`run`](Self::run).
@@ -91,7 +91,7 @@ impl Tmc2209 {
         Self {
             times: Self::TIMES,
             uart: pins,
-            addresses,
+            addresses: MotorList::new(addresses),
             run: Milliamperes(800),
             hold: Milliamperes(800),
             sense: Milliohms(110),
@@ -101,8 +101,13 @@ impl Tmc2209 {
 
     /// Returns whether the addresses are 0 to 3, each once.
     fn has_right_addresses(&self) -> bool {
-        let [a, b, c] = self.addresses;
-        self.addresses.iter().all(|&address| address < 4) && a != b && b != c && a != c
+        let mut seen = 0_u8;
+        self.addresses.iter().all(|&address| {
+            let bit = 1_u8.checked_shl(address.into()).unwrap_or(0) & 0b1111;
+            let is_new = bit != 0 && seen & bit == 0;
+            seen |= bit;
+            is_new
+        })
     }
 
     /// Times of STEP and DIR as [`StepDir::TMC2209`] has them. The first part of StealthChop's
@@ -169,13 +174,18 @@ pub enum WiringError {
     Drivers,
     /// A line cannot be at its pin.
     Pin(Line, PinError),
-    /// An address of a driver is above 3, or another driver's too.
+    /// An address of a driver is above 3, another driver's too, or there are fewer than motors.
     Addresses,
     /// STEP must be high for longer than the chip's step generator can make a pulse.
     Pulse,
     /// The emergency input is inverted, and the chip's pull-down does not hold an input low
     /// (RP2350-E9): it would not see that a wire is cut.
     InvertedEmergency,
+    /// There are fewer than two motors, or more than this board steps; or the ENABLE pins are not
+    /// as many.
+    Motors,
+    /// This board has no pen.
+    Pen,
 }
 
 impl PartialEq for Wiring {
@@ -196,6 +206,19 @@ impl Wiring {
             Drivers::Coils(_) | Drivers::MotorHats(_) => EnablePolarity::ActiveHigh,
         };
         Self { board: BoardKind::Pico, pins: Pins { polarity, ..boards::PICO.pins }, drivers }
+    }
+
+    /// Returns this wiring with the first `count` motors of it alone.
+    #[must_use]
+    pub fn of_motors(mut self, count: usize) -> Self {
+        self.pins.motors = self.pins.motors.up_to(count);
+        if let EnablePins::PerMotor(pins) = &mut self.pins.enable {
+            *pins = pins.up_to(count);
+        }
+        if let Drivers::Tmc2209(driver) = &mut self.drivers {
+            driver.addresses = driver.addresses.up_to(count);
+        }
+        self
     }
 
     /// Returns a wiring that every RP2040 accepts: a Pico with TMC2209 drivers.
@@ -222,11 +245,12 @@ impl Wiring {
         steps.chain(enable).chain(emergency).chain(led).chain(uart)
     }
 
-    /// Returns the fixed pins of the drivers, a bit each: those of coils or of Motor HATs.
-    pub const fn driver_pins(&self) -> u32 {
+    /// Returns the fixed pins of the drivers, a bit each: those of the motors' coils, or of Motor
+    /// HATs.
+    pub fn driver_pins(&self) -> u32 {
         match self.drivers {
             Drivers::StepDir(_) | Drivers::Tmc2209(_) => 0,
-            Drivers::Coils(_) => boards::COILS,
+            Drivers::Coils(_) => boards::coils(self.pins.motors.len()),
             Drivers::MotorHats(_) => boards::HATS,
         }
     }
@@ -243,7 +267,20 @@ impl Wiring {
         if !board.has_free_drivers && self.drivers.step_dir().is_none() {
             report(WiringError::Drivers);
         }
-        if self.drivers.tmc2209().is_some_and(|driver| !driver.has_right_addresses()) {
+        let motors = self.pins.motors.len();
+        let has_enables = match &self.pins.enable {
+            EnablePins::Shared(_) => true,
+            EnablePins::PerMotor(pins) => pins.len() == motors,
+        };
+        if !(LEAST_MOTORS..=MOTORS).contains(&motors) || !has_enables {
+            report(WiringError::Motors);
+        }
+        if self.pins.pen.is_some() {
+            report(WiringError::Pen);
+        }
+        let wrong =
+            |driver: &Tmc2209| driver.addresses.len() != motors || !driver.has_right_addresses();
+        if self.drivers.tmc2209().is_some_and(wrong) {
             report(WiringError::Addresses);
         }
         if self.drivers.step_dir().is_some_and(|times| times.high > board.chip.widest_pulse()) {

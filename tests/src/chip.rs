@@ -2,6 +2,7 @@
 //! during calls.
 
 mod emulator;
+mod pair;
 mod port;
 pub mod reach;
 mod session;
@@ -16,6 +17,7 @@ use plumb_protocol::wiring::{MotorPins, Pins};
 use serde_json::{Value, json};
 
 use emulator::Emulator;
+pub use pair::Pair;
 pub use port::ChipPort;
 pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, REVERSING_BALL_UM, Setup, fast_config, point};
 pub use symbols::symbol_address;
@@ -62,6 +64,12 @@ pub struct Chip {
     pub usb_bytes: Vec<u8>,
     /// All messages that the board has sent over USB.
     pub received: Vec<FromBoard>,
+    /// Cycle, number and level of each edge at the pins of `list`.
+    pub edges: Vec<[u64; 3]>,
+    /// Number of the steppers that were named before those of [`motors`](Self::motors).
+    former_steppers: usize,
+    /// Number of the steppers that count the motors' steps.
+    steppers: usize,
     /// Id of the last command.
     id: u16,
     /// Sequence number of the last position.
@@ -90,17 +98,32 @@ impl Chip {
             motors: [0.0; 3],
             usb_bytes: Vec::new(),
             received: Vec::new(),
+            edges: Vec::new(),
+            former_steppers: 0,
+            steppers: 0,
             id: 0,
             sequence: 0,
         };
+        let closed = [pins.emergency.number, u8::from(pins.emergency.inverted)];
+        chip.execute(json!({ "gpio": closed }));
+        chip.count_steps_at(pins);
+        chip.wait_for_usb();
+        chip
+    }
+
+    /// Counts the steps at these pins from now on; the positions begin at zero.
+    ///
+    /// # Panics
+    /// If the chip's process has ended or reports an error.
+    pub fn count_steps_at(&mut self, pins: &Pins) {
         let stepper = |motor: &MotorPins| {
             json!([motor.step.number, motor.direction.number, motor.direction.inverted])
         };
         let steppers: Vec<Value> = pins.motors.iter().map(stepper).collect();
-        let closed = [pins.emergency.number, u8::from(pins.emergency.inverted)];
-        chip.execute(json!({ "gpio": closed, "steppers": steppers }));
-        chip.wait_for_usb();
-        chip
+        self.motors = [0.0; 3];
+        self.former_steppers += self.steppers;
+        self.steppers = steppers.len();
+        self.execute(json!({ "steppers": steppers }));
     }
 
     /// Runs the chip until USB is configured, after power-on or after plugging in.
@@ -125,9 +148,13 @@ impl Chip {
         let reply = self.emulator.execute(&command);
         self.cycle = reply["cycle"].as_u64().expect("a cycle");
         if let Some(steps) = reply["steps"].as_array() {
-            for (motor, steps) in self.motors.iter_mut().zip(steps) {
+            let named = steps.iter().skip(self.former_steppers);
+            for (motor, steps) in self.motors.iter_mut().zip(named) {
                 *motor = steps.as_f64().expect("a position") / 16.0;
             }
+        }
+        for edge in reply["edges"].as_array().into_iter().flatten() {
+            self.edges.push([0, 1, 2].map(|i| edge[i].as_u64().expect("a number")));
         }
         self.receive_all(&reply);
         reply

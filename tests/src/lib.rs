@@ -13,6 +13,7 @@ pub mod live_camera;
 pub mod noise;
 pub mod parallel;
 pub mod plain_room;
+pub mod planar;
 pub mod plants;
 pub mod reversals;
 pub mod soak;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use plumb_emulator::plant::{CameraMonitor, Elastic, ElasticParameters, Population};
 use plumb_protocol::message::State;
-use plumb_protocol::units::{Point, RelativeTension};
+use plumb_protocol::units::Point;
 use plumb_runtime::board_report::NEAR_SLACK;
 use plumb_runtime::rig::LawName;
 
@@ -78,7 +78,7 @@ fn sample(bench: &Bench, time_s: f64) -> Vec<Sample> {
     let estimates = telemetry.and_then(|telemetry| telemetry.tensions);
     let truths = bench.board.borrow().tensions_per_weight();
     let (Some(estimates), Some(truths)) = (estimates, truths) else { return Vec::new() };
-    let pairs = estimates.map(RelativeTension::to_si).into_iter().zip(truths);
+    let pairs = estimates.iter().map(|estimate| estimate.to_si()).zip(truths);
     pairs.map(|(estimate, truth)| Sample { time_s, estimate, truth }).collect()
 }
 

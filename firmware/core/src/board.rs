@@ -53,7 +53,7 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
-use plumb_protocol::{PerMotor, Wiring};
+use plumb_protocol::{MotorList, PerMotor, Wiring};
 
 use crate::law_worker::LawResponse;
 use crate::params::BuildLimits;
@@ -179,19 +179,27 @@ impl Board {
     }
 
     /// Returns the motor positions at the end of the last tick, 1/16 steps since the start.
-    pub fn positions(&self) -> [i32; 3] {
+    pub fn positions(&self) -> PerMotor<i32> {
         self.planner.positions()
     }
 
     /// Returns the motor positions at the end of the last tick, 1/16 steps from the zero of travel.
-    pub fn travel_positions(&self) -> [i32; 3] {
+    pub fn travel_positions(&self) -> PerMotor<i32> {
         let (positions, zero) = (self.positions(), self.planner.zero());
         per_motor(|i| positions[i] - zero[i])
     }
 
     /// Returns the motor rates during the last tick, Q8 steps/s.
-    pub fn rates(&self) -> [i32; 3] {
+    pub fn rates(&self) -> PerMotor<i32> {
         self.planner.rates()
+    }
+
+    /// Returns `values` for the motors of the rig, or for all without a configuration.
+    fn of_motors<T: Copy>(&self, values: PerMotor<T>) -> MotorList<T> {
+        match self.setup.params() {
+            Some(params) => params.of_motors(values),
+            None => MotorList::new(values),
+        }
     }
 
     /// Returns the pulses of the tick that was planned last.
@@ -314,6 +322,7 @@ impl Board {
         out: &mut Outbox,
     ) {
         if self.session.greeted {
+            let motors = self.of_motors(motors);
             out.send(&FromBoard::Drivers(DriverReport { time: now, motors }));
         }
     }
@@ -323,7 +332,7 @@ impl Board {
     /// drivers are switched off and the fault is latched. Call this before every tick as long as
     /// the input is open, so that the fault cannot be cleared.
     #[inline(never)]
-    pub fn on_emergency_stop(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
+    pub fn on_emergency_stop(&mut self, now: Micros, missing: PerMotor<i32>, out: &mut Outbox) {
         self.schedule.emergency_ticks = EMERGENCY_TICKS;
         self.schedule.dirty = true;
         self.planner.cut(missing);
@@ -368,12 +377,12 @@ impl Board {
             configuration: self.session.configuration,
             target: goal.and_then(|goal| goal.command),
             sequence: self.session.sequence,
-            motors: self.travel_positions().map(Steps16),
-            rates: self.rates().map(Rate),
+            motors: self.of_motors(self.travel_positions().map(Steps16)),
+            rates: self.of_motors(self.rates().map(Rate)),
             error: Point(error.map(Micrometres)),
             filtered_error: Micrometres(filtered_error as i32),
             bad_frames: self.session.bad_frames,
-            tensions: goal.and_then(|_| self.servo.tensions()),
+            tensions: goal.and_then(|_| self.servo.tensions()).map(|it| self.of_motors(it)),
             reference: goal.and_then(|_| self.servo.reference_state(now)),
             late_ticks: self.session.late_ticks,
         }));

@@ -5,9 +5,9 @@ use plumb_protocol::config::{
     self, Config, Deadlines, Following, Growth, JogLimits, Law, Motor, PathLimits, Progress,
     Reached, Workspace,
 };
-use plumb_protocol::dimension::{AXES, MOTORS};
+use plumb_protocol::dimension::{AXES, LEAST_MOTORS, MOTORS, MotorList, PerMotor};
 use plumb_protocol::message::ConfigField;
-use plumb_protocol::units::{Micrometres, Point};
+use plumb_protocol::units::{Micrometres, Point, Steps16};
 use plumb_protocol::wiring::{Coils, Drivers, Tmc2209};
 
 use crate::law::{DeferredLawKind, DeferredTicks, Interval, LawSelection, LawTicks, MotorLimits};
@@ -32,7 +32,10 @@ pub struct BuildLimits {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Params {
     pub(crate) law: Law,
-    pub(crate) motors: [Motor; MOTORS],
+    /// Limits of each motor; [`absent`] ones where the rig has fewer.
+    pub(crate) motors: PerMotor<Motor>,
+    /// Number of the motors that the rig has.
+    pub(crate) motor_count: u8,
     pub(crate) microsteps: u8,
     pub(crate) workspace: Workspace,
     pub(crate) reached: Reached,
@@ -112,7 +115,8 @@ impl Params {
         let timing = check_fields(config, drivers, build, &mut Err)?;
         Ok(Self {
             law: config.law,
-            motors: config.motors,
+            motors: config.motors.steppable(absent(&config.motors)),
+            motor_count: config.motors.len() as u8,
             microsteps: config.microsteps,
             workspace: config.workspace,
             reached: config.reached,
@@ -147,7 +151,7 @@ impl Params {
 
     /// Returns the configured law before its first measurement.
     pub fn law(&self) -> LawSelection {
-        LawSelection::new(&self.law)
+        LawSelection::new(&self.law, self.motor_count)
     }
 
     /// Returns the time from ENABLE to the first pulse, µs.
@@ -162,7 +166,7 @@ impl Params {
 
     /// Returns the least of the motors' limits.
     pub fn limits(&self) -> MotorLimits {
-        MotorLimits::of(&self.motors)
+        MotorLimits::of(&self.motors, self.motor_count)
     }
 
     /// Returns the interval law; `None` where another one is configured.
@@ -182,9 +186,27 @@ impl Params {
     }
 
     /// Returns the highest rate of each motor, Q8 steps/s.
-    pub(crate) fn max_rates(&self) -> [i32; MOTORS] {
+    pub(crate) fn max_rates(&self) -> PerMotor<i32> {
         self.motors.map(|m| m.max_rate.0)
     }
+
+    /// Returns the limits of a motor; `None` where the rig has none of this index.
+    pub(crate) fn motor(&self, index: usize) -> Option<&Motor> {
+        self.motors[..usize::from(self.motor_count)].get(index)
+    }
+
+    /// Returns `values` for the motors that the rig has.
+    pub(crate) fn of_motors<T: Copy>(&self, values: PerMotor<T>) -> MotorList<T> {
+        MotorList::new(values).up_to(self.motor_count.into())
+    }
+}
+
+/// Returns the limits of a motor that the rig has not: it is never asked to turn, and wherever it
+/// stands, it is within its travel.
+fn absent(motors: &[Motor]) -> Motor {
+    let first = motors.first().copied().unwrap_or_default();
+    let (travel_min, travel_max) = (Steps16(-MAX_TRAVEL), Steps16(MAX_TRAVEL));
+    Motor { travel_min, travel_max, ..first }
 }
 
 /// Checks every field. Calls `report` for each that is out of its range, and ends with its error if
@@ -195,14 +217,16 @@ fn check_fields(
     build: &BuildLimits,
     report: &mut impl Report,
 ) -> Result<DriverTiming, ConfigField> {
-    check_law(&config.law, report)?;
+    let motors = config.motors.len();
+    ensure((LEAST_MOTORS..=MOTORS).contains(&motors), ConfigField::Motors, report)?;
+    check_law(&config.law, motors, report)?;
     ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps, report)?;
     let (driver_pulse_rate, timing) = check_drivers(drivers, config.microsteps, report)?;
     let max_pulse_rate = driver_pulse_rate.min(build.max_pulse_rate);
     for motor in &config.motors {
         check_motor(motor, config.microsteps, max_pulse_rate, report)?;
     }
-    check_workspace(&config.workspace, report)?;
+    check_workspace(&config.workspace, motors, report)?;
     let radius = config.reached.radius.0;
     ensure(
         (1..=MAX_REACHED_RADIUS_UM).contains(&radius) && config.reached.frames > 0,
@@ -234,9 +258,11 @@ fn ensure(
     if condition { Ok(()) } else { report(field) }
 }
 
-fn check_law(law: &Law, report: &mut impl Report) -> Result<(), ConfigField> {
+fn check_law(law: &Law, motors: usize, report: &mut impl Report) -> Result<(), ConfigField> {
+    let knows_so_few = !matches!(law, Law::Taut(_)) || motors == MOTORS;
+    ensure(knows_so_few, ConfigField::Law, report)?;
     match law {
-        Law::Interval(law) => check_interval(law, report),
+        Law::Interval(law) => check_interval(law, motors, report),
         Law::Sign(law) => {
             ensure((1..=MAX_SIGN_GAIN).contains(&law.gain.0), ConfigField::Gain, report)
         }
@@ -246,11 +272,21 @@ fn check_law(law: &Law, report: &mut impl Report) -> Result<(), ConfigField> {
     }
 }
 
-fn check_interval(law: &config::Interval, report: &mut impl Report) -> Result<(), ConfigField> {
+fn check_interval(
+    law: &config::Interval,
+    motors: usize,
+    report: &mut impl Report,
+) -> Result<(), ConfigField> {
     let signs = &law.signs;
-    let has_effect = |k: usize| signs.iter().any(|row| row[k] != 0);
+    let is_whole = signs.iter().all(|row| row.len() == motors)
+        && law.alpha.iter().chain(&law.beta).all(|row| row.len() == motors);
+    let has_effect = |k: usize| signs.iter().any(|row| row.get(k).is_some_and(|sign| *sign != 0));
+    let in_plane = motors == MOTORS || signs[0].iter().all(|sign| *sign == 0);
     ensure(
-        signs.iter().flatten().all(|s| (-1..=1).contains(s)) && (0..MOTORS).all(has_effect),
+        is_whole
+            && in_plane
+            && signs.iter().flatten().all(|s| (-1..=1).contains(s))
+            && (0..motors).all(has_effect),
         ConfigField::Signs,
         report,
     )?;
@@ -342,12 +378,19 @@ fn check_path(path: &PathLimits, report: &mut impl Report) -> Result<(), ConfigF
     ensure(in_range, ConfigField::Path, report)
 }
 
-fn check_workspace(workspace: &Workspace, report: &mut impl Report) -> Result<(), ConfigField> {
+fn check_workspace(
+    workspace: &Workspace,
+    motors: usize,
+    report: &mut impl Report,
+) -> Result<(), ConfigField> {
     let near = |p: Point| {
         p.micrometres().iter().all(|c| (-MAX_COORDINATE_UM..=MAX_COORDINATE_UM).contains(c))
     };
     let (min, max) = (workspace.min, workspace.max);
-    let spans = (0..AXES).all(|i| min.0[i] < max.0[i]);
+    // Two motors move the ball in the plane x = 0.
+    let plane = usize::from(motors < MOTORS);
+    let is_flat = [min, max].iter().all(|p| p.0[..plane].iter().all(|x| x.0 == 0));
+    let spans = is_flat && (plane..AXES).all(|i| min.0[i] < max.0[i]);
     ensure(near(min) && near(max) && spans, ConfigField::Workspace, report)
 }
 

@@ -30,6 +30,7 @@ use std::thread;
 use nalgebra::Point3;
 use plumb_emulator::plant::Task;
 use plumb_frame::source::BoxedError;
+use plumb_protocol::MOTORS;
 use plumb_protocol::message::ConfigField;
 use plumb_runtime::rig::OutOfRange;
 use plumb_sim::limits::RigLimits;
@@ -43,7 +44,7 @@ pub use following::{Loss, PathReport, PathSuite, Quantiles, follow_paths};
 pub use paper::{PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
 pub use simulate::RunEnd;
-pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RigChange, Suite, SuiteName};
+pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RigChange, Rigs, Suite, SuiteName};
 
 /// Reason that a benchmark gave no result.
 #[derive(Debug, Error)]
@@ -88,7 +89,7 @@ impl BenchError {
 ///
 /// # Errors
 /// If a board refuses the parameters of the law, or a rig is invalid, or the controller is one
-/// that cannot drive to a further target of the suite.
+/// that cannot drive the rigs of the suite to all targets.
 pub fn run(
     controller: &ControllerKind,
     suite: &Suite,
@@ -96,14 +97,7 @@ pub fn run(
     seed: u64,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Report>, BenchError> {
-    if suite.targets > 1 && !controller.can_go_on() {
-        let why = "drives to one target only: leave it out, or ask for one target";
-        return Err(BenchError::Unsuitable { controller: controller.to_string(), why });
-    }
-    if suite.new_runs.is_some() && !controller.can_begin_again() {
-        let why = "keeps nothing for a next run: choose a law of the board";
-        return Err(BenchError::Unsuitable { controller: controller.to_string(), why });
-    }
+    check_suitable(controller, suite)?;
     let run_one = |rig| run_one(controller, suite, RunId { seed, rig });
     let runs = in_parallel(rigs.clone(), run_one, progress)?;
     let first = RunId { seed, rig: rigs.start };
@@ -112,6 +106,32 @@ pub fn run(
         Report::new((controller.to_string(), target + 1), suite.name, first, &runs)
     };
     Ok((0..suite.targets).map(report).collect())
+}
+
+/// Checks that the controller can drive the rigs of the suite to all targets.
+fn check_suitable(controller: &ControllerKind, suite: &Suite) -> Result<(), BenchError> {
+    let refusals = [
+        (
+            suite.targets > 1 && !controller.can_go_on(),
+            "drives to one target only: leave it out, or ask for one target",
+        ),
+        (
+            suite.new_runs.is_some() && !controller.can_begin_again(),
+            "keeps nothing for a next run: choose a law of the board",
+        ),
+        (
+            !controller.can_drive(suite.motors()),
+            "drives rigs with three motors only: choose a law of the board",
+        ),
+        (
+            suite.targets > 1 && suite.motors() < MOTORS,
+            "has one target only on rigs with two motors: ask for one target",
+        ),
+    ];
+    match refusals.into_iter().find(|(is_unsuitable, _)| *is_unsuitable) {
+        Some((_, why)) => Err(BenchError::Unsuitable { controller: controller.to_string(), why }),
+        None => Ok(()),
+    }
 }
 
 /// Runs the numbered rigs on all cores. Calls `progress` with the number of rigs done after each

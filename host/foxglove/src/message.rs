@@ -1,5 +1,8 @@
 //! Records of a run as JSON messages, and their schemas.
 
+use std::ops::RangeInclusive;
+
+use plumb_protocol::dimension::{LEAST_MOTORS, MOTORS};
 use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::record::{Field, Record, Value, frame_number, telemetry};
 use serde_json::{Map, json};
@@ -28,18 +31,20 @@ pub(crate) fn schema(title: &str, record: &Record) -> Vec<u8> {
 
 /// Returns the schema of a field; `null` is unknown.
 fn property(Field { value, meaning, .. }: &Field) -> serde_json::Value {
-    let list = |item: serde_json::Value, count: usize| {
-        let items = json!({ "type": item });
-        json!({"type": ["array", "null"], "items": items, "minItems": count, "maxItems": count})
+    let list = |item: serde_json::Value, count: RangeInclusive<usize>| {
+        let (items, least, most) = (json!({ "type": item }), count.start(), count.end());
+        json!({"type": ["array", "null"], "items": items, "minItems": least, "maxItems": most})
     };
+    let motors = LEAST_MOTORS..=MOTORS;
     let mut schema = match value {
         Value::Count(_) => json!({"type": ["integer", "null"]}),
         Value::Number(_) => json!({"type": ["number", "null"]}),
         Value::Text(_) => json!({"type": ["string", "null"]}),
-        Value::Point(_) | Value::Motors(_) => list(json!("number"), 3),
-        Value::Readings(_) => list(json!(["integer", "null"]), 3),
-        Value::Marks(_) => list(json!("boolean"), 3),
-        Value::Matrix(_) => list(json!("number"), 9),
+        Value::Point(_) => list(json!("number"), 3..=3),
+        Value::Motors(_) => list(json!("number"), motors),
+        Value::Readings(_) => list(json!(["integer", "null"]), motors),
+        Value::Marks(_) => list(json!("boolean"), motors),
+        Value::Matrix(_) => list(json!("number"), 9..=9),
     };
     schema["description"] = json!(meaning);
     schema

@@ -118,7 +118,7 @@ impl Scene {
 }
 
 /// Returns the straight lines from the motors to the ball.
-fn cables(motors: &[Point3<f64>; 3], ball: &Point3<f64>) -> LinePrimitive {
+fn cables(motors: &[Point3<f64>], ball: &Point3<f64>) -> LinePrimitive {
     line(Type::LineList, motors.iter().flat_map(|motor| [motor, ball]), THIN, GREY)
 }
 

@@ -26,7 +26,8 @@ const MAX_FAILED_LISTED: usize = 12;
 /// model. Suites: quasi-static, yaw, tilt, radii, heights, noise, outliers, ages, latency, drift,
 /// unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, stiff, warm800,
 /// warm150, warm-moved, warm-pulleys (each further target is a run of its own), edge, high, fine,
-/// frame5, frame10, frame20 (positions turned about the target), paper-task.
+/// frame5, frame10, frame20 (positions turned about the target), planar, planar800, planar150 (two
+/// motors in a plane; laws interval, sign, adaptive), paper-task.
 ///
 /// Columns: converged (share of the runs in which the ball arrived and stayed), median, p90, p99
 /// and max (time to the target over the oracle's), slack (share of the runs with a cable slack for
@@ -38,7 +39,8 @@ const MAX_FAILED_LISTED: usize = 12;
 #[command(after_help = "Examples:
   plumb-lab control --rigs 50 --law taut,interval
   plumb-lab control --suite elastic800 --targets 3
-  plumb-lab control --suite warm800 --law taut --targets 3")]
+  plumb-lab control --suite warm800 --law taut --targets 3
+  plumb-lab control --suite planar --law interval,sign,adaptive")]
 pub(crate) struct Args {
     /// Suite; several with commas, or given more than once
     #[arg(long, default_value = "quasi-static", value_delimiter = ',')]

@@ -166,6 +166,10 @@ impl Scope {
             ));
         };
         let motors = simulation.motors.map(|motor| motor.map(Coordinate::get));
+        let [a, b, c] = motors[..] else {
+            return Err(bad_input("it verifies rigs of three motors; see `motors.count`"));
+        };
+        let motors = [a, b, c];
         let below = Interval::new(MIN_BELOW_M, motors[0][2].max(MIN_BELOW_M));
         let rigs = RigFamily::around(&motors, args.tolerance, MIN_LAMBDA, below);
         let rigs = rigs.map_err(bad_input)?;

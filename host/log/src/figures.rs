@@ -16,6 +16,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle};
 use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::Coordinate;
+use plumb_protocol::MotorList;
 use plumb_runtime::rig::quantity::Distance;
 use plumb_runtime::rig::{MotorPoints, Rig};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -139,7 +140,7 @@ struct Content {
     threshold_m: f64,
     /// Motor points A, B, C, metres in the rig frame; `None` where they are unknown.
     #[serde(default, deserialize_with = "motors")]
-    motors_m: Option<[[f64; 3]; 3]>,
+    motors_m: Option<MotorList<[f64; 3]>>,
     /// Whether a person has measured them.
     #[serde(default)]
     motors_are_approximate: bool,
@@ -151,8 +152,10 @@ fn threshold<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error
 }
 
 /// Reads the motor points, metres.
-fn motors<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[[f64; 3]; 3]>, D::Error> {
-    let motors = Option::<[[Coordinate; 3]; 3]>::deserialize(deserializer)?;
+fn motors<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<MotorList<[f64; 3]>>, D::Error> {
+    let motors = Option::<MotorList<[Coordinate; 3]>>::deserialize(deserializer)?;
     Ok(motors.map(|motors| motors.map(|motor| motor.map(Coordinate::get))))
 }
 

@@ -1,5 +1,7 @@
 //! Rows of `run.csv`, from the records of the run.
 
+use plumb_protocol::MotorList;
+use plumb_runtime::board_report::MOTOR_NAMES;
 use plumb_runtime::observer::FrameRecord;
 use plumb_runtime::record::{Field, Value, observation, telemetry};
 
@@ -25,16 +27,18 @@ fn fields(record: &FrameRecord) -> impl Iterator<Item = Field> {
     observation(record).0.into_iter().chain(telemetry(record).0)
 }
 
-/// Returns the texts of a value in its columns. A matrix has none.
+/// Returns the texts of a value in its columns; empty for a motor that the rig has not. A matrix
+/// has none.
 fn texts(value: Value) -> Vec<String> {
     match value {
         Value::Count(count) => vec![text(count)],
         Value::Number(number) => vec![text(number)],
         Value::Text(words) => vec![text(words)],
-        Value::Point(parts) | Value::Motors(parts) => {
-            parts.map_or([None; 3], |parts| parts.map(Some)).map(text).into()
+        Value::Point(parts) => parts.map_or([None; 3], |parts| parts.map(Some)).map(text).into(),
+        Value::Motors(parts) => {
+            parts.map(|parts| parts.map(Some)).unwrap_or_default().steppable(None).map(text).into()
         }
-        Value::Readings(parts) => parts.unwrap_or_default().map(text).into(),
+        Value::Readings(parts) => parts.unwrap_or_default().steppable(None).map(text).into(),
         Value::Marks(marks) => vec![text(marks.map(letters))],
         Value::Matrix(_) => Vec::new(),
     }
@@ -45,8 +49,8 @@ fn text(value: Option<impl ToString>) -> String {
 }
 
 /// Returns the letters of the marked cables; `none` for no cable.
-fn letters(marks: [bool; 3]) -> String {
-    let marked = marks.into_iter().zip("ABC".chars()).filter(|(is_marked, _)| *is_marked);
+fn letters(marks: MotorList<bool>) -> String {
+    let marked = marks.iter().zip(MOTOR_NAMES).filter(|(is_marked, _)| **is_marked);
     let letters: String = marked.map(|(_, cable)| cable).collect();
     if letters.is_empty() { "none".to_owned() } else { letters }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::Point3;
 use plumb_frame::camera::Camera;
+use plumb_protocol::MotorList;
 use plumb_runtime::observer::Tone;
 use plumb_runtime::operator::OperatorCommand;
 use plumb_runtime::record::Record;
@@ -194,8 +195,10 @@ pub struct RigView {
     pub workspace: [[f64; 3]; 2],
     /// |e| within which a target counts as reached.
     pub radius: f64,
-    /// Motor points A, B, C; `None` where nobody knows them.
-    pub motors: Option<[[f64; 3]; 3]>,
+    /// Number of the motors.
+    pub motor_count: usize,
+    /// Point of each motor; `None` where nobody knows them.
+    pub motors: Option<MotorList<[f64; 3]>>,
     /// Names of the motors in the picture of the rig; they say where the points are approximate.
     pub motor_names: Option<[&'static str; 3]>,
     /// Highest rate of a motor, full steps/s.
@@ -221,6 +224,7 @@ impl RigView {
             law: rig.law.name().as_str(),
             workspace: [corner(rig.workspace.min), corner(rig.workspace.max)],
             radius: rig.reached.radius.get(),
+            motor_count: rig.motors.count(),
             motors: motors.map(|motors| motors.places.map(Into::into)),
             motor_names: motors.map(|motors| motors.names()),
             max_rate: rig.motors.max_rate.get(),

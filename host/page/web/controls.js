@@ -37,6 +37,9 @@ export class Controls {
     for (const option of byId("steps").options) {
       option.disabled = Number(option.value) > rig.jog_distance;
     }
+    for (const button of document.querySelectorAll("[data-motor]")) {
+      button.hidden = "ABC".indexOf(button.dataset.motor) >= rig.motor_count;
+    }
     const height = byId("height");
     [height.min, height.max, height.value] = [low[2], high[2], inputs[2].value];
     byId("lowest").textContent = low[2].toFixed(2);

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use nalgebra::Point3;
-use plumb_protocol::PerMotor;
+use plumb_protocol::MotorList;
 use plumb_protocol::message::{DriverReading, State};
 use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::board_report::driver_warnings;
@@ -35,7 +35,7 @@ pub(crate) struct RunStatus {
     state: Option<State>,
     fault: Option<BoardFault>,
     /// Newest readings of the motor drivers; `None` of drivers without a UART.
-    drivers: Option<PerMotor<DriverReading>>,
+    drivers: Option<MotorList<DriverReading>>,
     /// The target that the rig drives to, holds or follows.
     present_target: Option<Point3<f64>>,
     /// Whether the present target has moved: it is that of a path or of a moving target.
@@ -161,7 +161,7 @@ impl RunStatus {
         add("state", self.state.map(|state| state.to_string()));
         add("target_m", self.present_target.map(|p| format!("{:.3} {:.3} {:.3}", p.x, p.y, p.z)));
         add("error_mm", self.error.map(|error| format!("{:.1}", error * 1e3)));
-        add("driver_warnings", self.drivers.as_ref().map(driver_warnings));
+        add("driver_warnings", self.drivers.map(|drivers| driver_warnings(&drivers)));
         add("last_target", self.last_leg.clone());
         add("last_loss", self.last_loss.clone());
         add("advice", self.fault.map(|fault| fault.advice().to_owned()));

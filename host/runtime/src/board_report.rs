@@ -2,6 +2,7 @@
 
 use plumb_protocol::message::{DriverReading, State, Telemetry};
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};
+use plumb_protocol::{MAX_MOTORS, MotorList};
 
 /// Telemetry of the board in SI units. All outputs read it; the link reads the units of the wire.
 /// [`record::telemetry`](crate::record::telemetry) has its names in the outputs.
@@ -17,10 +18,10 @@ pub struct BoardReport {
     pub target: Option<u16>,
     /// See [`Telemetry::sequence`].
     pub sequence: Option<u16>,
-    /// Motor positions A, B, C from the zero of travel, full steps; + pays out.
-    pub motors: [f64; 3],
-    /// Motor rates A, B, C, full steps/s; + pays out.
-    pub rates: [f64; 3],
+    /// Motor positions from the zero of travel, full steps; + pays out.
+    pub motors: MotorList<f64>,
+    /// Motor rates, full steps/s; + pays out.
+    pub rates: MotorList<f64>,
     /// Last accepted position minus target, metres; zero without a target. An output tells it
     /// only where the board has filtered a position of the ball.
     pub error: [f64; 3],
@@ -28,13 +29,12 @@ pub struct BoardReport {
     pub bad_frames: u16,
     /// Number of ticks that came late while motors turned, since the board's start.
     pub late_ticks: u16,
-    /// The law's estimate of the tensions of cables A, B, C over the ball's weight; `None` without
-    /// one.
-    pub tensions: Option<[f64; 3]>,
+    /// The law's estimate of the cables' tensions over the ball's weight; `None` without one.
+    pub tensions: Option<MotorList<f64>>,
     /// Place of the reference while the board follows one, metres in the rig frame.
     pub reference: Option<[f64; 3]>,
-    /// Newest readings of the drivers of motors A, B, C; `None` of drivers without a UART.
-    pub drivers: Option<[DriverReading; 3]>,
+    /// Newest reading of each motor's driver; `None` of drivers without a UART.
+    pub drivers: Option<MotorList<DriverReading>>,
 }
 
 impl From<&Telemetry> for BoardReport {
@@ -57,10 +57,13 @@ impl From<&Telemetry> for BoardReport {
     }
 }
 
+/// Names of the motors in their order.
+pub const MOTOR_NAMES: [char; MAX_MOTORS] = ['A', 'B', 'C', 'D'];
+
 /// Text of [`driver_warnings`] of drivers that warn of nothing.
 pub const NO_WARNINGS: &str = "none";
 
-/// Returns the warnings of the drivers of motors A, B, C in words; `none` where there are none.
+/// Returns the warnings of the motors' drivers in words; `none` where there are none.
 ///
 /// ```
 /// use plumb_protocol::message::DriverReading;
@@ -71,8 +74,8 @@ pub const NO_WARNINGS: &str = "none";
 /// assert_eq!(driver_warnings(&[hot, cool, cool]), "A hot, A open coil");
 /// assert_eq!(driver_warnings(&[cool; 3]), "none");
 /// ```
-pub fn driver_warnings(drivers: &[DriverReading; 3]) -> String {
-    let warnings = drivers.iter().zip("ABC".chars()).flat_map(|(driver, motor)| {
+pub fn driver_warnings(drivers: &[DriverReading]) -> String {
+    let warnings = drivers.iter().zip(MOTOR_NAMES).flat_map(|(driver, motor)| {
         let hot = driver.is_hot.then(|| format!("{motor} hot"));
         let open = driver.has_open_load.then(|| format!("{motor} open coil"));
         let lost = driver.has_lost_replies.then(|| format!("{motor} lost replies"));
@@ -83,7 +86,7 @@ pub fn driver_warnings(drivers: &[DriverReading; 3]) -> String {
 }
 
 /// Returns what to do about the warnings of drivers, in words; `None` where there are none.
-pub fn warning_advice(drivers: &[DriverReading; 3]) -> Option<&'static str> {
+pub fn warning_advice(drivers: &[DriverReading]) -> Option<&'static str> {
     if drivers.iter().any(|driver| driver.is_hot) {
         Some("cool the driver, or give its motor less current, before it switches off")
     } else if drivers.iter().any(|driver| driver.has_open_load) {
@@ -102,10 +105,11 @@ pub const NEAR_SLACK: f64 = 0.15;
 /// Returns which cables have an estimated tension (over the ball's weight) below [`NEAR_SLACK`].
 ///
 /// ```
+/// use plumb_protocol::{MAX_MOTORS, MotorList};
 /// use plumb_runtime::board_report::near_slack;
 ///
-/// assert_eq!(near_slack([0.4, 0.1, 0.7]), [false, true, false]);
+/// assert_eq!(near_slack(MotorList::new([0.4, 0.1, 0.7]))[..], [false, true, false]);
 /// ```
-pub fn near_slack(tensions: [f64; 3]) -> [bool; 3] {
+pub fn near_slack(tensions: MotorList<f64>) -> MotorList<bool> {
     tensions.map(|tension| tension < NEAR_SLACK)
 }

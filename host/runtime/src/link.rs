@@ -29,8 +29,8 @@ use plumb_protocol::message::{
     Telemetry, ToBoard,
 };
 use plumb_protocol::provenance::BoardKind;
-use plumb_protocol::units::{Covariance, Micros, Point};
-use plumb_protocol::{Config, MOTORS, Provenance, Wiring};
+use plumb_protocol::units::{Covariance, Micrometres, Micros, Point};
+use plumb_protocol::{Config, MOTORS, MotorList, Provenance, Wiring};
 use tracing::{debug, info};
 
 use crate::board_fault::BoardFault;
@@ -76,7 +76,7 @@ pub struct Link<T> {
     reply: Option<Reply>,
     telemetry: Option<Telemetry>,
     /// Newest readings of drivers on a UART, since the configuration.
-    drivers: Option<[DriverReading; MOTORS]>,
+    drivers: Option<MotorList<DriverReading>>,
     fault: Option<BoardFault>,
     start_cause: Option<StartCause>,
     /// The board's program and chip; `None` before the board has told them.
@@ -201,7 +201,7 @@ impl<T: Transport> Link<T> {
                 debug!(%state, "the motors stand");
                 return Ok(());
             }
-            self.check_ramp(&mut ramp, rates)?;
+            self.check_ramp(&mut ramp, &rates)?;
             self.listen(POLL_INTERVAL)?;
         }
     }
@@ -231,10 +231,18 @@ impl<T: Transport> Link<T> {
         self.sequence = self.sequence.wrapping_add(1);
         let (sequence, age_us) =
             (self.sequence, u32::try_from(age.as_micros()).unwrap_or(u32::MAX));
+        let ball = ball.map(|ball| self.in_reach(ball));
         let id = self.post(Command::Position(Position { sequence, age_us, ball, covariance }))?;
         self.monitor.sent(sequence, id, self.transport.now());
         self.evidence.position(age, ball, self.transport.now());
         Ok(())
+    }
+
+    /// Returns the ball's position as its motors can change it: two move it in the plane x = 0.
+    fn in_reach(&self, ball: Point) -> Point {
+        let is_planar = self.config.is_some_and(|config| config.motors.len() < MOTORS);
+        let [x, y, z] = ball.0;
+        Point([if is_planar { Micrometres(0) } else { x }, y, z])
     }
 
     /// Returns the number of the position that was sent last.
@@ -350,7 +358,7 @@ pub(crate) struct LinkView {
     /// Newest telemetry under this link's configuration.
     pub(crate) telemetry: Option<Telemetry>,
     /// Newest readings of drivers on a UART.
-    pub(crate) drivers: Option<[DriverReading; MOTORS]>,
+    pub(crate) drivers: Option<MotorList<DriverReading>>,
     /// What the telemetry is about.
     pub(crate) subject: Subject,
     /// Fault for which the board stopped by itself.

@@ -1,6 +1,7 @@
 //! The records of a run as its outputs show them: a field has one name, one unit and one rounding
 //! in `run.csv`, on the page, in MCAP files and for viewers. It is written here alone.
 
+use plumb_protocol::MotorList;
 use plumb_protocol::message::State;
 use serde::{Serialize, Serializer};
 
@@ -31,12 +32,12 @@ pub enum Value {
     Text(Option<String>),
     /// Coordinates x, y, z.
     Point(Option<[f64; 3]>),
-    /// Numbers of the motors or cables A, B, C.
-    Motors(Option<[f64; 3]>),
-    /// Readings of the motors' drivers A, B, C, some of which may be unknown.
-    Readings(Option<[Option<u16>; 3]>),
-    /// Marks of the cables A, B, C.
-    Marks(Option<[bool; 3]>),
+    /// Numbers of the motors or cables.
+    Motors(Option<MotorList<f64>>),
+    /// Readings of the motors' drivers, some of which may be unknown.
+    Readings(Option<MotorList<Option<u16>>>),
+    /// Marks of the cables.
+    Marks(Option<MotorList<bool>>),
     /// Matrix of three rows, row by row.
     Matrix(Option<[f64; 9]>),
 }
@@ -68,7 +69,7 @@ pub fn observation(record: &FrameRecord) -> Record {
     let pace = path.map(|path| round(path.pace, 1e3));
     let along = path.zip(position).map(|(path, position)| path.along_track(position));
     let cross = path.zip(position).map(|(path, position)| path.cross_track(position));
-    let tensions = record.ground_truth.map(|truth| thousandths(truth.tensions));
+    let tensions = record.ground_truth.map(|truth| thousandths(MotorList::new(truth.tensions)));
     let mut fields = record_of([
         ("time_s", number(Some(record.time)), "Time since the first frame of the run, s"),
         ("u_px", number(circle.map(|it| it.u)), "Column of the centre of the ball's disc, pixels"),
@@ -94,7 +95,7 @@ pub fn telemetry(record: &FrameRecord) -> Record {
     use Value::{Count, Marks, Motors, Readings, Text};
     let (board, fault) = (record.board, record.board_fault());
     let count = |of: fn(BoardReport) -> Option<u16>| Count(board.and_then(of).map(u64::from));
-    let motors = |of: fn(BoardReport) -> [f64; 3]| Motors(board.map(|it| of(it).map(micro)));
+    let motors = |of: fn(BoardReport) -> MotorList<f64>| Motors(board.map(|it| of(it).map(micro)));
     let state = |state: Option<State>| Text(state.map(state_name));
     let advice = fault.map(|fault| fault.advice().to_owned());
     let error = board.filter(|_| record.filtered_error.is_some()).map(|it| it.error);
@@ -102,7 +103,7 @@ pub fn telemetry(record: &FrameRecord) -> Record {
     let reference = board.and_then(|it| it.reference);
     let drivers = board.and_then(|it| it.drivers);
     let loads = drivers.map(|drivers| drivers.map(|driver| driver.stall_guard));
-    let warnings = drivers.as_ref().map(driver_warnings);
+    let warnings = drivers.map(|drivers| driver_warnings(&drivers));
     record_of([
         ("state", state(board.map(|it| it.state)), "State of the board"),
         ("target_state", state(record.board_state()), "The same, about the present target"),
@@ -146,7 +147,7 @@ fn micro(value: f64) -> f64 {
 }
 
 /// Rounds tensions. The board's unit is 1/256 of the ball's weight.
-fn thousandths(values: [f64; 3]) -> [f64; 3] {
+fn thousandths(values: MotorList<f64>) -> MotorList<f64> {
     values.map(|value| round(value, 1e3) + 0.0)
 }
 

@@ -259,14 +259,14 @@ impl Rig {
     fn convert_wiring(&self, conversion: &mut Conversion) -> wiring::Wiring {
         wiring::Wiring {
             board: self.board.kind.kind(),
-            pins: self.board.pins(self.motors.driver.enable()),
+            pins: self.board.pins(self.motors.driver.enable(), self.motors.count(), conversion),
             drivers: self.motors.convert_driver(&self.board, conversion),
         }
     }
 
     fn convert(&self, conversion: &mut Conversion) -> Config {
         Config {
-            law: self.law.convert(conversion),
+            law: self.law.convert(self.motors.count(), conversion),
             motors: self.motors.convert(conversion),
             microsteps: self.motors.microsteps,
             workspace: Workspace {

@@ -18,6 +18,7 @@ mod waypoint;
 use std::time::Duration;
 
 use plumb_config::error_chain::ErrorChain;
+use plumb_protocol::MotorList;
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
@@ -232,12 +233,11 @@ impl<T: Transport> Run<T> {
         (count > 0 && !self.route.is_repeated).then_some(count)
     }
 
-    /// Returns the motor positions of the board, full steps from the zero of travel, + pays out;
-    /// order A, B, C.
+    /// Returns the motor positions of the board, full steps from the zero of travel, + pays out.
     ///
     /// # Errors
     /// Where the link fails.
-    pub fn motors(&mut self) -> Result<[f64; 3], LinkError> {
+    pub fn motors(&mut self) -> Result<MotorList<f64>, LinkError> {
         Ok(BoardReport::from(&self.link.status()?).motors)
     }
 

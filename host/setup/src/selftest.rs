@@ -78,7 +78,7 @@ fn config() -> Config {
         reversed: false,
     };
     Config {
-        motors: [motor; 3],
+        motors: [motor; 3].into(),
         microsteps: MICROSTEPS,
         jog: JogLimits { max_rate: rate, max_distance: Steps16(TRAVEL) },
         ..Config::example()

@@ -2,7 +2,7 @@
 
 use plumb_protocol::config::{Config, Deadlines, JogLimits, Law, Motor, Reached, Workspace};
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
-use plumb_protocol::{AXES, MOTORS};
+use plumb_protocol::{AXES, MOTORS, MotorList};
 
 /// Limits of each motor of a rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +37,7 @@ impl RigLimits {
         let example = Config::example();
         Config {
             law,
-            motors: [motor; MOTORS],
+            motors: MotorList::new([motor; MOTORS]),
             microsteps: 16,
             workspace: Workspace {
                 min: Point([Micrometres(-MAX_WORKSPACE); AXES]),

@@ -14,7 +14,7 @@ use plumb_frame::camera::Camera;
 use plumb_frame::clock::LiveClock;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::source::{CameraSource, SourceError};
-use plumb_protocol::{MOTORS, PerMotor};
+use plumb_protocol::{MOTORS, MotorList};
 use plumb_runtime::rig::{Rig, Simulation};
 
 use super::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera};
@@ -64,7 +64,16 @@ fn rendered(simulation: &Simulation, camera: &Camera) -> Camera {
 /// # Errors
 /// Where its values describe no rig.
 pub fn geometry(simulation: &Simulation) -> Result<Geometry, RigError> {
-    Geometry::new(simulation.motors(), simulation.pulley_radii.map(|radius| radius.get()))
+    let radii = simulation.pulley_radii.map(|radius| radius.get());
+    match (&simulation.motors()[..], &radii[..]) {
+        (&[a, b], &[of_a, of_b]) => Geometry::planar([a, b], [of_a, of_b]),
+        (&[a, b, c], &[of_a, of_b, of_c]) => Geometry::new([a, b, c], [of_a, of_b, of_c]),
+        (motors, _) => Err(RigError::OutOfRange {
+            name: "number of simulated motors",
+            value: motors.len() as f64,
+            allowed: "2 or 3, with as many pulley radii",
+        }),
+    }
 }
 
 /// Frame rate and latency of a simulated camera.
@@ -87,7 +96,7 @@ impl Default for Timing {
 pub struct SimulatedCamera<C> {
     rig: C,
     camera: SyntheticCamera,
-    motors: PerMotor<Point3<f64>>,
+    motors: MotorList<Point3<f64>>,
     timing: Timing,
     next_capture: f64,
     /// Frames between capture and arrival.
@@ -107,10 +116,10 @@ impl<C: SimClock> SimulatedCamera<C> {
     pub fn new(
         rig: C,
         camera: SyntheticCamera,
-        motors: PerMotor<Point3<f64>>,
+        motors: impl Into<MotorList<Point3<f64>>>,
         timing: Timing,
     ) -> Self {
-        let next_capture = rig.now();
+        let (next_capture, motors) = (rig.now(), motors.into());
         Self { rig, camera, motors, timing, next_capture, in_transit: VecDeque::new() }
     }
 

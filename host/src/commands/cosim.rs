@@ -9,7 +9,7 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::Refusal;
 use plumb_protocol::units::Point;
-use plumb_protocol::{Config, Wiring};
+use plumb_protocol::{Config, MOTORS, Wiring};
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_sim::cosim::{Cosim, CosimError, Request};
 use plumb_sim::limits::RigLimits;
@@ -57,7 +57,7 @@ fn setup(args: &Args) -> Result<(Wiring, Config), Failure> {
     }
     let law = args.law.clone().unwrap_or_default();
     let mean = law.mean().config("mean")?;
-    Ok((Wiring::example(), RigLimits::default().config(law.config()?, mean, 0.010)))
+    Ok((Wiring::example(), RigLimits::default().config(law.config(MOTORS)?, mean, 0.010)))
 }
 
 /// Longest line of input, bytes. A request has about 150.

@@ -151,7 +151,7 @@ pub(super) fn drive(
     let simulated = SimulatedRig { physics, motors, led };
     let camera = RunCamera::open_beside_board(board, camera, session.oni(), simulated)?;
     Ok(Box::new(move || {
-        camera.check_ball(&session.task.rig, motors)?;
+        camera.check_ball(&session.task.rig, &motors)?;
         if interrupted.load(Ordering::Relaxed) {
             return Err(interrupted_before("run"));
         }

@@ -13,6 +13,7 @@ use plumb_cameras::stream::FIRST_FRAME;
 use plumb_config::bounded_read::{ReadError, read_text};
 use plumb_config::toml_file::MAX_BYTES;
 use plumb_frame::source::CameraSource;
+use plumb_protocol::MotorList;
 use plumb_runtime::rig::{MotionError, Rig};
 use plumb_sim::led_port::LedPort;
 use plumb_sim::simulated::{HilObserver, HilPlant, SimulatedCamera, Timing, synthetic_camera};
@@ -76,7 +77,7 @@ pub(crate) struct RunCamera {
 pub(crate) struct SimulatedRig {
     pub(crate) physics: Physics,
     /// Present positions of the board's motors, full steps from the zero of travel.
-    pub(crate) motors: [f64; 3],
+    pub(crate) motors: MotorList<f64>,
     /// Port of an emulated board that waits for this program.
     pub(crate) led: Option<LedPort>,
 }
@@ -155,7 +156,7 @@ impl RunCamera {
         let is_paced = led.is_some();
         let plant = HilPlant::new(physics.plant(rig, simulation)?, led);
         let mut follower = plant.observer();
-        follower.board_stands(motors)?;
+        follower.board_stands(motors.steppable(0.0))?;
         let synthetic = synthetic_camera(simulation, &camera)?;
         let source = SimulatedCamera::new(plant, synthetic, simulation.motors(), Timing::default());
         let source: Box<dyn CameraSource> = match is_paced {
@@ -167,14 +168,15 @@ impl RunCamera {
 
     /// Checks that the ball of the simulated `rig`, where this is one, hangs inside the workspace
     /// with the board's motors at `motors` (full steps from the zero of travel).
-    pub(crate) fn check_ball(&self, rig: &Rig, motors: [f64; 3]) -> Result<(), Failure> {
+    pub(crate) fn check_ball(&self, rig: &Rig, motors: &[f64]) -> Result<(), Failure> {
         let Some(follower) = &self.follower else { return Ok(()) };
         let checked = rig.motion_rules().check(follower.ball(), Vector3::zeros());
         let Err(MotionError::Workspace(outside)) = checked else { return Ok(()) };
-        let [a, b, c] = motors;
+        let motors: Vec<_> = motors.iter().map(|at| format!("{at:.0}")).collect();
         Err(failed(format!(
-            "the board's motors stand at {a:.0}, {b:.0} and {c:.0} full steps: there the ball of \
-             this simulated rig is outside its workspace, {outside}"
+            "the board's motors stand at {} full steps: there the ball of this simulated rig is \
+             outside its workspace, {outside}",
+            motors.join(", ")
         ))
         .with_advice(
             "A board keeps its motors' positions from one run to the next, also those of another \

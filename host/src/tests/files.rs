@@ -275,7 +275,7 @@ fn no_number_of_another_file_breaks_a_start() {
 fn cosim() -> Cosim {
     let law = LawSettings::default();
     let mean = law.mean().config("mean").unwrap();
-    let config = RigLimits::default().config(law.config().unwrap(), mean, 0.010);
+    let config = RigLimits::default().config(law.config(3).unwrap(), mean, 0.010);
     Cosim::new(Wiring::example(), config).unwrap()
 }
 

@@ -66,10 +66,9 @@ fn a_recording_with_time_stamps_since_1970_is_played_to_its_end() {
     let (line, text) = (json(&output), stderr(&output));
     let frames =
         fs::read_to_string(folder.path().join("recording/rgb.txt")).unwrap().lines().count() as u64;
-    assert_eq!(
-        (line["frames"].as_u64(), line["ending"].as_str()),
-        (Some(frames), Some("no more pictures"))
-    );
+    assert_eq!(line["ending"].as_str(), Some("no more pictures"));
+    // A busy computer leaves out pictures that are late.
+    assert!((frames - 3..=frames).contains(&line["frames"].as_u64().unwrap()), "{line}");
     assert!(frames > 10 && line["time_s"].as_f64().unwrap() < 60.0, "{line} {text}");
     let rows = fs::read_to_string(folder.path().join("run/run.csv")).unwrap();
     let first: f64 = rows.lines().nth(1).unwrap().split(',').nth(1).unwrap().parse().unwrap();

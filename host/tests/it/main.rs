@@ -37,4 +37,5 @@ mod session;
 mod signals;
 mod stream;
 mod targets;
+mod two_motors;
 mod verbose;

@@ -1,7 +1,6 @@
 //! Quantities, points and texts of the protocol.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
-use plumb_protocol::Config;
 use plumb_protocol::config::{Law, SIGNS, Workspace};
 use plumb_protocol::message::{
     Command, ConfigField, DriverFault, Fault, Position, Refusal, StartCause, State, ToBoard,
@@ -9,6 +8,7 @@ use plumb_protocol::message::{
 use plumb_protocol::panic_place;
 use plumb_protocol::provenance::{BoardKind, Commit, Provenance, Release};
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate};
+use plumb_protocol::{Config, MotorList};
 
 fn point(um: [i32; 3]) -> Point {
     Point(um.map(Micrometres))
@@ -114,17 +114,28 @@ fn texts_name_what_they_are_about() {
     }
 }
 
+/// A list has an entry for each motor: none, and more than four, are no message.
+#[test]
+fn a_list_has_one_to_four_entries() {
+    let list = |bytes: &[u8]| postcard::from_bytes::<MotorList<u8>>(bytes).ok();
+    assert_eq!(list(&[0]), None);
+    assert_eq!(list(&[5, 1, 2, 3, 4, 5]), None);
+    assert_eq!(list(&[3, 7, 8]), None);
+    assert_eq!(list(&[2, 7, 8]), Some([7, 8].into()));
+    assert_eq!(list(&[4, 1, 2, 3, 4]), Some([1, 2, 3, 4].into()));
+}
+
 /// The values are those of the documentation of [`Config::example`].
 #[test]
 fn the_example_is_the_rig_of_its_documentation() {
     let config = Config::example();
-    for motor in config.motors {
+    for motor in &config.motors {
         let travel = [motor.travel_min, motor.travel_max].map(|at| at.to_si());
         assert_eq!((motor.max_rate.to_si(), travel), (400.0, [-4_000.0, 4_000.0]));
         assert_eq!(motor.max_acceleration.to_si(), 2_000.0);
     }
     let Law::Interval(law) = config.law else { panic!("{:?}", config.law) };
-    assert_eq!((law.signs, law.beta[2][2].to_si()), (SIGNS, 0.5));
+    assert_eq!((law.signs, law.beta[2][2].to_si()), (SIGNS.map(MotorList::new), 0.5));
     let corners = [config.workspace.min, config.workspace.max].map(Point::micrometres);
     assert_eq!(corners, [[-1_000_000; 3], [2_000_000, 2_000_000, 600_000]]);
     assert_eq!(config.following.turn.to_si(), 400.0);

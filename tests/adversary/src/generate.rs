@@ -4,12 +4,13 @@ use plumb_core::BuildLimits;
 use plumb_core::config_store::Stored;
 use plumb_core::law::LawTicks;
 use plumb_core::timing::DriverTiming;
-use plumb_protocol::Wiring;
 use plumb_protocol::boards::{self, Chip};
 use plumb_protocol::config::*;
+use plumb_protocol::dimension::{LEAST_MOTORS, MOTORS, MotorList};
 use plumb_protocol::message::{Knot, Reference};
 use plumb_protocol::units::*;
 use plumb_protocol::wiring::*;
+use plumb_protocol::{Config, Wiring};
 
 use crate::random::Random;
 
@@ -35,22 +36,31 @@ pub const fn build(storage: bool) -> BuildLimits {
     }
 }
 
+/// Returns the number of a rig's motors: two in a third of the cases.
+fn motor_count(random: &mut Random) -> usize {
+    if random.one_in(3) { LEAST_MOTORS } else { MOTORS }
+}
+
 /// Returns a Pico with TMC2209 drivers, and a configuration for a rig of typical size, with a
 /// stable loop.
 pub fn typical_setup(random: &mut Random) -> Stored {
-    Stored { wiring: Wiring::example(), config: typical(random) }
+    let config = typical(random);
+    Stored { wiring: Wiring::example().of_motors(config.motors.len()), config }
 }
 
 /// Returns a configuration for a rig of typical size, with a stable loop.
 pub fn typical(random: &mut Random) -> Config {
+    let count = motor_count(random);
     let travel = if random.percent(25) { 16 * random.range(5, 40) } else { 16 * 4000 } as i32;
     let example = Config::example();
     let motor = example.motors[0];
+    let motor = Motor { travel_min: Steps16(-travel), travel_max: Steps16(travel), ..motor };
     let corner = |metres: [i32; 3]| Point(metres.map(|c| Micrometres(c * 100_000)));
+    let workspace = Workspace { min: corner([-10, -10, -10]), max: corner([20, 20, 10]) };
     Config {
-        law: typical_law(random),
-        motors: [Motor { travel_min: Steps16(-travel), travel_max: Steps16(travel), ..motor }; 3],
-        workspace: Workspace { min: corner([-10, -10, -10]), max: corner([20, 20, 10]) },
+        law: typical_law(random, count),
+        motors: MotorList::from_fn(count, |_| motor),
+        workspace: reachable(workspace, count),
         reached: Reached {
             radius: Micrometres(random.range(10_000, 50_000) as i32),
             frames: random.range(1, 10) as u8,
@@ -60,20 +70,44 @@ pub fn typical(random: &mut Random) -> Config {
     }
 }
 
-fn typical_law(random: &mut Random) -> Law {
+/// Returns the part of a workspace that as many motors reach: two that in the plane x = 0.
+fn reachable(mut workspace: Workspace, count: usize) -> Workspace {
+    if count < MOTORS {
+        (workspace.min.0[0], workspace.max.0[0]) = Default::default();
+    }
+    workspace
+}
+
+fn typical_law(random: &mut Random, count: usize) -> Law {
     match random.below(4) {
         // α 0.005, β 0.5, γ 30 /s; g 4 /s; both at 0.471 mm per step.
-        0 => Law::Interval(Interval::uniform(Bound(328), Bound(32_768), Gain(4172))),
+        0 => Law::Interval(family(count, Bound(328), Bound(32_768), Gain(4172))),
         1 => Law::Sign(Sign { gain: SignGain(2225) }),
         2 => Law::Adaptive(Estimated { delay: Milliseconds(5) }),
-        _ => Law::Taut(Estimated { delay: Milliseconds(5) }),
+        _ => taut(count, 5),
+    }
+}
+
+/// Returns law `taut` with this delay, ms; law `adaptive` for two motors.
+fn taut(count: usize, delay: u16) -> Law {
+    let estimated = Estimated { delay: Milliseconds(delay) };
+    if count < MOTORS { Law::Adaptive(estimated) } else { Law::Taut(estimated) }
+}
+
+/// Returns the family of law `interval` for as many motors.
+fn family(count: usize, alpha: Bound, beta: Bound, gain: Gain) -> Interval {
+    if count < MOTORS {
+        Interval::planar(alpha, beta, gain)
+    } else {
+        Interval::uniform(alpha, beta, gain)
     }
 }
 
 /// Returns a valid wiring, and a valid configuration whose travel contains `positions`.
 pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Stored {
+    let count = motor_count(random);
     let microsteps = random.pick(&[1, 2, 4, 8, 16]);
-    let wiring = wiring(random);
+    let wiring = wiring(random).of_motors(count);
     let max_rate = max_rate(&wiring.drivers, microsteps);
     let alike = random.percent(40);
     let first = motor(random, max_rate);
@@ -84,10 +118,10 @@ pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Stored {
         motor
     });
     let config = Config {
-        law: law(random),
-        motors,
+        law: law(random, count),
+        motors: MotorList::new(motors).up_to(count),
         microsteps,
-        workspace: workspace(random),
+        workspace: reachable(workspace(random), count),
         reached: Reached {
             radius: Micrometres(random.corner(1, 1_000_000) as i32),
             frames: random.corner(1, 255) as u8,
@@ -172,23 +206,24 @@ fn motor(random: &mut Random, max_rate: i64) -> Motor {
     }
 }
 
-fn law(random: &mut Random) -> Law {
+fn law(random: &mut Random, count: usize) -> Law {
     match random.below(5) {
-        0 => Law::Interval(interval(random)),
+        0 => Law::Interval(interval(random, count)),
         1 => Law::Sign(Sign { gain: SignGain(random.corner(1, 1 << 20) as u32) }),
         2 => Law::Adaptive(Estimated { delay: Milliseconds(random.corner(0, 500) as u16) }),
-        3 => Law::Taut(Estimated { delay: Milliseconds(random.corner(0, 500) as u16) }),
-        _ => typical_law(random),
+        3 => taut(count, random.corner(0, 500) as u16),
+        _ => typical_law(random, count),
     }
 }
 
-/// Returns a family in which each motor moves the ball: its first row has no zero.
-fn interval(random: &mut Random) -> Interval {
+/// Returns a family in which each motor moves the ball: the first row that the motors reach has no
+/// zero.
+fn interval(random: &mut Random, count: usize) -> Interval {
     let gain = Gain(random.corner(1, 16 << 16) as u32);
-    let mut law = Interval::uniform(Bound(1), Bound(8 << 16), gain);
+    let mut law = family(count, Bound(1), Bound(8 << 16), gain);
     for row in 0..3 {
-        for column in 0..3 {
-            if row > 0 && random.percent(20) {
+        for column in 0..count {
+            if row > first_row(count) && random.percent(20) {
                 law.signs[row][column] = random.range(-1, 1) as i8;
             }
             let alpha = random.corner(1, MAX_BOUND);
@@ -197,6 +232,11 @@ fn interval(random: &mut Random) -> Interval {
         }
     }
     law
+}
+
+/// Returns the first row of a law's matrices that as many motors reach: that of x, or of y.
+fn first_row(count: usize) -> usize {
+    usize::from(count < MOTORS)
 }
 
 fn workspace(random: &mut Random) -> Workspace {
@@ -272,8 +312,9 @@ fn jog_limits(random: &mut Random) -> JogLimits {
 /// Returns a wiring and a configuration with a value that is usually out of range.
 pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Stored {
     let Stored { mut wiring, mut config } = accepted(random, positions);
-    let motor = random.below(3) as usize;
-    match random.below(24) {
+    let count = config.motors.len();
+    let motor = random.below(3) as usize % count;
+    match random.below(28) {
         0 => config.motors[motor].max_rate = Rate(random.any_i32()),
         1 => config.motors[motor].max_acceleration = Acceleration(random.any_i32() as u32),
         2 => config.motors[motor].travel_min = Steps16(random.any_i32()),
@@ -292,24 +333,62 @@ pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Stored {
         21 => wiring.pins.emergency.number = random.below(40) as u8,
         22 => wiring.pins.motors[motor].step.number = random.bits() as u8,
         12 => config.mean = Milliseconds(random.range(401, 65_535) as u16),
-        13 => {
-            config.law =
-                Law::Taut(Estimated { delay: Milliseconds(random.range(501, 65_535) as u16) })
-        }
+        13 => config.law = taut(count, random.range(501, 65_535) as u16),
         20 => config.path.speed = Speed(random.pick(&[0, -1, 2_000_001])),
         17 => config.jog.max_rate = Rate(-(random.below(2) as i32)),
-        14..=16 => config.law = invalid_interval(random),
+        14..=16 => config.law = invalid_interval(random, count),
+        24 => miscount(random, &mut wiring, &mut config),
+        25 => config.law = uneven_interval(random, count),
+        26 => {
+            config.motors = config.motors.up_to(LEAST_MOTORS);
+            wiring = wiring.of_motors(LEAST_MOTORS);
+            config.law = taut(MOTORS, 5);
+        }
+        27 => {
+            // Two motors get a width, and three none.
+            let width = if count < MOTORS { random.corner(1, MAX_COORDINATE) as i32 } else { 0 };
+            let side = random.pick(&[1, -1]) * width;
+            config.workspace.min.0[0] = Micrometres(side.min(0));
+            config.workspace.max.0[0] = Micrometres(side.max(0));
+        }
         _ => config.motors[motor] = narrowed(config.motors[motor], positions[motor]),
     }
     Stored { wiring, config }
 }
 
-fn invalid_interval(random: &mut Random) -> Law {
-    let mut law = interval(random);
+/// Gives the wiring and the configuration different numbers of motors, or both a wrong one.
+fn miscount(random: &mut Random, wiring: &mut Wiring, config: &mut Config) {
+    let (count, first) = (config.motors.len(), config.motors[0]);
+    match random.below(4) {
+        0 if count > LEAST_MOTORS => *wiring = wiring.of_motors(LEAST_MOTORS),
+        0 => config.motors = MotorList::from_fn(MOTORS, |_| first),
+        1 => *wiring = wiring.of_motors(1),
+        2 => config.motors = MotorList::from_fn(MOTORS + 1, |_| first),
+        _ => {
+            *wiring = wiring.of_motors(1);
+            config.motors = config.motors.up_to(1);
+        }
+    }
+}
+
+/// Returns a family one of whose rows has an entry more or fewer.
+fn uneven_interval(random: &mut Random, count: usize) -> Law {
+    let mut law = interval(random, count);
+    let (row, length) = (random.below(3) as usize, random.pick(&[count - 1, count + 1]));
+    match random.below(3) {
+        0 => law.signs[row] = MotorList::from_fn(length, |k| i8::from(k % 2 == 0)),
+        1 => law.alpha[row] = MotorList::from_fn(length, |_| Bound(1)),
+        _ => law.beta[row] = MotorList::from_fn(length, |_| Bound(1 << 16)),
+    }
+    Law::Interval(law)
+}
+
+fn invalid_interval(random: &mut Random, count: usize) -> Law {
+    let mut law = interval(random, count);
     match random.below(4) {
         0 => law.signs[0][0] = 2,
-        1 => law.signs = [[0; 3]; 3],
-        2 => law.alpha[0][1] = Bound(0),
+        1 => law.signs = [MotorList::from_fn(count, |_| 0); 3],
+        2 => law.alpha[first_row(count)][1] = Bound(0),
         _ => law.gain = Gain(0),
     }
     Law::Interval(law)

@@ -5,8 +5,8 @@ use plumb_core::law::{
     DeferredLaw, DeferredLawKind, Law, LawSelection, Measurement, Setpoint, variances,
 };
 use plumb_core::params::Params;
-use plumb_protocol::Config;
 use plumb_protocol::wiring::{Drivers, StepDir};
+use plumb_protocol::{Config, MOTORS};
 
 use crate::campaign::Outcome;
 use crate::generate;
@@ -14,6 +14,8 @@ use crate::random::Random;
 
 /// A law's setpoint, limited by the motors' limits, is within them.
 pub const WITHIN: &str = "rates within the limits";
+/// A law turns no motor that the rig has not.
+pub const ABSENT: &str = "an absent motor has no rate";
 /// Two copies of a law give the same setpoint, to the bit.
 pub const DETERMINISTIC: &str = "a law is deterministic";
 /// A law's state has no NaN.
@@ -66,15 +68,19 @@ impl Motion {
 /// Source of measurements.
 struct Scene {
     motion: Motion,
+    /// Whether two motors move the ball in the plane x = 0. Motor C turns all the same, as for an
+    /// earlier configuration.
+    is_planar: bool,
     motors: [i32; 3],
     ball: [i32; 3],
     target: [i32; 3],
 }
 
 impl Scene {
-    fn new(random: &mut Random) -> Self {
+    fn new(random: &mut Random, config: &Config) -> Self {
         let motion = random.pick(&Motion::ALL);
-        Self { motion, motors: [0; 3], ball: anywhere(random), target: anywhere(random) }
+        let (motors, is_planar) = ([0; 3], is_planar(config));
+        Self { motion, is_planar, motors, ball: anywhere(random), target: anywhere(random) }
     }
 
     fn next(&mut self, random: &mut Random) -> Measurement {
@@ -90,7 +96,7 @@ impl Scene {
         let before = self.motors;
         self.motors = self.motors.map(|m| moved(m, self.motion.step(random), MAX_TRAVEL));
         let then = self.motors;
-        Measurement {
+        self.reachable(Measurement {
             ball: self.ball,
             variances: variances(generate::covariance(random)),
             motors: then,
@@ -98,12 +104,20 @@ impl Scene {
             motors_ahead: then.map(|m| (i64::from(m) + self.motion.lead(random)) as i32),
             target: self.target,
             velocity: [0; 3],
+        })
+    }
+
+    /// Returns the measurement with what the motors reach of its places.
+    fn reachable(&self, mut measurement: Measurement) -> Measurement {
+        if self.is_planar {
+            (measurement.ball[0], measurement.target[0]) = (0, 0);
         }
+        measurement
     }
 
     /// Returns the measurement of a ball and motors at rest.
     fn at_rest(&self) -> Measurement {
-        Measurement {
+        self.reachable(Measurement {
             ball: [540_000, 220_000, 459_000],
             variances: variances(None),
             motors: self.motors,
@@ -111,8 +125,12 @@ impl Scene {
             motors_ahead: self.motors,
             target: [400_000, 400_000, 150_000],
             velocity: [0; 3],
-        }
+        })
     }
+}
+
+fn is_planar(config: &Config) -> bool {
+    config.motors.len() < MOTORS
 }
 
 fn anywhere(random: &mut Random) -> [i32; 3] {
@@ -140,7 +158,11 @@ pub fn run_deferred(
     outcome: &mut Outcome,
 ) {
     let limits = params(config).limits();
-    let kind = random.pick(&[DeferredLawKind::Adaptive, DeferredLawKind::Taut]);
+    let kind = match random.pick(&[DeferredLawKind::Adaptive, DeferredLawKind::Taut]) {
+        DeferredLawKind::Taut if is_planar(config) => DeferredLawKind::Adaptive,
+        kind => kind,
+    };
+    outcome.tally.add("laws in a plane", is_planar(config).into());
     outcome.tally.count(if kind == DeferredLawKind::Adaptive {
         "law adaptive"
     } else {
@@ -192,7 +214,7 @@ fn drive<L>(
 where
     L: Law + Clone + PartialEq + std::fmt::Debug,
 {
-    let mut scene = Scene::new(random);
+    let mut scene = Scene::new(random, config);
     let mut copy = law.clone();
     for tick in 0..measurements {
         if tick > 0 && random.is_exhausted() {
@@ -212,7 +234,9 @@ where
 }
 
 fn check_setpoint(random: &mut Random, setpoint: Setpoint, config: &Config, outcome: &mut Outcome) {
-    let limits = config.motors.map(|motor| motor.max_rate.0);
+    let limits = config.motors.map(|motor| motor.max_rate.0).steppable(1);
+    let still = !is_planar(config) || setpoint.rates.0[2] == 0;
+    outcome.check(still, ABSENT, || format!("{setpoint:?}"));
     let MotorRates(rates) = setpoint.rates.within(limits);
     let within = (0..3).all(|i| rates[i].unsigned_abs() <= limits[i].unsigned_abs());
     outcome.check(within, WITHIN, || format!("{rates:?} of {setpoint:?}, limits {limits:?}"));

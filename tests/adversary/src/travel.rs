@@ -3,16 +3,16 @@
 use plumb_core::MotorRates;
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
-use plumb_protocol::Config;
 use plumb_protocol::config::{Law, Motor, Sign};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, SignGain, Steps16};
 use plumb_protocol::wiring::{Drivers, StepDir};
+use plumb_protocol::{Config, MotorList};
 
 use crate::campaign::Outcome;
 use crate::generate;
 use crate::random::Random;
 
-/// No motor passes the end of its travel, not even by one pulse.
+/// No motor passes the end of its travel, not even by one pulse. One that the rig has not stands.
 pub const WITHIN: &str = "within the travel";
 /// After a travel fault the planner comes to rest.
 pub const RESTS: &str = "comes to rest";
@@ -105,12 +105,14 @@ fn config(random: &mut Random) -> Config {
         travel_max: Steps16(random.range(0, travel) as i32),
         reversed: random.percent(50),
     };
+    let motors = MotorList::new([motor(random), motor(random), motor(random)]);
+    let typical = generate::typical(random);
     Config {
         law: Law::Sign(Sign { gain: SignGain(1000) }),
-        motors: [motor(random), motor(random), motor(random)],
+        motors: motors.up_to(typical.motors.len()),
         microsteps: random.pick(&[1, 2, 4, 8, 16, 16, 16]),
         mean: Milliseconds(if random.percent(30) { 0 } else { random.corner(1, 400) as u16 }),
-        ..generate::typical(random)
+        ..typical
     }
 }
 
@@ -176,7 +178,7 @@ fn there_and_back(random: &mut Random, config: &Config, params: &Params, outcome
 
 fn rates(random: &mut Random, config: &Config, directions: [i32; 3]) -> MotorRates {
     let rate = |i: usize| {
-        let most = config.motors[i].max_rate.0;
+        let most = config.motors.get(i).map_or(0, |motor| motor.max_rate.0);
         directions[i] * random.range(i64::from(most / 8), most.into()) as i32
     };
     MotorRates([0, 1, 2].map(rate))
@@ -237,15 +239,17 @@ impl Approach<'_> {
     /// Checks that no motor is beyond its travel.
     fn check(&mut self, outcome: &mut Outcome) {
         let positions = self.planner.positions();
-        let over = |i: usize| {
-            let motor = &self.config.motors[i];
-            (positions[i] - motor.travel_max.0).max(motor.travel_min.0 - positions[i])
+        let over = |i: usize| match self.config.motors.get(i) {
+            Some(motor) => {
+                (positions[i] - motor.travel_max.0).max(motor.travel_min.0 - positions[i])
+            }
+            None => positions[i].abs(),
         };
         let Some(motor) = (0..3).find(|&i| over(i) > 0) else { return };
         self.passed = true;
         outcome.broken(WITHIN, || {
             let (microsteps, mean) = (self.config.microsteps, self.config.mean.0);
-            let limits = self.config.motors[motor];
+            let limits = self.config.motors.get(motor);
             format!(
                 "motor {motor} by {}/16 steps, {:?}, {microsteps} microsteps, mean {mean} ms, \
                  {limits:?}",

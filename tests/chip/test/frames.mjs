@@ -9,7 +9,8 @@ const client = readFileSync(
   'utf8',
 );
 const SCHEMA = Buffer.from(client.match(/SCHEMA = bytes\.fromhex\("([0-9a-f]+)"\)/)[1], 'hex');
-const HELLO_300 = Buffer.from('ac0200504c4d4202', 'hex');
+const VERSION = Number(client.match(/VERSION = b"PLMB", (\d+)/)[1]);
+const HELLO_300 = Buffer.from([0xac, 0x02, 0, ...Buffer.from('PLMB'), VERSION]);
 
 /** CRC-32 (ISO-HDLC). */
 function crc32(bytes) {
@@ -46,6 +47,6 @@ function goldenFrame(begin) {
 /** Hello, then Wire of a Pico and Configure. */
 export const CONFIGURED = Buffer.concat([
   frame(Buffer.concat([HELLO_300, SCHEMA])),
-  goldenFrame('06ac02100102'),
+  goldenFrame('07ac02100103'),
   goldenFrame('04ac0203'),
 ]);

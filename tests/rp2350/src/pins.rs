@@ -30,7 +30,8 @@ impl Counter {
     /// Creates the counter for a board's pins.
     pub fn new(pins: &Pins) -> Self {
         let bit = |number: u8| 1 << number;
-        let pins = pins.motors.each_ref().map(|m| [bit(m.step.number), bit(m.direction.number)]);
+        let pins = pins.motors.map(|m| [bit(m.step.number), bit(m.direction.number)]);
+        let pins = pins.steppable([0; 2]);
         Self { pins, levels: 0, motors: [Pulses::default(); 3], rises: None }
     }
 

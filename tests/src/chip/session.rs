@@ -49,7 +49,7 @@ impl Chip {
     /// If the board refuses.
     pub fn configured(self, setup: impl Into<Setup>) -> Self {
         let Setup { drivers, config } = setup.into();
-        self.wired(Wiring::pico(drivers), config)
+        self.wired(Wiring::pico(drivers).of_motors(config.motors.len()), config)
     }
 
     /// Connects to the board and configures it with this wiring.
@@ -142,7 +142,7 @@ impl Chip {
         loop {
             self.run_us(20_000);
             let telemetry = self.status();
-            if telemetry.rates == [Rate(0); 3] {
+            if telemetry.rates.iter().all(|rate| rate.0 == 0) {
                 return telemetry;
             }
         }
@@ -191,16 +191,17 @@ impl Chip {
         assert!(counts.iter().all(|&count| count > 500 * seconds), "{counts:?} pulses");
     }
 
-    /// Returns the pulses of each motor since the last call.
+    /// Returns the pulses of each motor since the last call: none of one without pins.
     ///
     /// # Panics
     /// If the reply has none.
     pub fn pulses(&mut self) -> [Pulses; 3] {
         let reply = self.execute(json!({ "pulses": true }));
         [0, 1, 2].map(|motor| {
-            let of = |name: &str| reply["pulses"][motor][name].as_u64();
+            let own = &reply["pulses"][self.former_steppers + motor];
+            let of = |name: &str| own[name].as_u64();
             Pulses {
-                count: of("count").expect("a count"),
+                count: if own.is_null() { 0 } else { of("count").expect("a count") },
                 high: of("high"),
                 low: of("low"),
                 setup: of("setup"),
@@ -319,9 +320,25 @@ impl Setup {
         self
     }
 
+    /// Returns the same for two motors, with the planar family of the same bounds.
+    ///
+    /// # Panics
+    /// If the law is not `interval`.
+    pub fn of_two_motors(mut self) -> Self {
+        let Law::Interval(Interval { alpha, beta, gain, .. }) = self.config.law else {
+            panic!("{:?}", self.config.law)
+        };
+        self.config.law = Law::Interval(Interval::planar(alpha[0][0], beta[0][0], gain));
+        self.config.motors = self.config.motors.up_to(2);
+        let Workspace { min, max } = &mut self.config.workspace;
+        (min.0[0], max.0[0]) = Default::default();
+        self
+    }
+
     /// Returns the commands that configure a board so, as a Pico.
     pub fn commands(self) -> [Command; 2] {
-        [Command::Wire(Wiring::pico(self.drivers)), Command::Configure(self.config)]
+        let wiring = Wiring::pico(self.drivers).of_motors(self.config.motors.len());
+        [Command::Wire(wiring), Command::Configure(self.config)]
     }
 }
 
@@ -341,7 +358,7 @@ pub fn fast_config(rate: f64, driver: StepDir) -> Setup {
     };
     let config = Config {
         law: Law::Interval(Interval::uniform(Bound(65536), Bound(65536), Gain(1 << 20))),
-        motors: [motor; 3],
+        motors: [motor; 3].into(),
         jog: JogLimits { max_rate: motor.max_rate, max_distance: Steps16(1 << 28) },
         workspace: Workspace { min: point([-1_000_000; 3]), max: point([2_000_000; 3]) },
         growth: Growth { margin: Micrometres(1_000_000), time: Milliseconds(5_000) },

@@ -12,8 +12,8 @@ use plumb_tests::source_tree::{code_lines, files, is_test, read, root};
 /// elsewhere.
 const BUDGETS: &[(&str, usize)] = &[
     ("firmware", 2900),
-    ("firmware/core", 7100),
-    ("firmware/emulator", 2350),
+    ("firmware/core", 7200),
+    ("firmware/emulator", 2450),
     ("firmware/image", 450),
     ("host", 7850),
     ("host/bench", 4650),
@@ -31,14 +31,14 @@ const BUDGETS: &[(&str, usize)] = &[
     ("host/page", 2450),
     ("host/path", 2100),
     ("host/ros2", 4900),
-    ("host/runtime", 9550),
+    ("host/runtime", 9650),
     ("host/setup", 1700),
     ("host/sim", 3350),
     ("host/verify", 950),
     ("host/vision", 4500),
     ("host/vision/frame", 1250),
-    ("protocol", 1500),
-    ("tests", 50_000),
+    ("protocol", 1750),
+    ("tests", 50_750),
 ];
 
 /// Folder of the sum of all tests.

@@ -6,211 +6,24 @@
 
 use nalgebra::{Point3, Vector3};
 use plumb_core::TICK_US;
-use plumb_emulator::plant::{Plant, QuasiStatic, Task};
-use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_emulator::plant::{Plant, Task};
 use plumb_path::trajectory::Moment;
-use plumb_protocol::frame::{Accumulator, encode};
-use plumb_protocol::message::{
-    Command, Fault, FromBoard, Hello, Position, State, Telemetry, ToBoard,
-};
-use plumb_protocol::units::{Micros, Point, Steps16};
+use plumb_protocol::message::{Command, Fault, Position, State};
+use plumb_protocol::units::Point;
 use plumb_runtime::reference::{INTERVAL_S, reference};
 use plumb_runtime::rig::quantity::Current;
 use plumb_runtime::rig::{BoardName, Driver, LawName, LawSettings, Rig, UartSettings};
-use plumb_tests::chip::{Chip, firmware_image};
+use plumb_tests::chip::{Chip, Pair, firmware_image};
 use plumb_tests::is_long;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
-/// Period of the positions, µs of the chip's time.
-const FRAME_US: u64 = 33_333;
-
-/// Id of every Status.
-const STATUS: u16 = 9999;
-
-/// Returns the board's time of its answer to Status: telemetry, then an answer.
-fn status_time(received: &[FromBoard]) -> Option<u64> {
-    received.windows(2).find_map(|pair| match pair {
-        [FromBoard::Telemetry(telemetry), FromBoard::Answer(answer)] if answer.id == STATUS => {
-            Some(telemetry.time.0)
-        }
-        _ => None,
-    })
-}
-
-/// A chip and an emulated board that receive the same bytes.
-struct Pair {
-    chip: Chip,
-    board: EmulatedBoard,
-    plant: QuasiStatic,
-    /// All bytes that the emulated board has sent.
-    board_bytes: Vec<u8>,
-    sequence: u16,
-    id: u16,
-    /// Time from an accepted position to its telemetry while the board drives, µs: a tick where the
-    /// position makes a law request. `None` where it is not looked at.
-    acknowledged_after: Option<u64>,
-}
-
-impl Pair {
-    fn new(chip: Chip) -> Self {
-        let task = Task::paper();
-        let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
-        let board = EmulatedBoard::new(EMULATED);
-        let mut pair = Self {
-            chip,
-            board,
-            plant,
-            board_bytes: Vec::new(),
-            sequence: 0,
-            id: 0,
-            acknowledged_after: None,
-        };
-        pair.request(Command::Hello(Hello::OURS));
-        pair
-    }
-
-    /// Sends bytes without an answer to the chip, then to the emulated board in the tick before
-    /// that of a Status right behind them: a tick receives one frame.
-    fn send(&mut self, bytes: &[u8]) {
-        self.send_acknowledged(bytes, |_| None);
-    }
-
-    /// Sends bytes and a Status right behind them to the chip, then to the emulated board in the
-    /// ticks in which the chip's board received them. `received_at` returns the tick (µs) of the
-    /// bytes from the messages of the chip since then; without one it is the tick before the
-    /// Status. After a full tick the Status may come a tick later than that.
-    fn send_acknowledged(
-        &mut self,
-        bytes: &[u8],
-        received_at: impl Fn(&[FromBoard]) -> Option<u64>,
-    ) {
-        let mut both = bytes.to_vec();
-        both.extend(encode(&ToBoard { id: STATUS, command: Command::Status }).expect("a frame"));
-        let before = self.chip.received.len();
-        self.chip.send(&both, 10 * u64::from(TICK_US));
-        let mut status = status_time(&self.chip.received[before..]);
-        if status.is_none() {
-            // The first Configure takes 2 ms.
-            self.chip.run_us(10 * u64::from(TICK_US));
-            status = status_time(&self.chip.received[before..]);
-        }
-        let status = status.unwrap_or_else(|| {
-            panic!("no answer to Status in {:?}", &self.chip.received[before..])
-        });
-        let received = received_at(&self.chip.received[before..]);
-        self.run_board(received.unwrap_or(status - u64::from(TICK_US)));
-        self.board.write(bytes);
-        self.run_board(status);
-        self.board.write(&both[bytes.len()..]);
-        self.board_bytes.extend(self.board.read());
-    }
-
-    fn request(&mut self, command: Command) {
-        self.id += 1;
-        let id = self.id;
-        let frame = encode(&ToBoard { id, command }).expect("a frame");
-        let after = self.acknowledged_after;
-        self.send_acknowledged(&frame, |messages| {
-            let acknowledged = |message: &FromBoard| match (message, &command) {
-                (FromBoard::Telemetry(telemetry), Command::Position(position)) => {
-                    let is_named = telemetry.sequence == Some(position.sequence);
-                    after.filter(|_| is_named).map(|after| telemetry.time.0 - after)
-                }
-                _ => None,
-            };
-            let answered = |message: &FromBoard| match message {
-                FromBoard::Answer(answer) if answer.id == id => Some(answer.time.0),
-                _ => None,
-            };
-            // Telemetry acknowledges an accepted position, in the same tick or in the next.
-            messages.iter().find_map(|message| answered(message).or(acknowledged(message)))
-        });
-    }
-
-    fn run_board(&mut self, time: u64) {
-        self.board.run_to(Micros(time)).expect("a board without a rig");
-        self.board_bytes.extend(self.board.read());
-    }
-
-    /// Sends the position of the rig's ball, which follows the chip's edges, and runs for a period.
-    fn frame(&mut self) {
-        self.sequence = self.sequence.wrapping_add(1);
-        let ball = Point::from_metres(self.plant.ball().into());
-        self.request(Command::Position(Position {
-            sequence: self.sequence,
-            age_us: 20_000,
-            ball,
-            covariance: None,
-        }));
-        self.run(FRAME_US - 10 * u64::from(TICK_US));
-    }
-
-    /// Runs the chip and the rig for `us` µs.
-    fn run(&mut self, us: u64) {
-        self.chip.run_us(us);
-        self.plant.advance(us as f64 * 1e-6, self.chip.motors).expect("a rig that follows");
-    }
-
-    fn telemetry(&self) -> &Telemetry {
-        self.chip.received.iter().rev().find_map(telemetry).expect("telemetry")
-    }
-
-    fn state(&self) -> State {
-        self.telemetry().state
-    }
-
-    /// Checks that both have sent the same bytes, up to the shorter output, and that the telemetry
-    /// agrees with the edges. What they tell of their programs differs.
-    fn assert_agree(&mut self, what: &str) {
-        // The emulated board catches up with the chip's last message.
-        self.request(Command::Status);
-        let [ours, theirs] =
-            [&self.board_bytes, &self.chip.usb_bytes].map(|bytes| without_own(bytes));
-        let common = ours.len().min(theirs.len());
-        assert!(common > 100 && theirs.len() - common < 300 && ours.len() - common < 300);
-        if let Some(at) = (0..common).find(|&i| ours[i] != theirs[i]) {
-            let (ours, theirs) = (messages(&ours), messages(&theirs));
-            let first = ours.iter().zip(&theirs).find(|(a, b)| a != b);
-            panic!(
-                "{what}: byte {at} of {common} differs; emulated board and chip send {first:#?}"
-            );
-        }
-        assert_eq!(
-            self.telemetry().motors.map(Steps16::to_si),
-            self.chip.motors,
-            "steps counted from the edges"
-        );
-    }
-}
-
-/// Returns the bytes without the frames that tell of a board's program, and of its drivers, which
-/// each board asks at its own moments.
-fn without_own(bytes: &[u8]) -> Vec<u8> {
-    let is_own =
-        |message: &FromBoard| matches!(message, FromBoard::Provenance(_) | FromBoard::Drivers(_));
-    let is_kept = |frame: &&[u8]| !messages(frame).iter().any(is_own);
-    bytes.split_inclusive(|&byte| byte == 0).filter(is_kept).flatten().copied().collect()
-}
-
-fn messages(bytes: &[u8]) -> Vec<FromBoard> {
-    let mut accumulator = Accumulator::new();
-    bytes.iter().filter_map(|&b| accumulator.push(b)).filter_map(Result::ok).collect()
-}
-
-fn telemetry(message: &FromBoard) -> Option<&Telemetry> {
-    match message {
-        FromBoard::Telemetry(telemetry) => Some(telemetry),
-        _ => None,
-    }
-}
-
 /// Starts a chip with the paper's rig and target, and a law.
 fn seeking(image: &std::path::Path, law: LawSettings) -> Pair {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law = law;
-    let mut pair = Pair::new(Chip::start(image));
+    let mut pair = Pair::new(Chip::start(image), &Task::paper());
     pair.request(Command::Wire(rig.wiring().expect("a wiring")));
     pair.request(Command::Configure(rig.config().expect("a configuration")));
     pair.request(Command::Target(rig.targets().expect("a target")[0]));
@@ -226,7 +39,7 @@ fn seeking_on_an_skr_pico(image: &std::path::Path) -> Pair {
     let wiring = rig.wiring().expect("a wiring");
     let mut chip = Chip::start_with(image, &wiring.pins);
     chip.plug_in_skr_drivers();
-    let mut pair = Pair::new(chip);
+    let mut pair = Pair::new(chip, &Task::paper());
     pair.request(Command::Wire(wiring));
     pair.request(Command::Configure(rig.config().expect("a configuration")));
     // Their drivers take time to be set up, each its own.
@@ -316,7 +129,7 @@ fn a_path_is_the_same_to_the_bit_with_every_law() {
     for law in LawName::ALL {
         let mut rig = Rig::paper().expect("the paper's rig file");
         rig.law = law.into();
-        let mut pair = Pair::new(Chip::start(&image));
+        let mut pair = Pair::new(Chip::start(&image), &Task::paper());
         pair.request(Command::Wire(rig.wiring().expect("a wiring")));
         pair.request(Command::Configure(rig.config().expect("a configuration")));
         pair.frame();

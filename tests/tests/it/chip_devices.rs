@@ -92,7 +92,7 @@ fn drive(
     }
     chip.run_us(30_000);
     let tensions = chip.status().tensions.expect("the law taut tells them");
-    tensions.map(RelativeTension::to_si)
+    tensions.map(RelativeTension::to_si).steppable(0.0)
 }
 
 /// What the law taut has learnt of the rig is stored with the configuration. After power-off the

@@ -110,6 +110,19 @@ fn no_tick_is_late_for_any_input() {
     }
 }
 
+/// Stalls the processor for one tick and a half from the middle between two calls of the stepping
+/// interrupt: one tick is late. A stall in the middle of a call may make two late.
+fn stall(chip: &mut Chip) {
+    chip.execute(json!({ "trace": { "handlers": { "tick": STEPPING } } }));
+    chip.run_us(1000);
+    let reply = chip.execute(json!({ "calls": true }));
+    chip.execute(json!({ "trace": null }));
+    let last = reply["calls"]["tick"].as_array().and_then(|calls| calls.last()).expect("a call");
+    let passed = chip.cycle - last[0].as_u64().expect("a cycle");
+    chip.execute(json!({ "run_cycles": (3 * TICK / 2 - passed) % TICK }));
+    chip.execute(json!({ "stall": TICK * 3 / 2 }));
+}
+
 /// Stores the configuration at rest, then delays the processor while motors turn: the firmware
 /// counts each kind of late tick for itself.
 #[test]
@@ -130,8 +143,7 @@ fn late_ticks_are_counted_while_motors_turn_and_at_rest() {
     chip.run_us(20_000);
     assert_eq!(counts(&mut chip), [0, stored]);
     for late in 1..=3 {
-        // One tick and a half, so that one tick is late wherever the delay begins.
-        chip.execute(json!({ "stall": TICK * 3 / 2 }));
+        stall(&mut chip);
         chip.run_us(5_000);
         assert_eq!(counts(&mut chip), [late, stored]);
     }
@@ -147,7 +159,7 @@ fn many_late_ticks_stop_the_board() {
     chip.run_us(20_000);
     for late in 1..=11 {
         assert!(matches!(chip.state(), State::Seeking), "before late tick {late}");
-        chip.execute(json!({ "stall": TICK * 3 / 2 }));
+        stall(&mut chip);
         chip.send_position(BALL_UM);
     }
     let telemetry = chip.status();

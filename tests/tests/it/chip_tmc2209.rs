@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use plumb_protocol::MotorList;
 use plumb_protocol::boards::SKR_PICO;
 use plumb_protocol::message::{
     Command, DriverFault, DriverReading, Fault, FromBoard, Hello, Jog, State,
@@ -84,7 +85,7 @@ fn fault(chip: &mut Chip) -> (DriverFault, u32) {
 }
 
 /// Returns the newest readings since message number `after`.
-fn readings(chip: &Chip, after: usize) -> Option<[DriverReading; 3]> {
+fn readings(chip: &Chip, after: usize) -> Option<MotorList<DriverReading>> {
     chip.received[after..].iter().rev().find_map(|message| match message {
         FromBoard::Drivers(report) => Some(report.motors),
         _ => None,

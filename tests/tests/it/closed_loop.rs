@@ -7,7 +7,8 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use plumb_emulator::Wire;
 use plumb_emulator::plant::{
-    CameraMonitor, Elastic, ElasticParameters, Plant, Population, QuasiStatic, RigError, Task,
+    CameraMonitor, Elastic, ElasticParameters, PlanarPopulation, Plant, Population, QuasiStatic,
+    RigError, Task,
 };
 use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
@@ -17,6 +18,7 @@ use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_sim::simulated::SimulationError;
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
+use plumb_tests::planar::{LAWS, planar_rig, planar_task};
 use plumb_tests::plants::{Linear, Miswired};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -236,6 +238,50 @@ fn the_elastic_rig_is_reached() {
             "frame {frame}: {}",
             bench.state()
         );
+    }
+}
+
+/// Drives a planar rig over the usable link number `index`, with a noisy camera that also measures
+/// x, to the target of its rig file.
+fn assert_reached_in_plane(rig: &Rig, task: &Task, index: usize) {
+    let law = rig.law.name();
+    let plant = QuasiStatic::new(task.geometry, task.start).expect("a plant");
+    let mut bench = seeking(rig, Box::new(plant), usable(index));
+    let mut observer = CameraMonitor::new(Default::default(), index as u64).expect("an observer");
+    for frame in 0u32.. {
+        let time = f64::from(frame) / RATE_HZ as f64;
+        let measure = |ball| {
+            observer.observe(time, ball);
+            observer.delivered(time).and_then(|o| o.position)
+        };
+        bench.frame(measure).expect("an intact link");
+        match bench.state() {
+            State::Holding => break,
+            State::Seeking => assert!(frame < 3000, "{law}, rig {index}: {:?}", bench.ball()),
+            other => panic!("{law}, rig {index}, frame {frame}: {other}"),
+        }
+    }
+    let (error, x) = ((bench.ball() - task.target).norm(), bench.ball().x);
+    assert!(error < 0.010 && x == 0.0, "{law}, rig {index}: {error} m, x = {x} m");
+    let telemetry = bench.link.telemetry().expect("telemetry");
+    assert_eq!([telemetry.motors.len(), telemetry.rates.len()], [2; 2], "{law}, rig {index}");
+    assert_eq!(telemetry.error.micrometres()[0], 0, "{law}, rig {index}");
+}
+
+#[test]
+fn two_motors_reach_their_target_in_the_plane_with_every_law() {
+    for law in LAWS {
+        assert_reached_in_plane(&planar_rig(law), &planar_task(), 0);
+        for index in 1..8 {
+            let task = PlanarPopulation::default().sample(3, index).expect("a random rig");
+            let mut rig = planar_rig(law);
+            lift_size_limits(&mut rig);
+            for corner in [&mut rig.workspace.min, &mut rig.workspace.max] {
+                corner[0] = 0.0.try_into().expect("a corner");
+            }
+            rig.set_targets(&[task.target.into()]).expect("a target");
+            assert_reached_in_plane(&rig, &task, index as usize);
+        }
     }
 }
 

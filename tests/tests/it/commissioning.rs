@@ -99,7 +99,7 @@ fn mistake_in(case: &Case, report: &Report) -> Option<String> {
     if named.iter().any(|fault| !faults.contains(fault)) {
         return Some(format!("{named:?} are named"));
     }
-    let right = case.rig.motors.reversed;
+    let right = case.rig.motors.reversed().steppable(false);
     let offered = report.corrected_directions(right).unwrap_or(right);
     let changed = Output::ALL.into_iter().filter(|&k| offered[k as usize] != right[k as usize]);
     let wrong: Vec<Output> = changed.filter(|&k| !faults.contains(&Fault::Reversed(k))).collect();

@@ -40,7 +40,7 @@ fn every_setting_reaches_the_board() {
         hold: Milliamperes(450),
         sense: Milliohms(150),
         chopper: Chopper::SpreadCycle,
-        addresses: [3, 1, 0],
+        addresses: [3, 1, 0].into(),
         ..Tmc2209::of(&SKR_PICO)
     };
     assert_eq!(rig.wiring().expect("a wiring").drivers, Drivers::Tmc2209(expected));

@@ -134,7 +134,7 @@ fn the_configuration() {
     };
     let config = Config {
         law: Law::Interval(Interval::uniform(Bound(327), Bound(32_768), Gain(4172))),
-        motors: [motor; 3],
+        motors: [motor; 3].into(),
         microsteps: 16,
         workspace: Workspace {
             min: point(-200_000, -200_000, -100_000),
@@ -160,11 +160,11 @@ fn the_configuration() {
     };
     to_board(
         Command::Configure(config),
-        "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c7028080028080028080\
-         02808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed\
-         0580ee050c80c00cd00fffed0580ee054210ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
-         0aac02f403fa01c0a907d8048064c0b802d00f904e80c8018032c0cf24e807904ec0b802ac024374\
-         d9a400",
+        "04ac02030803ffff0103ff014603ffffff03c702c702c70203c702c702c70203c702c702c7020380\
+         80028080028080020380800280800280800203808002808002808002cc200380c00cd00fffed0580\
+         ee050c80c00cd00fffed0580ee050c80c00cd00fffed0580ee054210ffb418ffb418bf9a0cc0a386\
+         01c0ee6d80904ea09c010aac02f403fa01c0a907d8048064c0b802d00f904e80c8018032c0cf24e8\
+         07904ec0b802ac027904fac600",
     );
 }
 
@@ -173,19 +173,21 @@ fn the_wiring() {
     let pico = Wiring::pico(Drivers::StepDir(StepDir::A4988));
     to_board(
         Command::Wire(pico),
-        "06ac021001020203020402050206020701020e020f0301190109e807e807c801c80105475d64dc00",
+        "07ac02100103020203020402050206020701020e020f030119010109e807e807c801c80101043db4\
+         b900",
     );
     let board = plumb_protocol::boards::SKR_PICO;
     let drivers = Drivers::StepDir(StepDir::DM542);
     to_board(
         Command::Wire(Wiring { board: board.kind, pins: board.pins, drivers }),
-        "06ac0210020b040a010604050113021c05010c0702020401010fc413c41388278827c8014fe854d200",
+        "07ac021002030b040a010604050113021c0601030c070202040101010fc413c41388278827c80110\
+         2b87cc00",
     );
     let drivers = Drivers::Tmc2209(Tmc2209::of(&board));
     to_board(
         Command::Wire(Wiring { board: board.kind, pins: board.pins, drivers }),
-        "06ac0210020b040a010604050113021c05010c07020204010c03c801c801323282010809080201a0\
-         06a0066e05684e761700",
+        "07ac021002030b040a010604050113021c0601030c0702020401010d03c801c80132328201080903\
+         080201a006a0066e059c4a50a800",
     );
     let wrong = WiringError::Pin(Line::Direction(1), PinError::Taken);
     let answer = |refusal| FromBoard::Answer(Answer { id: 300, refusal, time: Micros(1_234_567) });
@@ -211,19 +213,19 @@ fn reports() {
         configuration: Some(298),
         target: Some(300),
         sequence: Some(77),
-        motors: [1398, 8155, 0].map(Steps16),
-        rates: [17_390, 0, -256].map(Rate),
+        motors: [1398, 8155, 0].map(Steps16).into(),
+        rates: [17_390, 0, -256].map(Rate).into(),
         error: point(140_000, -180_000, 309_000),
         filtered_error: Micrometres(384_000),
         bad_frames: 3,
-        tensions: Some([102, 64, 381].map(RelativeTension)),
+        tensions: Some([102, 64, 381].map(RelativeTension).into()),
         reference: None,
         late_ticks: 2,
     };
     assert_bytes(
         FromBoard::Telemetry(telemetry),
-        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0215ff03c08b11bffc1590dc2580f02e\
-         03016640fd020602232987d300",
+        "150287ad4b04040101aa0201ac02014d03ec15b67f0503dc8f0216ff03c08b11bffc1590dc2580f0\
+         2e0301036640fd0206027a0f658f00",
     );
     let reference = ReferenceState {
         sequence: 7,
@@ -233,30 +235,30 @@ fn reports() {
     };
     assert_bytes(
         FromBoard::Telemetry(Telemetry { reference: Some(reference), ..telemetry }),
-        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f022aff03c08b11bffc1590dc2580f02e\
-         03016640fd02010787ad4bc00180ea30ffb418e0a71202bdbe07d200",
+        "150287ad4b04040101aa0201ac02014d03ec15b67f0503dc8f022bff03c08b11bffc1590dc2580f0\
+         2e0301036640fd02010787ad4bc00180ea30ffb418e0a712020123fee800",
     );
     let idle = Telemetry { configuration: None, target: None, tensions: None, ..telemetry };
     assert_bytes(
         FromBoard::Telemetry(idle),
-        "080287ad4b0404010107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03010602\
-         b9109d7a00",
+        "080287ad4b0404010108014d03ec15b67f0503dc8f0210ff03c08b11bffc1590dc2580f02e030106\
+         02c3401e1200",
     );
     for (state, hex) in [
         (
             State::Jogging,
-            "060287ad4b050107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030106025c9f\
-         9a1700",
+            "060287ad4b050108014d03ec15b67f0503dc8f0210ff03c08b11bffc1590dc2580f02e03010602dc\
+         b4104c00",
         ),
         (
             State::Stopping,
-            "060287ad4b060107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03010602e397\
-         85de00",
+            "060287ad4b060108014d03ec15b67f0503dc8f0210ff03c08b11bffc1590dc2580f02e0301060286\
+         47962100",
         ),
         (
             State::Storing,
-            "060287ad4b070107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030106024992\
-         5f2f00",
+            "060287ad4b070108014d03ec15b67f0503dc8f0210ff03c08b11bffc1590dc2580f02e03010602b0\
+         16140500",
         ),
     ] {
         assert_bytes(FromBoard::Telemetry(Telemetry { state, ..idle }), hex);
@@ -280,14 +282,14 @@ fn reports() {
         DriverReading { has_open_load: true, ..quiet },
     ];
     assert_bytes(
-        FromBoard::Drivers(DriverReport { time: Micros(1_234_567), motors }),
-        "050887ad4b01010501ac02010301010102010105f0ad7d7100",
+        FromBoard::Drivers(DriverReport { time: Micros(1_234_567), motors: motors.into() }),
+        "060887ad4b0301010501ac02010301010102010105da58069c00",
     );
     let pulses = [(1, 2), (3, 4), (5, 70_000)].map(|(low, high)| PulseCount { low, high });
-    let chip = ChipMeasurement { pulses, time_us: 1_234_567, usb_frame: Some(2047) };
+    let chip = ChipMeasurement { pulses: pulses.into(), time_us: 1_234_567, usb_frame: Some(2047) };
     assert_bytes(
         FromBoard::Measurement(Measurement { id: 300, chip }),
-        "1607ac020102030405f0a20487ad4b01ff0ffa6ab93e00",
+        "1707ac02030102030405f0a20487ad4b01ff0fac087d8200",
     );
     let chip = ChipCounts {
         late_ticks: 1,

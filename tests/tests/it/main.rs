@@ -15,6 +15,7 @@ mod chip_steps;
 mod chip_terminal;
 mod chip_timing;
 mod chip_tmc2209;
+mod chip_two_motors;
 mod chip_usb;
 mod circles;
 mod closed_loop;

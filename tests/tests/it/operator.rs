@@ -22,7 +22,7 @@ fn a_stop_ramps_down_at_once_and_the_frames_go_on_until_the_end() {
     assert!(matches!(seen.state(31), State::Stopping | State::Ready), "{}", seen.state(31));
     for number in 70..90 {
         let board = seen.frames[number].board.expect("a report");
-        assert_eq!((board.state, board.rates), (State::Ready, [0.0; 3]));
+        assert_eq!((board.state, board.rates), (State::Ready, [0.0; 3].into()));
     }
     assert_eq!(seen.frames.len(), 91);
     assert!(!summary.reached && summary.at_rest, "{summary:?}");

@@ -127,7 +127,7 @@ fn creeping(rate: i32) -> Lie {
     let mut left = rate.saturating_mul(256);
     telemetry(move |telemetry| {
         left -= 1;
-        (telemetry.rates, telemetry.state) = ([Rate(left); 3], State::Stopping);
+        (telemetry.rates, telemetry.state) = ([Rate(left); 3].into(), State::Stopping);
     })
 }
 
@@ -207,7 +207,7 @@ fn motors_that_do_not_slow_down_or_stop_for_ever_end_the_wait() {
     let mut is_fast = false;
     let swinging = telemetry(move |telemetry| {
         is_fast = !is_fast;
-        telemetry.rates = [Rate(if is_fast { 2000 } else { 1000 }); 3];
+        telemetry.rates = [Rate(if is_fast { 2000 } else { 1000 }); 3].into();
     });
     let stopping = telemetry(|telemetry| telemetry.state = State::Stopping);
     for lie in [swinging, stopping] {

@@ -43,7 +43,8 @@ impl Map {
         let board = ALL[random.random_range(0..ALL.len())];
         let mut pins = board.pins;
         if random.random_bool(0.3) {
-            pins.enable = EnablePins::PerMotor([0; 3].map(|_| random.random_range(0..PIN_COUNT)));
+            pins.enable =
+                EnablePins::PerMotor([0; 3].map(|_| random.random_range(0..PIN_COUNT)).into());
         }
         for _ in 0..random.random_range(1..=4) {
             let pin = match random.random_range(0..4) {
@@ -110,6 +111,8 @@ fn any_line<'a>(pins: &'a mut Pins, random: &mut ChaCha8Rng) -> &'a mut u8 {
 fn key(error: WiringError) -> &'static str {
     match error {
         WiringError::Board => "board.kind",
+        WiringError::Motors => "motors.count",
+        WiringError::Pen => "board.pins",
         WiringError::Drivers => "motors.driver",
         WiringError::Pin(Line::Step(_), _) => "board.pins.step",
         WiringError::Pin(Line::Direction(_), _) => "board.pins.direction",

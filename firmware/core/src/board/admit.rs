@@ -17,6 +17,8 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
         | Command::Status
         | Command::Diagnose
         | Command::Wire(_) => Ok(()),
+        // Of a later version: refused when it is executed, in every state.
+        Command::Prior(_) | Command::Rates(_) | Command::Pen(_) => Ok(()),
         Command::Position(_) => admit_position(state),
         Command::Configure(_) => match state {
             State::Unconfigured | State::Ready => Ok(()),

@@ -114,6 +114,7 @@ impl Board {
             Command::Home => self.home(),
             Command::TestFlash => self.test_flash(id),
             Command::Follow(ref reference) => self.follow(now, id, reference, out),
+            Command::Prior(_) | Command::Rates(_) | Command::Pen(_) => Err(Refusal::Unsupported),
             // `on_command` has executed these.
             Command::Hello(_)
             | Command::Stop
@@ -347,7 +348,7 @@ impl Board {
     fn jog(&mut self, now: Micros, jog: Jog) -> Result<(), Refusal> {
         let params = self.setup.require()?;
         let motor = usize::from(jog.motor);
-        let limits = params.motors.get(motor).ok_or(Refusal::NoSuchMotor)?;
+        let limits = params.motor(motor).ok_or(Refusal::NoSuchMotor)?;
         if !(1..=limits.max_rate.min(params.jog.max_rate).0).contains(&jog.rate.0) {
             return Err(Refusal::JogRate);
         }

@@ -155,7 +155,10 @@ impl LastRequest {
             | Command::Status
             | Command::Diagnose
             | Command::Measure
-            | Command::Wire(_) => return None,
+            | Command::Wire(_)
+            | Command::Prior(_)
+            | Command::Rates(_)
+            | Command::Pen(_) => return None,
         };
         Some(Self { id: message.id, content })
     }

@@ -1,8 +1,8 @@
 //! The wiring and the configuration in force, and the wiring of the next configuration.
 
 use plumb_protocol::config::Config;
-use plumb_protocol::message::Refusal;
-use plumb_protocol::{MOTORS, Wiring};
+use plumb_protocol::message::{ConfigField, Refusal};
+use plumb_protocol::{PerMotor, Wiring};
 
 use crate::params::{BuildLimits, Params};
 
@@ -43,6 +43,9 @@ impl Setup {
     /// The refusal of the first field that is out of its range.
     pub(super) fn check(&self, wiring: &Wiring, config: &Config) -> Result<Params, Refusal> {
         wiring.check(self.build.chip).map_err(Refusal::Wiring)?;
+        if wiring.pins.motors.len() != config.motors.len() {
+            return Err(Refusal::Config(ConfigField::Motors));
+        }
         Params::check(config, &wiring.drivers, &self.build).map_err(Refusal::Config)
     }
 
@@ -99,7 +102,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Refusal::OutsideTravel`] with the first such motor.
-    pub(super) fn check_travel(&self, positions: [i32; MOTORS]) -> Result<(), Refusal> {
+    pub(super) fn check_travel(&self, positions: PerMotor<i32>) -> Result<(), Refusal> {
         let outside = self
             .require()?
             .motors

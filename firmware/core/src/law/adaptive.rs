@@ -78,7 +78,7 @@ impl Adaptive {
     /// Returns the rates of the sign law for the error `e` (target - position, µm), at full rate
     /// until close to the target.
     fn by_signs(&self, e: [i32; 3]) -> MotorRates {
-        let w = sign::direction(e.map(|e| -e)).map(i64::from);
+        let w = sign::direction(e.map(|e| -e), self.limits.is_planar()).map(i64::from);
         let largest = w.iter().map(|w| w.abs()).max().unwrap_or(0).max(1);
         let distance = (squared_length(e).unsigned_abs().isqrt() as i64).min(SIGN_SLOWDOWN_UM);
         // Bits: rate 31 + distance 16 = 47.
@@ -89,12 +89,13 @@ impl Adaptive {
 
 impl Law for Adaptive {
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        let is_planar = self.limits.is_planar();
         let estimate = match &mut self.estimate {
             Some(estimate) => {
                 estimate.update(measurement);
                 *estimate
             }
-            none => *none.insert(Estimate::new(measurement)),
+            none => *none.insert(Estimate::new(measurement, is_planar)),
         };
         let j = estimate.projected();
         let e = estimate.predicted_error(&j, measurement);

@@ -2,7 +2,7 @@
 //! equations, and the sign pattern Σ of the Jacobian.
 
 use plumb_protocol::config;
-use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
+use plumb_protocol::dimension::{AXES, LEAST_MOTORS, MOTORS, PerAxis, PerMotor};
 
 /// Multiplies without an overflow check, which would take the chip longer than the product. The
 /// caller counts the bits.
@@ -70,13 +70,20 @@ pub(super) fn solve(j: &PerAxis<PerMotor<i32>>, e: PerAxis<i32>) -> Option<PerMo
     }))
 }
 
-/// Σ, pattern (12) of the paper, as i32: row by row (x, y, z), column by column (cable A, B, C).
-pub(super) const SIGNS: PerAxis<PerMotor<i32>> = {
+/// Returns Σ as i32, pattern (12) of the paper or that of two motors in a plane: row by row (x, y,
+/// z), column by column (cable A, B, C). What the rig has not is 0.
+pub(super) const fn signs(is_planar: bool) -> PerAxis<PerMotor<i32>> {
     let (mut signs, mut at) = ([[0; MOTORS]; AXES], 0);
     while at < AXES * MOTORS {
         let (axis, motor) = (at / MOTORS, at % MOTORS);
-        signs[axis][motor] = config::SIGNS[axis][motor] as i32;
+        signs[axis][motor] = if !is_planar {
+            config::SIGNS[axis][motor] as i32
+        } else if motor < LEAST_MOTORS {
+            config::PLANAR_SIGNS[axis][motor] as i32
+        } else {
+            0
+        };
         at += 1;
     }
     signs
-};
+}

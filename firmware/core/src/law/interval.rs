@@ -1,7 +1,8 @@
 //! The law `interval`: the paper's law for a Jacobian in a box of intervals.
 
 use plumb_protocol::config;
-use plumb_protocol::dimension::{AXES, PerAxis, PerMotor};
+use plumb_protocol::dimension::{AXES, MotorList, PerAxis, PerMotor};
+use plumb_protocol::units::Bound;
 
 use super::io::{Law, Measurement, MotorRates, Setpoint};
 use crate::vector::{per_axis, per_motor};
@@ -36,8 +37,11 @@ impl Interval {
     /// Creates the law of a validated configuration.
     pub(crate) fn new(config: &config::Interval) -> Self {
         let entry = |i: usize, k: usize| {
-            let (alpha, beta) = (config.alpha[i][k].0 as i32, config.beta[i][k].0 as i32);
-            match config.signs[i][k] {
+            let bound =
+                |rows: &PerAxis<MotorList<Bound>>| rows[i].get(k).map_or(0, |it| it.0 as i32);
+            let (alpha, beta) = (bound(&config.alpha), bound(&config.beta));
+            // A motor that the rig has not moves nothing.
+            match config.signs[i].get(k).copied().unwrap_or(0) {
                 0 => (0, 0),
                 sign if sign > 0 => (alpha, beta),
                 _ => (-beta, -alpha),

@@ -145,15 +145,23 @@ pub struct MotorLimits {
     pub rate: i32,
     /// Acceleration, steps/s².
     pub acceleration: u32,
+    /// Number of the motors.
+    pub count: u8,
 }
 
 impl MotorLimits {
-    /// Returns the least of these motors' limits.
-    pub(crate) fn of(motors: &PerMotor<config::Motor>) -> Self {
+    /// Returns whether two motors move the ball in a plane.
+    pub(super) fn is_planar(&self) -> bool {
+        usize::from(self.count) < MOTORS
+    }
+
+    /// Returns the least of the limits of `count` motors; the limits of others are those of A.
+    pub(crate) fn of(motors: &PerMotor<config::Motor>, count: u8) -> Self {
         let [a, b, c] = motors;
         Self {
             rate: a.max_rate.0.min(b.max_rate.0).min(c.max_rate.0),
             acceleration: a.max_acceleration.0.min(b.max_acceleration.0).min(c.max_acceleration.0),
+            count,
         }
     }
 }

@@ -22,11 +22,11 @@ pub enum LawSelection {
 }
 
 impl LawSelection {
-    /// Returns the law of a validated configuration.
-    pub(crate) fn new(law: &config::Law) -> Self {
+    /// Returns the law of a validated configuration with as many motors.
+    pub(crate) fn new(law: &config::Law, motor_count: u8) -> Self {
         match law {
             config::Law::Interval(law) => Self::Inline(InlineLaw::Interval(Interval::new(law))),
-            config::Law::Sign(law) => Self::Inline(InlineLaw::Sign(Sign::new(law))),
+            config::Law::Sign(law) => Self::Inline(InlineLaw::Sign(Sign::new(law, motor_count))),
             config::Law::Adaptive(_) => Self::Deferred(DeferredLawKind::Adaptive),
             config::Law::Taut(_) => Self::Deferred(DeferredLawKind::Taut),
         }

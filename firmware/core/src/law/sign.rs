@@ -2,7 +2,7 @@
 //! damps the law `adaptive` too.
 
 use plumb_protocol::config;
-use plumb_protocol::dimension::{AXES, PerAxis};
+use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
 
 use super::io::{Law, Measurement, MotorRates, Setpoint};
 use crate::wide::signed_product;
@@ -19,6 +19,8 @@ const MAX_ERROR_UM: i32 = (1 << 22) - 1;
 pub struct Sign {
     /// Gain g/(4s), steps/s per µm, Q20, at most 2^20; s is the cable of one full step, µm.
     gain: i32,
+    /// Whether two motors move the ball in a plane.
+    is_planar: bool,
     /// Target, µm.
     target: PerAxis<i32>,
     /// Scale of the gain after overshoots, Q14.
@@ -47,10 +49,11 @@ const MAX_DISTANCE_UM: u32 = MAX_BOOST_UM;
 const _: () = assert!(MIN_OVERSHOOT_UM < MAX_DISTANCE_UM && MAX_DISTANCE_UM < 1 << 17);
 
 impl Sign {
-    /// Creates the law of a validated configuration.
-    pub(crate) fn new(config: &config::Sign) -> Self {
+    /// Creates the law of a validated configuration with as many motors.
+    pub(crate) fn new(config: &config::Sign, motor_count: u8) -> Self {
         Self {
             gain: config.gain.0 as i32,
+            is_planar: usize::from(motor_count) < MOTORS,
             target: [0; AXES],
             gain_scale: ONE,
             boost: ONE,
@@ -69,7 +72,8 @@ impl Sign {
         // Bits: sum 25 + gain 22 = 47; Q20 to Q8 is 12 bits less.
         let limit = i64::from(i32::MAX);
         MotorRates(
-            direction(e).map(|w| (signed_product(w, gain) >> 12).clamp(-limit, limit) as i32),
+            direction(e, self.is_planar)
+                .map(|w| (signed_product(w, gain) >> 12).clamp(-limit, limit) as i32),
         )
     }
 
@@ -96,9 +100,13 @@ pub(super) fn distance(e: PerAxis<i32>) -> u32 {
     (root << 2).min(MAX_DISTANCE_UM)
 }
 
-/// Returns -4Σ⁻¹e, µm, 25 bits: the direction of the motor rates.
-pub(super) fn direction(e: PerAxis<i32>) -> PerAxis<i32> {
+/// Returns -4Σ⁻¹e, µm, 25 bits: the direction of the motor rates. In a plane Σ has the rows y and
+/// z, and the columns A and B.
+pub(super) fn direction(e: PerAxis<i32>, is_planar: bool) -> PerMotor<i32> {
     let [x, y, z] = e.map(|e| e.clamp(-MAX_ERROR_UM, MAX_ERROR_UM));
+    if is_planar {
+        return [2 * (y + z), 2 * (z - y), 0];
+    }
     [x + 2 * y + z, x - 2 * y + z, 2 * (z - x)]
 }
 
@@ -166,7 +174,7 @@ mod tests {
     /// other.
     #[test]
     fn the_gain_falls_at_each_overshoot_and_grows_on_the_way() {
-        let mut law = Sign::new(&config::Sign { gain: SignGain(1 << 14) });
+        let mut law = Sign::new(&config::Sign { gain: SignGain(1 << 14) }, 3);
         let mut rate = |x: i32| largest(law.update(&measurement([x, 0, 0], [0; 3])));
         let first = rate(50_000);
         let grown = (0..30).map(|_| rate(50_000)).last().unwrap_or(0);
@@ -179,7 +187,7 @@ mod tests {
     #[test]
     fn another_target_is_driven_to_as_if_it_were_the_first() {
         let gain = config::Sign { gain: SignGain(1 << 14) };
-        let (mut law, mut new) = (Sign::new(&gain), Sign::new(&gain));
+        let (mut law, mut new) = (Sign::new(&gain, 3), Sign::new(&gain, 3));
         for x in [50_000, -40_000, 30_000] {
             law.update(&measurement([x, 0, 0], [0; 3]));
         }

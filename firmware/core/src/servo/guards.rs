@@ -3,7 +3,7 @@
 //! target.
 
 use plumb_protocol::config::{Following, Growth, Progress};
-use plumb_protocol::dimension::{AXES, PerAxis, PerMotor};
+use plumb_protocol::dimension::{PerAxis, PerMotor};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::{Micros, Point};
 
@@ -228,10 +228,10 @@ impl OldWays {
     }
 }
 
-/// Returns whether `movement` has a part along `way`.
-fn is_along(movement: PerAxis<i32>, way: PerAxis<i32>) -> bool {
-    // Bits: 30 + 31, 63 the sum.
-    let along: i64 = (0..AXES).map(|i| signed_product(movement[i], way[i])).sum();
+/// Returns whether `movement` has a part along `way`, of the ball or of the motors.
+fn is_along<const N: usize>(movement: [i32; N], way: [i32; N]) -> bool {
+    // Bits: 30 + 31, 63 the sum of three.
+    let along: i64 = (0..N).map(|i| signed_product(movement[i], way[i])).sum();
     along > 0
 }
 
@@ -270,10 +270,9 @@ impl MotionWithoutBallGuard {
     }
 }
 
-/// Returns the largest difference of a component.
-fn farthest(a: PerAxis<i32>, b: PerAxis<i32>) -> u32 {
-    let [x, y, z] = per_axis(|i| a[i].abs_diff(b[i]));
-    x.max(y).max(z)
+/// Returns the largest difference of a component, of the ball or of the motors.
+fn farthest<const N: usize>(a: [i32; N], b: [i32; N]) -> u32 {
+    (0..N).fold(0, |most, i| a[i].abs_diff(b[i]).max(most))
 }
 
 /// Guard against a ball outside the radius of its target that gets no nearer: the target is out of

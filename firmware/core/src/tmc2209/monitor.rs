@@ -107,7 +107,7 @@ impl Monitor {
             phase: Phase::Delay { address: 0 },
             are_off: true,
             attempts: [0; 2],
-            pending: (1 << MOTORS) - 1,
+            pending: (1 << settings.addresses.len()) - 1,
             counts: [0; MOTORS],
             unanswered: [0; MOTORS],
             state: 0,
@@ -203,6 +203,13 @@ impl Monitor {
         self.settings.addresses[usize::from(motor)]
     }
 
+    /// Returns the motor after this one, or [`NONE`].
+    #[cold]
+    fn next(&self, motor: u8) -> u8 {
+        let next = motor + 1;
+        if usize::from(next) < self.settings.addresses.len() { next } else { NONE }
+    }
+
     /// Ends the sequence.
     #[cold]
     fn fail(&mut self, fault: DriverFault) -> Event {
@@ -272,7 +279,7 @@ impl Monitor {
             true => value as u8 != self.counts[usize::from(motor)],
         };
         self.pending |= u8::from(is_lost) << motor;
-        self.phase = match (has_state, motor + 1) {
+        self.phase = match (has_state, self.next(motor)) {
             (false, _) => Phase::Check { motor, has_state: true },
             (true, NONE) => return self.set_up_from(0),
             (true, motor) => Phase::Check { motor, has_state: false },
@@ -325,9 +332,9 @@ impl Monitor {
         if (value >> 9 & 1 == 1) != (motor == high) {
             return Some(self.fail(DriverFault::Address(motor)));
         }
-        self.phase = match (high, motor + 1) {
+        self.phase = match (high, self.next(motor)) {
             (NONE, NONE) => Phase::Directions { high: 0, motor: 0 },
-            (high, NONE) if high + 1 == NONE => return Some(self.begin_poll()),
+            (high, NONE) if self.next(high) == NONE => return Some(self.begin_poll()),
             (high, NONE) => Phase::Directions { high: high + 1, motor: 0 },
             (high, motor) => Phase::Directions { high, motor },
         };
@@ -382,8 +389,9 @@ impl Monitor {
         let index = usize::from(motor);
         self.has_changed |= reading != self.readings[index];
         self.readings[index] = reading;
-        self.phase = Phase::Poll { motor: motor + 1, has_state: false };
-        if motor + 1 == NONE && self.settings.chopper != Chopper::StealthChop {
+        let motor = self.next(motor);
+        self.phase = Phase::Poll { motor, has_state: false };
+        if motor == NONE && self.settings.chopper != Chopper::StealthChop {
             return self.end_round(None);
         }
         None
@@ -396,7 +404,7 @@ impl Monitor {
             if let Some(result) = result {
                 self.readings[usize::from(self.loaded)].stall_guard = Some(result as u16 & 0x3ff);
             }
-            self.loaded = (self.loaded + 1) % NONE;
+            self.loaded = self.next(self.loaded) % NONE;
         }
         self.phase = Phase::Poll { motor: 0, has_state: false };
         self.rounds += 1;

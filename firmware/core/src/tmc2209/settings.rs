@@ -1,6 +1,6 @@
 //! Values of the registers for a wiring.
 
-use plumb_protocol::dimension::PerMotor;
+use plumb_protocol::dimension::MotorList;
 use plumb_protocol::units::Milliamperes;
 use plumb_protocol::wiring::{Chopper, Tmc2209};
 
@@ -40,8 +40,8 @@ pub(super) const SEND_DELAY: u32 = 2 << 8;
 /// Values of the registers for drivers of one kind and setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
-    /// Addresses of the drivers of motors A, B and C.
-    pub(super) addresses: PerMotor<u8>,
+    /// Address of each motor's driver.
+    pub(super) addresses: MotorList<u8>,
     pub(super) chopper: Chopper,
     chopconf: u32,
     currents: u32,

@@ -211,7 +211,7 @@ fn a_configuration_out_of_range_is_refused_with_its_field() {
         law
     }
     case(ConfigField::Signs, &|c| law(c).signs[1][1] = 2);
-    case(ConfigField::Signs, &|c| law(c).signs = [[1, 0, 1]; 3]);
+    case(ConfigField::Signs, &|c| law(c).signs = [[1, 0, 1].into(); 3]);
     case(ConfigField::Bounds, &|c| law(c).alpha[2][0].0 = 0);
     case(ConfigField::Bounds, &|c| law(c).alpha[0][1].0 = 40_000);
     case(ConfigField::Bounds, &|c| law(c).beta[0][1].0 = u32::MAX);

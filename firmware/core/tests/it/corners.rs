@@ -59,7 +59,7 @@ fn exact_v(law: &Interval, e: [i32; 3]) -> [i32; 3] {
 /// Returns a family with the bounds `alpha` to `beta`, with sign pattern number `pattern` of 3^9.
 fn family(pattern: usize, [alpha, beta]: [u32; 2], gain: u32) -> Interval {
     let mut law = Interval::uniform(Bound(alpha), Bound(beta), Gain(gain));
-    for (place, sign) in law.signs.iter_mut().flatten().enumerate() {
+    for (place, sign) in law.signs.iter_mut().flat_map(|row| row.iter_mut()).enumerate() {
         *sign = (pattern / 3_usize.pow(place as u32) % 3) as i8 - 1;
     }
     law
@@ -134,7 +134,7 @@ fn the_laws_that_estimate_take_the_corners_in_any_order() {
             [1, 1_250_000 << 8].into_iter().flat_map(|rate| ACCELERATIONS.map(|a| (rate, a)))
         {
             let motor = Motor { max_rate: Rate(rate), ..widest_motor(acceleration) };
-            let params = params(Config { motors: [motor; 3], microsteps: 1, ..config() });
+            let params = params(Config { motors: [motor; 3].into(), microsteps: 1, ..config() });
             let mut law = DeferredLaw::new(kind, params.limits());
             for (n, e) in errors().enumerate() {
                 let ball = e.map(|e| e.clamp(-FAR, FAR));
@@ -206,7 +206,12 @@ fn the_planner_takes_every_combination_of_corners() {
                         ..widest_motor(acceleration)
                     };
                     let motors = [motor(first), motor(second), motor(first)];
-                    drive(&Config { motors, microsteps, mean: Milliseconds(mean), ..config() });
+                    drive(&Config {
+                        motors: motors.into(),
+                        microsteps,
+                        mean: Milliseconds(mean),
+                        ..config()
+                    });
                     driven += 1;
                 }
             }

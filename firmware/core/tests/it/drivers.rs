@@ -190,7 +190,7 @@ fn readings_go_to_a_host_that_was_greeted() {
     bench.received.clear();
     bench.harness.on_driver_readings(Micros(7), readings);
     bench.collect();
-    let report = DriverReport { time: Micros(7), motors: readings };
+    let report = DriverReport { time: Micros(7), motors: readings.into() };
     assert_eq!(bench.received, [FromBoard::Drivers(report)]);
 }
 

@@ -31,7 +31,8 @@ fn planner(microsteps: u8, acceleration: u32, mean: u16, travel: i32) -> (Planne
         travel_max: Steps16(travel),
         ..motor(1.0, 40, 0)
     };
-    let config = Config { motors: [motor; 3], microsteps, mean: Milliseconds(mean), ..config() };
+    let config =
+        Config { motors: [motor; 3].into(), microsteps, mean: Milliseconds(mean), ..config() };
     let mut planner = Planner::default();
     planner.configure(
         &Params::check(

@@ -18,7 +18,7 @@ const TEN_SECONDS: u32 = 303;
 /// `time_ms` without progress.
 fn guarded(turn: i32, time_ms: u16) -> Config {
     Config {
-        motors: [motor(400.0, 2000, 16 * TRAVEL); 3],
+        motors: [motor(400.0, 2000, 16 * TRAVEL); 3].into(),
         following: Following { turn: Steps16(16 * turn), movement: Micrometres(20_000) },
         progress: Progress { margin: Micrometres(1_000), time: Milliseconds(time_ms) },
         ..config()

@@ -164,7 +164,7 @@ fn a_measurement_is_answered_by_the_chip() {
     assert!(bench.tick().measure);
     bench.received.clear();
     let pulses = [PulseCount { low: 1, high: 2 }; 3];
-    let chip = ChipMeasurement { pulses, time_us: 4, usb_frame: Some(5) };
+    let chip = ChipMeasurement { pulses: pulses.into(), time_us: 4, usb_frame: Some(5) };
     for measured in [Some(chip), Some(chip), None] {
         bench.harness.on_measured(Micros(bench.now), measured);
     }

@@ -17,7 +17,7 @@ fn jog(steps: i32, rate: i32) -> Command {
 /// Returns a configuration with `travel` in full steps, and limits of jogs.
 fn limited(travel: i32) -> Config {
     let jog = JogLimits { max_rate: Rate(256 * 100), max_distance: Steps16(16 * 60) };
-    Config { motors: [motor(400.0, 2000, 16 * travel); 3], jog, ..config() }
+    Config { motors: [motor(400.0, 2000, 16 * travel); 3].into(), jog, ..config() }
 }
 
 /// Jogs by `steps` to the end.
@@ -36,7 +36,7 @@ fn reported(bench: &mut Bench) -> [i32; 3] {
         FromBoard::Telemetry(telemetry) => Some(telemetry.motors),
         _ => None,
     });
-    motors.unwrap().map(|motor| motor.0)
+    motors.unwrap().steppable(Steps16(0)).map(|motor| motor.0)
 }
 
 #[test]

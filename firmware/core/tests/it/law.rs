@@ -40,7 +40,7 @@ fn families() -> impl Strategy<Value = config::Interval> {
     (signs, zeros, bounds, 1u32..=16 << 16).prop_map(|(signs, zeros, bounds, gain)| {
         config::Interval {
             signs: [0, 1, 2].map(|i| {
-                [0, 1, 2].map(|k| {
+                let row = [0, 1, 2].map(|k| {
                     if zeros[k] == i {
                         0
                     } else if signs[i][k] {
@@ -48,11 +48,14 @@ fn families() -> impl Strategy<Value = config::Interval> {
                     } else {
                         -1
                     }
-                })
+                });
+                row.into()
             }),
-            alpha: [0, 1, 2].map(|i| [0, 1, 2].map(|k| Bound(bounds[3 * i + k].0))),
+            alpha: [0, 1, 2].map(|i| [0, 1, 2].map(|k| Bound(bounds[3 * i + k].0)).into()),
             beta: [0, 1, 2].map(|i| {
-                [0, 1, 2].map(|k| Bound((bounds[3 * i + k].0 + bounds[3 * i + k].1).min(8 << 16)))
+                [0, 1, 2]
+                    .map(|k| Bound((bounds[3 * i + k].0 + bounds[3 * i + k].1).min(8 << 16)))
+                    .into()
             }),
             gain: Gain(gain),
         }

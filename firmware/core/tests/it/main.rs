@@ -26,4 +26,5 @@ mod soft_float;
 mod states;
 mod stops;
 mod telemetry;
+mod two_motors;
 mod wiring;

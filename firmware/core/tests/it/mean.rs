@@ -96,7 +96,7 @@ fn positions_of_any_age_are_interpolated_up_to_the_oldest() {
 /// Returns a planner with an average of 400 ms that has turned motor A at `rate`, steps/s, for 2 s.
 fn turning(rate: f64, microsteps: u8) -> Planner {
     let motors = [motor(rate, 2000, 1 << 24); 3];
-    let config = Config { motors, microsteps, mean: Milliseconds(400), ..config() };
+    let config = Config { motors: motors.into(), microsteps, mean: Milliseconds(400), ..config() };
     let mut planner = Planner::default();
     planner.configure(&params(config));
     planner.set_rates(MotorRates([(rate * 256.0) as i32, -256, 0]), 0);
@@ -143,8 +143,11 @@ fn the_average_outlives_an_emergency_stop() {
 fn a_motor_behind_its_reference_stops_before_its_travel() {
     for rate in [100.0, 470.0, 3000.0] {
         let travel = 16 * 3 * rate as i32;
-        let config =
-            Config { motors: [motor(rate, 2000, travel); 3], mean: Milliseconds(400), ..config() };
+        let config = Config {
+            motors: [motor(rate, 2000, travel); 3].into(),
+            mean: Milliseconds(400),
+            ..config()
+        };
         let mut planner = Planner::default();
         planner.configure(&params(config));
         planner.set_rates(MotorRates([(rate * 256.0) as i32, 0, 0]), 0);
@@ -246,7 +249,7 @@ proptest! {
         orders in orders(),
     ) {
         let motors = [motor(400.0, 2000, 16 * 300); 3];
-        let config = Config { motors, mean: Milliseconds(span), ..config() };
+        let config = Config { motors: motors.into(), mean: Milliseconds(span), ..config() };
         let mut planner = Planner::default();
         planner.configure(&params(config));
         let mut last = [0; 3];

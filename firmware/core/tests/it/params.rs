@@ -55,7 +55,7 @@ fn a_valid_configuration_has_no_error() {
 fn every_field_out_of_range_is_reported_and_the_board_names_the_first() {
     let mut config = config();
     let Law::Interval(law) = &mut config.law else { panic!("the law of these tests") };
-    law.signs = [[0; 3]; 3];
+    law.signs = [[0; 3].into(); 3];
     law.gain.0 = 0;
     config.microsteps = 17;
     config.drivers = Drivers::Coils(Coils { duty_percent: 0 });

@@ -76,9 +76,12 @@ impl Watch {
 fn configs() -> impl Strategy<Value = Config> {
     let one = (1.0f64..20_000.0, 40u32..200_000, 100i32..200_000, any::<bool>());
     (proptest::array::uniform3(one), 0u32..5).prop_map(|(motors, shift)| Config {
-        motors: motors.map(|(rate, acceleration, travel, reversed)| {
-            plumb_protocol::config::Motor { reversed, ..motor(rate, acceleration, travel) }
-        }),
+        motors: motors
+            .map(|(rate, acceleration, travel, reversed)| plumb_protocol::config::Motor {
+                reversed,
+                ..motor(rate, acceleration, travel)
+            })
+            .into(),
         microsteps: 1 << shift,
         ..config()
     })
@@ -145,7 +148,7 @@ proptest! {
     fn pulses_are_even_at_a_constant_rate(steps_q8 in 10_000i32..200_000) {
         let mut planner = Planner::default();
         let motors = [motor(1000.0, 4_000_000, 1 << 24); 3];
-        planner.configure(&params(Config { motors, ..config() }));
+        planner.configure(&params(Config { motors: motors.into(), ..config() }));
         let (mut times, mut start) = (Vec::new(), 0u32);
         for _ in 0..1000 {
             planner.set_rates(MotorRates([steps_q8, 0, 0]), 0);
@@ -193,7 +196,7 @@ proptest! {
 fn a_pulse_at_the_end_of_a_tick_comes_in_the_next_one() {
     let mut planner = Planner::default();
     let motors = [motor(1000.0, 4_000_000, 1 << 24); 3];
-    planner.configure(&params(Config { motors, ..config() }));
+    planner.configure(&params(Config { motors: motors.into(), ..config() }));
     // 2500 microsteps/s from the middle of a microstep on.
     planner.set_rates(MotorRates([-2500 * 256 / 16, 0, 0]), 0);
     for tick in 1..=20i32 {
@@ -230,7 +233,8 @@ fn a_ramp_takes_as_long_as_it_is_asked_for() {
 
 #[test]
 fn a_motor_stops_before_its_travel_and_is_named() {
-    let mut watch = Watch::new(Config { motors: [motor(400.0, 2000, 16 * 100); 3], ..config() });
+    let mut watch =
+        Watch::new(Config { motors: [motor(400.0, 2000, 16 * 100); 3].into(), ..config() });
     let named: Vec<_> = (0..5000).filter_map(|_| watch.tick([0, 300 * 256, 0])).collect();
     assert_eq!(named.first(), Some(&1));
     assert!(

@@ -205,7 +205,10 @@ fn a_motor_outside_its_travel_only_comes_back_and_slowly() {
     }
     assert_eq!(bench.harness.board.positions(), [0, 960, 0]);
     let motors = [motor(400.0, 2000, 16 * 50); 3];
-    assert_eq!(bench.send(Command::Configure(Config { motors, ..config() })), Ok(()));
+    assert_eq!(
+        bench.send(Command::Configure(Config { motors: motors.into(), ..config() })),
+        Ok(())
+    );
     bench.run_with_ball(5, BALL);
     for command in [Command::Target(point(TARGET)), Command::Hold] {
         assert_eq!(bench.send(command), Err(Refusal::OutsideTravel(1)));

@@ -100,7 +100,7 @@ fn check(timing: DriverTiming, plans: &[Pulses]) -> Machine {
 fn plans(timing: &StepDir, acceleration: u32, wanted: &[(i32, u8)]) -> Vec<Pulses> {
     let max = DriverTiming::new(timing).unwrap().max_pulse_rate().min(1_000_000) / 16;
     let motor = crate::common::motor(f64::from(max), acceleration, 1 << 28);
-    let config = Config { motors: [motor; 3], ..crate::common::config() };
+    let config = Config { motors: [motor; 3].into(), ..crate::common::config() };
     let mut planner = Planner::default();
     let drivers = Drivers::StepDir(*timing);
     planner.configure(&Params::check(&config, &drivers, &crate::common::BUILD).unwrap());

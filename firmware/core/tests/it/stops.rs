@@ -91,7 +91,7 @@ fn a_target_outside_is_refused_and_stops_a_drive() {
 #[test]
 fn a_motor_at_its_travel_stops_the_board() {
     let motors = [motor(400.0, 2000, 16 * 20); 3];
-    let mut bench = Bench::configured(Config { motors, ..config() });
+    let mut bench = Bench::configured(Config { motors: motors.into(), ..config() });
     bench.send_ball(BALL);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
     bench.run_with_ball(60, BALL);

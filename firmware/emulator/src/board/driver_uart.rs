@@ -47,8 +47,8 @@ impl DriverUart {
     pub(super) fn of(board: &Board, now: Micros) -> Option<Self> {
         let driver = board.wiring()?.drivers.tmc2209()?;
         let settings = Settings::new(driver, board.config()?.microsteps)?;
-        let drivers = driver.addresses.into_iter().zip(0..);
-        let drivers = drivers.map(|(address, motor)| Driver::new(address, motor)).collect();
+        let drivers = driver.addresses.iter().zip(0..);
+        let drivers = drivers.map(|(address, motor)| Driver::new(*address, motor)).collect();
         let mut uart = Self {
             monitor: Monitor::new(settings),
             wire: Wire { drivers, directions: PerMotor::default() },
@@ -65,9 +65,10 @@ impl DriverUart {
         self.is_set_up_wanted = true;
     }
 
-    /// Returns which drivers give their motors current while ENABLE is on.
+    /// Returns which drivers give their motors current while ENABLE is on. A motor that the rig has
+    /// not drops no ball.
     pub(super) fn currents(&self) -> PerMotor<bool> {
-        std::array::from_fn(|motor| self.wire.drivers[motor].has_current())
+        std::array::from_fn(|motor| self.wire.drivers.get(motor).is_none_or(Driver::has_current))
     }
 
     /// Runs to `now`, with motors that turn at these rates. Call this in every tick, which is

@@ -38,8 +38,8 @@ pub struct Elastic {
 }
 
 impl Elastic {
-    /// Creates a rig whose ball rests at `start` (metres, rig frame) on stretched cables. The motors
-    /// are at zero there.
+    /// Creates a rig whose ball rests at `start` (metres, rig frame) on stretched cables. The
+    /// motors are at zero there.
     ///
     /// # Errors
     /// [`RigError::CannotHang`] if the cables cannot hold a ball at `start`;

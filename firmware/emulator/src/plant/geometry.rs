@@ -381,7 +381,8 @@ mod tests {
         ) {
             let (mean, half) = ((angles[0] + angles[1]) / 2.0, (angles[1] - angles[0]) / 2.0);
             let (sin, cos) = mean.sin_cos();
-            let closed = (half.cos() * (cos + sin) - (cos - sin).abs()) / (2.0 * (2.0 * mean).sin());
+            let least = half.cos() * (cos + sin) - (cos - sin).abs();
+            let closed = least / (2.0 * (2.0 * mean).sin());
             let gain = least_gain(angles, lengths);
             prop_assert!((gain - closed).abs() < 1e-9 * (1.0 + closed), "{gain} for {closed}");
             prop_assert!(gain >= 0.4704, "{gain} at {angles:?}");

@@ -23,8 +23,9 @@ pub(crate) struct BoardController {
 impl BoardController {
     /// Creates a board with this configuration and sends it `target` (metres, rig frame).
     pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
+        let wiring = Wiring::example().of_motors(config.motors.len());
         let mut controller = Self {
-            harness: Harness::configured(EMULATED, LawDelay::SameTick, Wiring::example(), config),
+            harness: Harness::configured(EMULATED, LawDelay::SameTick, wiring, config),
             sequence: 0,
             reached: false,
             resumed: false,

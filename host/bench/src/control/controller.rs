@@ -7,9 +7,8 @@ use plumb_core::law::Law;
 use plumb_core::params::Params;
 use plumb_emulator::EMULATED;
 use plumb_emulator::plant::Task;
-use plumb_protocol::Config;
-use plumb_protocol::Wiring;
-use plumb_protocol::units::Point;
+use plumb_protocol::units::{Micrometres, Point};
+use plumb_protocol::{AXES, Config, MOTORS, Wiring};
 use plumb_runtime::rig::quantity::{Delay, Mean};
 use plumb_runtime::rig::{Estimating, LawName, LawSettings};
 use plumb_sim::limits::RigLimits;
@@ -82,6 +81,13 @@ impl ControllerKind {
         matches!(self, Self::Board(_))
     }
 
+    /// Returns whether the controller can drive rigs with this number of motors. A board refuses
+    /// laws that cannot.
+    #[must_use]
+    pub const fn can_drive(&self, motors: usize) -> bool {
+        motors == MOTORS || !matches!(self, Self::Broyden | Self::Model(_))
+    }
+
     /// Creates the controller of a run of `suite`.
     ///
     /// # Errors
@@ -144,11 +150,16 @@ pub(super) fn checked(
     settings: &LawSettings,
     suite: &Suite,
 ) -> Result<(Config, Params), BenchError> {
-    let config = RigLimits::default().config(
-        settings.config()?,
+    let mut config = RigLimits::default().config(
+        settings.config(suite.motors())?,
         settings.mean_on(suite.cables).config("mean")?,
         suite.threshold_m,
     );
+    config.motors = config.motors.up_to(suite.motors());
+    for bound in [&mut config.workspace.min, &mut config.workspace.max] {
+        // Two motors move the ball in the plane x = 0.
+        bound.0[..AXES - suite.motors()].fill(Micrometres(0));
+    }
     let params = Params::check(&config, &Wiring::example().drivers, &EMULATED)
         .map_err(BenchError::Config)?;
     Ok((config, params))

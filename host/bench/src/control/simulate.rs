@@ -274,6 +274,13 @@ impl Simulation<'_> {
         monitor.step(t, &*self.plant, self.controller.reached()).then_some(RunEnd::Held)
     }
 
+    /// Returns the measured `position` as a host sends it to a board with the rig's number of
+    /// motors: with x = 0 for two.
+    fn in_plane(&self, position: Point3<f64>) -> Point3<f64> {
+        let x = if self.suite.motors() < MOTORS { 0.0 } else { position.x };
+        Point3::new(x, position.y, position.z)
+    }
+
     /// Captures a frame if one is due, and passes arrived frames to the controller.
     fn run_camera(&mut self, now: Micros, t: f64, monitor: &mut Monitor) {
         let due = f64::from(self.frames) * self.camera.period_s() <= t;
@@ -290,7 +297,8 @@ impl Simulation<'_> {
             } else {
                 self.assumed_age_us
             };
-            self.controller.on_position(now, age_us, observed.position);
+            let position = observed.position.map(|position| self.in_plane(position));
+            self.controller.on_position(now, age_us, position);
         }
     }
 }

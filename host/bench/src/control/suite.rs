@@ -6,10 +6,11 @@ use std::iter;
 
 use nalgebra::{Point3, Vector3};
 use plumb_emulator::plant::{
-    CameraMonitorParameters, DepthDrift, Elastic, ElasticParameters, Geometry, Plant, Population,
-    QuasiStatic, RigError, Task, Variations,
+    CameraMonitorParameters, DepthDrift, Elastic, ElasticParameters, Geometry, PlanarPopulation,
+    Plant, Population, QuasiStatic, RigError, Task, Variations,
 };
 use plumb_protocol::MOTORS;
+use plumb_protocol::dimension::LEAST_MOTORS;
 use plumb_runtime::rig::{CableSettings, Stiffness};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -26,7 +27,7 @@ pub struct Suite {
     /// Name.
     pub name: SuiteName,
     /// Distribution of rigs and tasks. [`SuiteName::PaperTask`] does not use it.
-    pub population: Population,
+    pub population: Rigs,
     /// Camera model: noise, outliers, latency.
     pub camera: CameraMonitorParameters,
     /// Angle by which the camera's pose is turned about the target, radians; `None` for the true
@@ -48,6 +49,15 @@ pub struct Suite {
     /// Whether each further target is that of a new run: the board is configured anew, and the rig
     /// is changed before the second one. `None`: all targets are of one run.
     pub new_runs: Option<RigChange>,
+}
+
+/// Distribution of rigs and tasks.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rigs {
+    /// Three motors.
+    Spatial(Population),
+    /// Two motors in the plane x = 0.
+    Planar(PlanarPopulation),
 }
 
 /// What somebody changes about a rig between two runs.
@@ -178,15 +188,31 @@ impl Suite {
     pub fn task(&self, id: RunId) -> Result<Task, RigError> {
         match self.name {
             SuiteName::PaperTask => Ok(Task::paper()),
-            _ => self.population.sample(id.seed, id.rig),
+            _ => match &self.population {
+                Rigs::Spatial(population) => population.sample(id.seed, id.rig),
+                Rigs::Planar(population) => population.sample(id.seed, id.rig),
+            },
         }
     }
 
-    /// Returns the targets of a run on `task`, the first one that of the task.
+    /// Returns the number of motors of each rig.
+    #[must_use]
+    pub fn motors(&self) -> usize {
+        match self.population {
+            Rigs::Spatial(_) => MOTORS,
+            Rigs::Planar(_) => LEAST_MOTORS,
+        }
+    }
+
+    /// Returns the targets of a run on `task`, the first one that of the task. Rigs of two motors
+    /// have no further ones.
     #[must_use]
     pub fn places(&self, task: &Task, id: RunId) -> Vec<Point3<f64>> {
-        let further = self.targets.saturating_sub(1);
-        let further = self.population.further_targets(task, (id.seed, id.rig), further);
+        let count = self.targets.saturating_sub(1);
+        let further = match &self.population {
+            Rigs::Spatial(population) => population.further_targets(task, (id.seed, id.rig), count),
+            Rigs::Planar(_) => Vec::new(),
+        };
         iter::once(task.target).chain(further).collect()
     }
 
@@ -221,7 +247,17 @@ impl Suite {
 }
 
 /// Returns the rigs and tasks of a suite.
-fn population(name: SuiteName) -> Population {
+fn population(name: SuiteName) -> Rigs {
+    match name {
+        SuiteName::Planar | SuiteName::Planar800 | SuiteName::Planar150 => {
+            Rigs::Planar(PlanarPopulation::default())
+        }
+        _ => Rigs::Spatial(spatial(name)),
+    }
+}
+
+/// Returns the rigs and tasks of a suite of three motors.
+fn spatial(name: SuiteName) -> Population {
     let none = Variations::default();
     let variations = match name {
         SuiteName::Yaw => Variations { yaw_rad: 20_f64.to_radians(), ..none },
@@ -258,7 +294,7 @@ fn camera(name: SuiteName) -> CameraMonitorParameters {
 fn physics(name: SuiteName) -> Physics {
     let bounce = |frequency_hz, damping_ratio| Physics::Bounce { frequency_hz, damping_ratio };
     match name {
-        SuiteName::Unilateral => Physics::Unilateral,
+        SuiteName::Unilateral | SuiteName::Planar => Physics::Unilateral,
         SuiteName::Bounce4 => bounce(4.0, 0.1),
         SuiteName::Bounce3 => bounce(3.0, 0.1),
         SuiteName::Bounce2 => bounce(2.0, 0.05),
@@ -267,10 +303,12 @@ fn physics(name: SuiteName) -> Physics {
         SuiteName::WarmMoved | SuiteName::WarmPulleys => {
             Physics::Elastic(&[STIFF_N_M, STIFF_N_M, SOFT_N_M, SOFT_N_M])
         }
-        SuiteName::Elastic800 | SuiteName::Stiff | SuiteName::Warm800 => {
+        SuiteName::Elastic800 | SuiteName::Stiff | SuiteName::Warm800 | SuiteName::Planar800 => {
             Physics::Elastic(&[STIFF_N_M])
         }
-        SuiteName::Elastic150 | SuiteName::Warm150 => Physics::Elastic(&[SOFT_N_M]),
+        SuiteName::Elastic150 | SuiteName::Warm150 | SuiteName::Planar150 => {
+            Physics::Elastic(&[SOFT_N_M])
+        }
         _ => Physics::QuasiStatic,
     }
 }

@@ -122,7 +122,8 @@ impl<'a> SceneFrames<'a> {
         let mut scene = Scene { light: self.kind.light, blur: self.kind.blur, ..Scene::default() };
         if self.kind.ball {
             scene.ball = Some(centre);
-            scene.motors = Some([to(0.3, 0.35, 0.5), to(0.3, -0.25, 0.5), to(-0.5, 0.0, 0.5)]);
+            let motors = [to(0.3, 0.35, 0.5), to(0.3, -0.25, 0.5), to(-0.5, 0.0, 0.5)];
+            scene.motors = Some(motors.into());
         }
         match self.kind.addition {
             Addition::Nothing => {}

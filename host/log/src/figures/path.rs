@@ -69,7 +69,7 @@ pub(crate) fn in_space(samples: &[Sample], scene: &FigureSettings) -> Result<Str
         let seen = samples.iter().filter_map(|s| s.position.as_ref());
         let wanted = samples.iter().filter_map(|s| s.target.as_ref());
         match Bounds::around(
-            seen.chain(wanted).chain(scene.motors.iter().flat_map(|motors| &motors.places)),
+            seen.chain(wanted).chain(scene.motors.iter().flat_map(|motors| &motors.places[..])),
         ) {
             Some(bounds) => {
                 let bounds = bounds.down_to_floor();
@@ -177,12 +177,13 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    /// Draws the triangle of motors, and the cables from there to the ball.
+    /// Draws the triangle of motors, or the line between two, and the cables to the ball.
     fn motors(&self, points: &MotorPoints, ball: Option<Point3<f64>>) -> Result<(), DrawError> {
         let motors = &points.places;
-        let corners = motors.map(|m| self.view.pixel(&m)).to_vec();
+        let corners: Vec<_> = motors.iter().map(|m| self.view.pixel(m)).collect();
         self.area.draw(&Polygon::new(corners, TRIANGLE.mix(0.10)))?;
-        self.line(&[motors[0], motors[1], motors[2], motors[0]], stroke(TRIANGLE, 4))?;
+        let round: Vec<_> = motors.iter().chain(&motors[..1]).copied().collect();
+        self.line(&round, stroke(TRIANGLE, 4))?;
         for (motor, name) in motors.iter().zip(points.names()) {
             self.drop_line(motor)?;
             if let Some(ball) = ball {
@@ -350,7 +351,7 @@ mod tests {
 
     fn settings() -> FigureSettings {
         let places = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.3, 0.665]].map(Point3::from);
-        let motors = Some(MotorPoints { places, is_approximate: false });
+        let motors = Some(MotorPoints { places: places.into(), is_approximate: false });
         FigureSettings { title: "taut".into(), threshold_m: 0.01, motors }
     }
 

@@ -25,7 +25,7 @@ fn scene() -> FigureSettings {
         Point3::new(0.85, 0.0, 0.665),
         Point3::new(0.0, 0.24, 0.665),
     ];
-    let points = MotorPoints { places, is_approximate: false };
+    let points = MotorPoints { places: places.into(), is_approximate: false };
     FigureSettings { title: "interval, γ = 30 /s".into(), threshold_m: 0.01, motors: Some(points) }
 }
 
@@ -48,8 +48,8 @@ fn report(k: f64) -> BoardReport {
         configuration: None,
         target: None,
         sequence: None,
-        motors: [k, -k / 16.0, 0.0],
-        rates: [0.0; 3],
+        motors: [k, -k / 16.0, 0.0].into(),
+        rates: [0.0; 3].into(),
         error: [0.0; 3],
         bad_frames: 0,
         late_ticks: 0,
@@ -164,7 +164,7 @@ fn tensions_have_three_digits_and_marks_of_cables_near_slack() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
     let mut run = create(&path, scene()).unwrap();
-    let with = |tensions| with_board(|board| board.tensions = Some(tensions));
+    let with = |tensions: [f64; 3]| with_board(|board| board.tensions = Some(tensions.into()));
     let true_tensions = [0.123_456, 0.0, 1.0];
     let truth = GroundTruth { tensions: true_tensions };
     let first = with([0.25, 64.0 / 256.0, 1.0 / 256.0]);
@@ -188,7 +188,7 @@ fn drivers_on_a_uart_have_their_readings_and_warnings_in_the_last_columns() {
     let hot = DriverReading { is_hot: true, stall_guard: None, ..cool };
     let open = DriverReading { has_open_load: true, ..cool };
     for drivers in [None, Some([cool; 3]), Some([cool, hot, open])] {
-        run.record(&with_board(|board| board.drivers = drivers)).unwrap();
+        run.record(&with_board(|board| board.drivers = drivers.map(Into::into))).unwrap();
     }
     let names = ["stall_guard_a", "stall_guard_b", "stall_guard_c", "driver_warnings"];
     let rows = values(&path, names);

@@ -43,8 +43,8 @@ fn report(state: State, target: Option<u16>) -> BoardReport {
         configuration: Some(1),
         target,
         sequence: None,
-        motors: [1.0, -0.5, 0.0],
-        rates: [1.0, -0.098, 0.0],
+        motors: [1.0, -0.5, 0.0].into(),
+        rates: [1.0, -0.098, 0.0].into(),
         error: [0.0; 3],
         bad_frames: 0,
         late_ticks: 0,
@@ -98,12 +98,12 @@ fn what_the_board_has_not_said_is_unknown() {
     assert_eq!(told["rates_steps_s"], json!([1.0, -0.098, 0.0]));
     assert_eq!(told["motors_steps"], json!([1.0, -0.5, 0.0]));
     assert!(told["tensions_weights"].is_null() && told["near_slack"].is_null(), "{told}");
-    let tensions = Some([128.0, 38.0, 39.0].map(|tension| tension / 256.0));
+    let tensions = Some([128.0, 38.0, 39.0].map(|tension| tension / 256.0).into());
     let told = telemetry(with(BoardReport { tensions, ..board }));
     assert_eq!(told["tensions_weights"], json!([0.5, 0.148, 0.152]));
     assert_eq!(told["near_slack"], json!([false, true, false]));
     let hot = DriverReading { is_hot: true, ..DriverReading::default() };
-    let drivers = Some([DriverReading::default(), hot, DriverReading::default()]);
+    let drivers = Some([DriverReading::default(), hot, DriverReading::default()].into());
     assert_eq!(telemetry(with(BoardReport { drivers, ..board }))["driver_warnings"], "B hot");
     let faulted = with(report(State::Fault(Fault::PositionLost), Some(3)));
     let told = telemetry(FrameRecord { filtered_error: Some(0.0015), ..faulted });

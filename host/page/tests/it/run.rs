@@ -218,7 +218,7 @@ fn commands_of_a_page_reach_the_board() {
 fn travelled(reports: &[Option<BoardReport>], from: usize) -> f64 {
     let motors = |frame: usize| reports[frame].unwrap().motors;
     let last = motors(reports.len() - 1);
-    motors(from).iter().zip(last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    motors(from).iter().zip(&last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// Jogs a motor by 160 steps, which take 4 s, and leaves the page 1/30 s later. Returns how far

@@ -55,15 +55,15 @@ fn the_state_before_a_new_target_is_not_that_of_the_drive_to_it() {
 }
 
 /// Returns the report of a board at rest.
-fn board(drivers: Option<PerMotor<DriverReading>>) -> BoardReport {
+fn board(drivers: Option<MotorList<DriverReading>>) -> BoardReport {
     BoardReport {
         time: 0.0,
         state: State::Ready,
         configuration: None,
         target: None,
         sequence: None,
-        motors: [0.0; MOTORS],
-        rates: [0.0; MOTORS],
+        motors: [0.0; MOTORS].into(),
+        rates: [0.0; MOTORS].into(),
         error: [0.0; 3],
         bad_frames: 0,
         late_ticks: 0,
@@ -89,11 +89,11 @@ fn a_warning_of_a_driver_is_a_warning_of_the_run() {
         status.note_frame(&record, now);
         status.run(now)
     };
-    let warned = report(Some([cool, hot, open]));
+    let warned = report(Some([cool, hot, open].into()));
     assert_eq!(warned.level, Level::Warn);
     assert!(warned.message.ends_with("motor drivers: B hot, C open coil"), "{}", warned.message);
     assert!(warned.values.contains(&KeyValue::new("driver_warnings", "B hot, C open coil")));
-    let cooled = report(Some([cool; MOTORS]));
+    let cooled = report(Some([cool; MOTORS].into()));
     assert_eq!(cooled.level, Level::Ok);
     assert!(cooled.values.contains(&KeyValue::new("driver_warnings", "none")));
     let others = report(None);

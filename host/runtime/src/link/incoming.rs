@@ -1,6 +1,6 @@
 //! Messages of the board: received, decoded, and noted in the state of the link.
 
-use plumb_protocol::MOTORS;
+use plumb_protocol::MotorList;
 use plumb_protocol::message::DriverReading;
 use tracing::{trace, warn};
 
@@ -77,7 +77,7 @@ impl<T: Transport> Link<T> {
     }
 
     /// Notes the readings of drivers on a UART. A warning that comes is written to the log.
-    fn note_drivers(&mut self, motors: &[DriverReading; MOTORS]) {
+    fn note_drivers(&mut self, motors: &MotorList<DriverReading>) {
         let warnings = driver_warnings(motors);
         let before = driver_warnings(&self.drivers.unwrap_or_default());
         if warnings != before {

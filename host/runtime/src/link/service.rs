@@ -150,7 +150,7 @@ impl<T: Transport> Link<T> {
             if let Some(Telemetry { rates, .. }) = link.telemetry
                 && rates.iter().any(|rate| rate.0 != 0)
             {
-                ramp.get_or_insert_with(|| link.longest_ramp(rates));
+                ramp.get_or_insert_with(|| link.longest_ramp(&rates));
             }
             let waited = link.transport.now().saturating_sub(begin);
             if waited > RESTART_TIMEOUT + ramp.unwrap_or_default() {
@@ -188,11 +188,7 @@ impl<T: Transport> Link<T> {
     /// [`LinkError::NotAtRest`] where they have not slowed down for a while;
     /// [`LinkError::StillTurning`] where their ramp takes longer than the board's configuration
     /// allows.
-    pub(super) fn check_ramp(
-        &self,
-        ramp: &mut RampDown,
-        rates: [Rate; 3],
-    ) -> Result<(), LinkError> {
+    pub(super) fn check_ramp(&self, ramp: &mut RampDown, rates: &[Rate]) -> Result<(), LinkError> {
         let (now, port) = (self.transport.now(), self.transport.name());
         let sum = rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
         if sum < ramp.slowest {
@@ -213,15 +209,18 @@ impl<T: Transport> Link<T> {
     /// Returns the longest time in which motors with these rates come to rest: by the highest rate
     /// and the acceleration of the configuration in force, or else by the least acceleration that
     /// a board accepts.
-    pub(super) fn longest_ramp(&self, rates: [Rate; 3]) -> Duration {
+    pub(super) fn longest_ramp(&self, rates: &[Rate]) -> Duration {
         let ramp = match &self.config {
             Some(config) => longest(
                 config
                     .motors
+                    .iter()
                     .map(|motor| seconds(motor.max_rate.to_si() / motor.max_acceleration.to_si())),
             ),
-            None => longest(rates.map(|rate| seconds(rate.to_si().abs() / LEAST_ACCELERATION)))
-                .min(LONGEST_RAMP),
+            None => {
+                let times = rates.iter().map(|rate| rate.to_si().abs() / LEAST_ACCELERATION);
+                longest(times.map(seconds)).min(LONGEST_RAMP)
+            }
         };
         ramp + LONGEST_MEAN + MARGIN
     }
@@ -230,7 +229,7 @@ impl<T: Transport> Link<T> {
     pub(super) fn jog_under_way(&self, jog: &Jog) -> JogUnderWay {
         // A jog too short for its rate takes less time than the way at this rate and its ramp.
         let way = seconds(jog.distance.to_si().abs() / jog.rate.to_si().abs().min(RETURN_RATE));
-        let ramp = self.longest_ramp([jog.rate; 3]);
+        let ramp = self.longest_ramp(&[jog.rate]);
         JogUnderWay { begin: self.transport.now(), longest: way.saturating_add(ramp) }
     }
 
@@ -254,9 +253,9 @@ impl<T: Transport> Link<T> {
     }
 }
 
-/// Returns the longest of three times.
-fn longest(times: [Duration; 3]) -> Duration {
-    times.into_iter().max().unwrap_or_default()
+/// Returns the longest of these times.
+fn longest(times: impl Iterator<Item = Duration>) -> Duration {
+    times.max().unwrap_or_default()
 }
 
 /// Converts seconds; a time without an end to the longest one.

@@ -1,15 +1,13 @@
 //! Table `[board]` of a rig file: the board's address, its kind and its pins.
 
-use std::array;
-
 use plumb_config::any_case::any_case;
 use plumb_protocol::boards::{self, Board};
-use plumb_protocol::dimension::PerMotor;
+use plumb_protocol::dimension::MotorList;
 use plumb_protocol::provenance::BoardKind;
 use plumb_protocol::wiring::{EnablePins, EnablePolarity, MotorPins, Pin, Pins};
 use serde::{Deserialize, Deserializer};
 
-use super::quantity;
+use super::quantity::{self, Conversion};
 
 /// The board: its address, its kind and its pins.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -102,10 +100,10 @@ pub enum EnableName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PinSettings {
-    /// STEP of motors A, B, C.
-    pub step: Option<PerMotor<u8>>,
-    /// DIR of motors A, B, C.
-    pub direction: Option<PerMotor<u8>>,
+    /// STEP of each motor.
+    pub step: Option<MotorList<u8>>,
+    /// DIR of each motor.
+    pub direction: Option<MotorList<u8>>,
     /// ENABLE: one pin for all drivers, or one for each.
     pub enable: Option<EnableSetting>,
     /// Emergency input.
@@ -118,22 +116,22 @@ pub struct PinSettings {
 
 /// Pins of ENABLE.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(untagged, expecting = "a pin (0 to 29), or a list of three pins")]
+#[serde(untagged, expecting = "a pin (0 to 29), or a list with a pin for each motor")]
 pub enum EnableSetting {
     /// One pin for all drivers.
     Shared(u8),
-    /// A pin for each of motors A, B, C.
-    PerMotor(PerMotor<u8>),
+    /// A pin for each motor.
+    PerMotor(MotorList<u8>),
 }
 
 /// Inversions in place of those of the board's kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InvertedSettings {
-    /// STEP of motors A, B, C.
-    pub step: Option<PerMotor<bool>>,
-    /// DIR of motors A, B, C.
-    pub direction: Option<PerMotor<bool>>,
+    /// STEP of each motor.
+    pub step: Option<MotorList<bool>>,
+    /// DIR of each motor.
+    pub direction: Option<MotorList<bool>>,
     /// ENABLE.
     #[serde(default)]
     pub enable: bool,
@@ -145,40 +143,67 @@ pub struct InvertedSettings {
     pub led: bool,
 }
 
+/// Returns a motor's entry of a list.
+fn of_motor<T: Copy>(list: Option<MotorList<T>>, motor: usize) -> Option<T> {
+    list?.get(motor).copied()
+}
+
 impl BoardSettings {
     /// Returns the address.
     pub fn address(&self) -> BoardPort {
         BoardPort { port: self.port.clone(), baud: self.baud }
     }
 
-    /// Returns the pins of the kind with those of the file in their place. `usual` is the effect of
-    /// ENABLE of the drivers.
-    pub(super) fn pins(&self, usual: EnableName) -> Pins {
+    /// Returns the pins of the kind for `count` motors, with those of the file in their place.
+    /// `usual` is the effect of ENABLE of the drivers.
+    pub(super) fn pins(
+        &self,
+        usual: EnableName,
+        count: usize,
+        conversion: &mut Conversion,
+    ) -> Pins {
         let Self { pins, inverted, .. } = self;
         let table = self.kind.board().pins;
-        let motors: PerMotor<MotorPins> = array::from_fn(|motor| {
-            let of =
-                |pin: Pin, number: Option<PerMotor<u8>>, inverted: Option<PerMotor<bool>>| Pin {
-                    number: number.map_or(pin.number, |numbers| numbers[motor]),
-                    inverted: inverted.map_or(pin.inverted, |inverted| inverted[motor]),
-                };
-            let MotorPins { step, direction } = table.motors[motor];
+        let mut checked = |key, list| conversion.per_motor(key, list, count);
+        let [step, direction] = [
+            checked("board.pins.step", pins.step),
+            checked("board.pins.direction", pins.direction),
+        ];
+        let mut checked = |key, list| conversion.per_motor(key, list, count);
+        let [step_inverted, direction_inverted] = [
+            checked("board.inverted.step", inverted.step),
+            checked("board.inverted.direction", inverted.direction),
+        ];
+        let of =
+            |motor, pin: Pin, numbers: Option<MotorList<u8>>, turned: Option<MotorList<bool>>| {
+                Pin {
+                    number: of_motor(numbers, motor).unwrap_or(pin.number),
+                    inverted: of_motor(turned, motor).unwrap_or(pin.inverted),
+                }
+            };
+        let motors = MotorList::from_fn(count, |motor| {
+            let own = of_motor(Some(table.motors), motor).unwrap_or_default();
             MotorPins {
-                step: of(step, pins.step, inverted.step),
-                direction: of(direction, pins.direction, inverted.direction),
+                step: of(motor, own.step, step, step_inverted),
+                direction: of(motor, own.direction, direction, direction_inverted),
             }
         });
-        let enable = pins.enable.map_or(table.enable, |enable| match enable {
-            EnableSetting::Shared(pin) => EnablePins::Shared(pin),
-            EnableSetting::PerMotor(pins) => EnablePins::PerMotor(pins),
-        });
+        let enable = match (pins.enable, table.enable) {
+            (Some(EnableSetting::Shared(pin)), _) => EnablePins::Shared(pin),
+            (Some(EnableSetting::PerMotor(pins)), _) => {
+                let pins = conversion.per_motor("board.pins.enable", Some(pins), count);
+                EnablePins::PerMotor(pins.unwrap_or_default())
+            }
+            (None, EnablePins::PerMotor(pins)) => EnablePins::PerMotor(pins.up_to(count)),
+            (None, shared) => shared,
+        };
         let emergency = Pin {
             number: pins.emergency.unwrap_or(table.emergency.number),
             inverted: inverted.emergency,
         };
         let led = pins.led.or(table.led.map(|led| led.number));
         let led = led.map(|number| Pin { number, inverted: inverted.led });
-        Pins { motors, enable, polarity: self.polarity(usual), emergency, led }
+        Pins { motors, enable, polarity: self.polarity(usual), emergency, led, pen: None }
     }
 
     /// Returns the effect of ENABLE.

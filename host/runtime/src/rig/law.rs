@@ -5,7 +5,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use plumb_config::quantity::NumberError;
-use plumb_protocol::config::{Estimated, Interval, Law, SIGNS, Sign};
+use plumb_protocol::config::{Estimated, Interval, Law, Sign};
+use plumb_protocol::dimension::{LEAST_MOTORS, MotorList, PerAxis};
 use plumb_protocol::units::{Bound, Gain, Milliseconds, SignGain};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
@@ -38,9 +39,9 @@ pub enum LawSettings {
         alpha: JacobianBound,
         /// β: largest |dp/du|.
         beta: JacobianBound,
-        /// Σ: the signs of dp/du, rows x, y, z, columns A, B, C; (12) where absent.
-        #[serde(default = "default_signs")]
-        signs: [[i8; 3]; 3],
+        /// Σ: the signs of dp/du, rows x, y, z, a column for each motor; (12) where absent, or that
+        /// of two motors.
+        signs: Option<PerAxis<MotorList<i8>>>,
         /// Running mean over the step plan, seconds, at most 0.4; 0 is none.
         #[serde(default)]
         mean: Mean,
@@ -87,10 +88,6 @@ fn taut<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Estimating, D::Err
     Ok(Estimating { delay, mean: mean.unwrap_or(TAUT_MEAN) })
 }
 
-fn default_signs() -> [[i8; 3]; 3] {
-    SIGNS
-}
-
 impl Default for LawSettings {
     /// Returns the law of a rig file without one: `taut` with its default parameters.
     fn default() -> Self {
@@ -107,7 +104,7 @@ impl From<LawName> for LawSettings {
                 gamma: PAPER_GAMMA,
                 alpha: PAPER_ALPHA,
                 beta: PAPER_BETA,
-                signs: SIGNS,
+                signs: None,
                 mean,
             },
             LawName::Sign => Self::Sign { gain: PAPER_SIGN_GAIN, mean },
@@ -182,16 +179,16 @@ impl LawSettings {
         }
     }
 
-    /// Returns the law in the board's units.
+    /// Returns the law for `motors` motors in the board's units.
     ///
     /// # Errors
     /// The first parameter that is beyond the range of the wire.
-    pub fn config(&self) -> Result<Law, OutOfRange> {
-        Conversion::first_error(|conversion| self.convert(conversion))
+    pub fn config(&self, motors: usize) -> Result<Law, OutOfRange> {
+        Conversion::first_error(|conversion| self.convert(motors, conversion))
     }
 
-    /// Returns the law in the board's units.
-    pub(super) fn convert(&self, conversion: &mut Conversion) -> Law {
+    /// Returns the law for `motors` motors in the board's units.
+    pub(super) fn convert(&self, motors: usize, conversion: &mut Conversion) -> Law {
         match self {
             Self::Interval { gamma, alpha, beta, signs, .. } => {
                 // Rounds outwards: the family on the chip contains the one that was asked for.
@@ -202,7 +199,12 @@ impl LawSettings {
                 let beta = conversion.fit("law.interval.beta", beta, |b| Bound::from_si(b + half));
                 let gain = |gamma: f64| Gain::from_si(gamma * 1e-6 / NOMINAL_STEP_M);
                 let gain = conversion.fit("law.interval.gamma", gamma.get(), gain);
-                Law::Interval(Interval { signs: *signs, ..Interval::uniform(alpha, beta, gain) })
+                let family = if motors == LEAST_MOTORS {
+                    Interval::planar(alpha, beta, gain)
+                } else {
+                    Interval::uniform(alpha, beta, gain)
+                };
+                Law::Interval(Interval { signs: signs.unwrap_or(family.signs), ..family })
             }
             Self::Sign { gain, .. } => {
                 let raw = |g: f64| SignGain::from_si(g * 1e-6 / (4.0 * NOMINAL_STEP_M));

@@ -88,11 +88,11 @@ impl MotionRules {
     }
 
     /// Returns the distance of a place (metres) from the border of the workspace, metres; negative
-    /// outside.
+    /// outside. A plane has no border along x.
     pub(super) fn room(&self, place: [f64; 3]) -> f64 {
         let Box3 { min, max } = &self.workspace;
         let room = |i: usize| (place[i] - min[i].get()).min(max[i].get() - place[i]);
-        (0..place.len()).map(room).fold(f64::INFINITY, f64::min)
+        (self.is_flat().into()..place.len()).map(room).fold(f64::INFINITY, f64::min)
     }
 
     /// Checks that a place is inside the workspace, or beyond its border by at most `margin`; both
@@ -100,7 +100,8 @@ impl MotionRules {
     fn check_workspace(&self, place: Point3<f64>, margin: f64) -> Result<(), MotionError> {
         let Some((index, side)) = self.outside(place, margin) else { return Ok(()) };
         let Box3 { min, max } = &self.workspace;
-        if let Some(axis) = (0..3).find(|axis| min[*axis].get() >= max[*axis].get()) {
+        let mut axes = usize::from(self.is_flat())..3;
+        if let Some(axis) = axes.find(|axis| min[*axis].get() >= max[*axis].get()) {
             return Err(MotionError::NoRoom { axis: AXES[axis] });
         }
         let limit = if side == Side::Below { min } else { max }[index];
@@ -111,6 +112,11 @@ impl MotionRules {
             limit_m: limit.get(),
             unit: self.other_unit(place),
         }))
+    }
+
+    /// Returns whether the workspace is in the plane x = 0, as that of two motors.
+    fn is_flat(&self) -> bool {
+        [&self.workspace.min, &self.workspace.max].iter().all(|corner| corner[0].get() == 0.0)
     }
 
     /// Returns the first axis along which a place is outside the workspace by more than `margin`,

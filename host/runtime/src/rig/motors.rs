@@ -4,7 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use plumb_config::any_case::any_case;
 use plumb_protocol::config::Motor;
-use plumb_protocol::dimension::PerMotor;
+use plumb_protocol::dimension::{MOTORS, MotorList};
 use plumb_protocol::units::{
     Acceleration, Milliamperes, Milliohms, Milliseconds, Nanoseconds, Rate, Steps16,
 };
@@ -13,7 +13,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::board::{BoardSettings, EnableName};
 use super::quantity::{
-    Conversion, Current, Duty, EnableTime, HighTime, HoldTime, LARGEST_CURRENT_A, LowTime,
+    self, Conversion, Current, Duty, EnableTime, HighTime, HoldTime, LARGEST_CURRENT_A, LowTime,
     MotorAcceleration, MotorRate, SenseResistor, SetupTime, TravelLimit,
 };
 
@@ -27,17 +27,23 @@ pub struct Motors {
     pub max_acceleration: MotorAcceleration,
     /// Microsteps in a full step: 1, 2, 4, 8 or 16.
     pub microsteps: u8,
+    /// Number of the motors: 3, or 2 for a ball in a plane.
+    #[serde(default = "default_count", deserialize_with = "quantity::motor_count")]
+    pub count: u8,
     /// Lowest and highest position, full steps from where the board started.
     pub travel: [TravelLimit; 2],
-    /// Whether A, B, C turn the wrong way round.
-    #[serde(default)]
-    pub reversed: PerMotor<bool>,
+    /// Whether each motor turns the wrong way round; by default none.
+    pub reversed: Option<MotorList<bool>>,
     /// The drivers of the motors.
     #[serde(default, deserialize_with = "driver")]
     pub driver: Driver,
     /// Times of the driver's inputs in place of its own.
     #[serde(default)]
     pub timing: TimingSettings,
+}
+
+fn default_count() -> u8 {
+    MOTORS as u8
 }
 
 /// Times of a driver's inputs in place of its own, seconds.
@@ -86,7 +92,7 @@ impl Motors {
         board: &BoardSettings,
         conversion: &mut Conversion,
     ) -> Drivers {
-        match self.driver.convert(board, conversion) {
+        match self.driver.convert(board, self.count(), conversion) {
             Drivers::StepDir(times) => Drivers::StepDir(self.timing.apply(times, conversion)),
             Drivers::Tmc2209(driver) => Drivers::Tmc2209(Tmc2209 {
                 times: self.timing.apply(driver.times, conversion),
@@ -96,8 +102,18 @@ impl Motors {
         }
     }
 
-    /// Returns the motors A, B and C in the board's units.
-    pub(super) fn convert(&self, conversion: &mut Conversion) -> PerMotor<Motor> {
+    /// Returns the number of the motors.
+    pub fn count(&self) -> usize {
+        self.count.into()
+    }
+
+    /// Returns whether each motor turns the wrong way round.
+    pub fn reversed(&self) -> MotorList<bool> {
+        self.reversed.unwrap_or(MotorList::from_fn(self.count(), |_| false))
+    }
+
+    /// Returns the motors in the board's units.
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> MotorList<Motor> {
         let (rate, acceleration) = (self.max_rate.get(), self.max_acceleration.get());
         let [min, max] = self.travel.map(TravelLimit::get);
         let motor = Motor {
@@ -111,7 +127,10 @@ impl Motors {
             travel_max: conversion.fit("motors.travel", max, Steps16::from_si),
             reversed: false,
         };
-        self.reversed.map(|reversed| Motor { reversed, ..motor })
+        let count = self.count();
+        let reversed = conversion.per_motor("motors.reversed", self.reversed, count);
+        let reversed = |i: usize| reversed.as_ref().is_some_and(|list| list[i]);
+        MotorList::from_fn(count, |i| Motor { reversed: i < count && reversed(i), ..motor })
     }
 }
 
@@ -176,8 +195,8 @@ pub struct UartSettings {
     /// Sense resistor of a coil, ohms.
     #[serde(default = "default_sense")]
     pub sense_resistor: SenseResistor,
-    /// Addresses of the drivers of A, B, C; without them those of the board's kind.
-    pub addresses: Option<PerMotor<u8>>,
+    /// Address of each motor's driver; without them those of the board's kind.
+    pub addresses: Option<MotorList<u8>>,
 }
 
 /// Sense resistor of an SKR Pico and of most modules, ohms.
@@ -242,8 +261,10 @@ impl UartSettings {
     }
 
     /// Returns the settings in the board's units, with the pins and addresses of the board.
-    fn convert(&self, board: &BoardSettings, conversion: &mut Conversion) -> Tmc2209 {
+    fn convert(&self, board: &BoardSettings, count: usize, conversion: &mut Conversion) -> Tmc2209 {
         let usual = Tmc2209::of(board.kind.board());
+        let key = "motors.driver.tmc2209-uart.addresses";
+        let addresses = conversion.per_motor(key, self.addresses, count);
         let run = self.run_current.get();
         let hold = self.hold_current.map_or(run, Current::get);
         if hold > run {
@@ -262,7 +283,7 @@ impl UartSettings {
                 ModeName::StealthChop => Chopper::StealthChop,
                 ModeName::SpreadCycle => Chopper::SpreadCycle,
             },
-            addresses: self.addresses.unwrap_or(usual.addresses),
+            addresses: addresses.unwrap_or(usual.addresses.up_to(count)),
             uart: board.pins.uart.unwrap_or(usual.uart),
             ..usual
         }
@@ -284,9 +305,16 @@ impl Driver {
     }
 
     /// Returns the drivers in the board's units.
-    pub(super) fn convert(&self, board: &BoardSettings, conversion: &mut Conversion) -> Drivers {
+    pub(super) fn convert(
+        &self,
+        board: &BoardSettings,
+        count: usize,
+        conversion: &mut Conversion,
+    ) -> Drivers {
         match self {
-            Self::Tmc2209Uart(settings) => Drivers::Tmc2209(settings.convert(board, conversion)),
+            Self::Tmc2209Uart(settings) => {
+                Drivers::Tmc2209(settings.convert(board, count, conversion))
+            }
             Self::A4988 => Drivers::StepDir(StepDir::A4988),
             Self::Drv8825 => Drivers::StepDir(StepDir::DRV8825),
             Self::Tmc2209 => Drivers::StepDir(StepDir::TMC2209),

@@ -4,6 +4,7 @@
 
 use plumb_config::quantities;
 use plumb_config::quantity::Range;
+use plumb_protocol::dimension::{LEAST_MOTORS, MOTORS, MotorList};
 use plumb_protocol::units::Point;
 use serde::Deserializer;
 use thiserror::Error;
@@ -81,6 +82,14 @@ pub const BAUD: Range = Range::new(300.0, 20_000_000.0, "bit/s");
 /// Range of the pictures in a row within which a target counts as reached.
 const FRAMES: Range = Range::new(1.0, 255.0, "pictures");
 
+/// Range of the number of motors.
+const MOTOR_COUNT: Range = Range::new(LEAST_MOTORS as f64, MOTORS as f64, "motors");
+
+/// Reads the number of motors.
+pub(super) fn motor_count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u8, D::Error> {
+    MOTOR_COUNT.deserialize_whole(deserializer)
+}
+
 /// Reads the rate of a serial line, bit/s.
 pub(super) fn baud<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
     BAUD.deserialize_whole(deserializer)
@@ -141,6 +150,23 @@ impl Conversion {
             self.report(key, value, NO_ROOM);
             Q::default()
         })
+    }
+
+    /// Returns the list of `key` where it has an entry for each of `count` motors. Another one is
+    /// reported.
+    pub(super) fn per_motor<T: Copy>(
+        &mut self,
+        key: &'static str,
+        list: Option<MotorList<T>>,
+        count: usize,
+    ) -> Option<MotorList<T>> {
+        let list = list?;
+        if list.len() != count {
+            let why = format!("has {} entries, and `motors.count` is {count}", list.len());
+            self.errors.push(OutOfRange { key, value: None, why });
+            return None;
+        }
+        Some(list)
     }
 
     /// Converts a point, metres. A point out of range becomes the origin; its largest coordinate is

@@ -1,5 +1,6 @@
 //! Wirings that the board refuses, by the keys of the rig file.
 
+use plumb_protocol::MOTORS;
 use plumb_protocol::boards::Board;
 use plumb_protocol::units::Nanoseconds;
 use plumb_protocol::wiring::{Line, PinError, Wiring, WiringError};
@@ -20,6 +21,9 @@ pub(super) fn refusal(motors: &Motors, wiring: &Wiring, error: WiringError) -> O
             "motors.driver.tmc2209-uart.addresses",
             "has an address above 3, or one twice".to_owned(),
         ),
+        WiringError::Motors => ("motors.count", format!("is not from 2 to {MOTORS}")),
+        // No key of the file gives a pen.
+        WiringError::Pen => ("board.pins", error.to_string()),
         WiringError::Pin(line, error) => (key(line), problem(wiring, line, error)),
         WiringError::Pulse => (pulse_key(motors), wide_pulse(wiring)),
         WiringError::InvertedEmergency => ("board.inverted.emergency", latching_input(wiring)),

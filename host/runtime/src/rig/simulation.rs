@@ -4,6 +4,7 @@
 use nalgebra::{Isometry3, Point3};
 use plumb_cameras::camera_file::Pose;
 use plumb_config::quantity::Coordinate;
+use plumb_protocol::MotorList;
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -13,25 +14,24 @@ use super::quantity::{FULL_STEPS_PER_REVOLUTION, PulleyRadius};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Simulation {
-    /// Motor points A, B, C, metres in the rig frame.
-    pub motors: [[Coordinate; 3]; 3],
-    /// Pulley radii, metres.
-    pub pulley_radii: [PulleyRadius; 3],
+    /// Point of each motor, metres in the rig frame.
+    pub motors: MotorList<[Coordinate; 3]>,
+    /// Radius of each pulley, metres.
+    pub pulley_radii: MotorList<PulleyRadius>,
     /// First position of the ball, metres in the rig frame.
     pub start: [Coordinate; 3],
     /// Motors on the outputs of the board.
     #[serde(default)]
     pub wiring: Wiring,
-    /// Whether the simulated motors A, B, C turn the wrong way round.
-    #[serde(default)]
-    pub reversed: [bool; 3],
+    /// Whether each simulated motor turns the wrong way round; by default none.
+    pub reversed: Option<MotorList<bool>>,
     /// True pose of the simulated camera; that of the camera file where absent.
     pub camera: Option<Pose>,
 }
 
 impl Simulation {
-    /// Returns the motor points A, B, C, metres in the rig frame.
-    pub fn motors(&self) -> [Point3<f64>; 3] {
+    /// Returns the motor points, metres in the rig frame.
+    pub fn motors(&self) -> MotorList<Point3<f64>> {
         self.motors.map(|motor| Point3::from(motor.map(Coordinate::get)))
     }
 
@@ -40,7 +40,7 @@ impl Simulation {
         self.camera.as_ref().map_or(pose, Pose::isometry)
     }
 
-    /// Returns the cable that a full step winds, metres; the longest of the three motors.
+    /// Returns the cable that a full step winds, metres; the longest of the motors.
     pub(super) fn cable_per_step(&self) -> f64 {
         let radius = self.pulley_radii.iter().map(|radius| radius.get()).fold(0.0, f64::max);
         std::f64::consts::TAU * radius / FULL_STEPS_PER_REVOLUTION
@@ -63,19 +63,19 @@ pub enum SimulatedMotor {
     C,
 }
 
-/// Simulated motors on the outputs A, B, C of the board. Each motor is on one output.
+/// Simulated motor on each output of the board. Each motor is on one output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "[SimulatedMotor; 3]")]
-pub struct Wiring([SimulatedMotor; 3]);
+#[serde(try_from = "MotorList<SimulatedMotor>")]
+pub struct Wiring(MotorList<SimulatedMotor>);
 
 /// Wiring with one motor on two outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("one motor is on two outputs of the board; A, B and C must each be there once")]
+#[error("one motor is on two outputs of the board; each must be there once")]
 pub struct WiringError;
 
 impl Wiring {
     /// Returns the number (A 0, B 1, C 2) of the motor on each output of the board.
-    pub fn motors(&self) -> [usize; 3] {
+    pub fn motors(&self) -> MotorList<usize> {
         self.0.map(|motor| motor as usize)
     }
 }
@@ -83,16 +83,16 @@ impl Wiring {
 impl Default for Wiring {
     /// Returns each motor on its own output.
     fn default() -> Self {
-        Self([SimulatedMotor::A, SimulatedMotor::B, SimulatedMotor::C])
+        Self(MotorList::new([SimulatedMotor::A, SimulatedMotor::B, SimulatedMotor::C]))
     }
 }
 
-impl TryFrom<[SimulatedMotor; 3]> for Wiring {
+impl TryFrom<MotorList<SimulatedMotor>> for Wiring {
     type Error = WiringError;
 
-    fn try_from(motors: [SimulatedMotor; 3]) -> Result<Self, WiringError> {
-        let [a, b, c] = motors;
-        if a == b || b == c || c == a { Err(WiringError) } else { Ok(Self(motors)) }
+    fn try_from(motors: MotorList<SimulatedMotor>) -> Result<Self, WiringError> {
+        let is_there = |motor: usize| motors.iter().any(|it| *it as usize == motor);
+        if (0..motors.len()).all(is_there) { Ok(Self(motors)) } else { Err(WiringError) }
     }
 }
 
@@ -105,8 +105,8 @@ const APPROXIMATE: [&str; 3] = ["A (approximate)", "B (approximate)", "C (approx
 /// Motor points of a rig. No law uses them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorPoints {
-    /// Places of motors A, B, C, metres in the rig frame.
-    pub places: [Point3<f64>; 3],
+    /// Place of each motor, metres in the rig frame.
+    pub places: MotorList<Point3<f64>>,
     /// Whether a person has measured them: they come from the table `[size]`.
     pub is_approximate: bool,
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point2, Point3};
 use plumb_config::quantity::Coordinate;
+use plumb_protocol::MotorList;
 use serde::Deserialize;
 
 use super::quantity::{CablePerStep, Corner};
@@ -10,6 +11,9 @@ use super::simulation::Simulation;
 /// Least area of the triangle of the motors, seen from above, m²: that of a simulated rig
 /// (`LEAST_AREA_M2` of firmware/emulator/src/plant/geometry.rs).
 const LEAST_AREA_M2: f64 = 1e-6;
+
+/// Least distance of two motors, seen from above, metres.
+const LEAST_DISTANCE_M: f64 = 1e-3;
 
 /// Box in the rig frame.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -25,8 +29,8 @@ pub struct Box3 {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Size {
-    /// Places where the cables leave motors A, B, C, metres in the rig frame.
-    pub motors: [[Coordinate; 3]; 3],
+    /// Places where the cables leave the motors, metres in the rig frame.
+    pub motors: MotorList<[Coordinate; 3]>,
     /// Height of the floor in the rig frame, metres.
     #[serde(default)]
     pub floor: Coordinate,
@@ -35,8 +39,8 @@ pub struct Size {
 }
 
 impl Size {
-    /// Returns the places of motors A, B, C, metres in the rig frame.
-    pub fn motors(&self) -> [Point3<f64>; 3] {
+    /// Returns the places of the motors, metres in the rig frame.
+    pub fn motors(&self) -> MotorList<Point3<f64>> {
         self.motors.map(|motor| Point3::from(motor.map(Coordinate::get)))
     }
 }
@@ -46,9 +50,9 @@ impl Size {
 pub(super) struct RoughSize {
     /// Key of the motors' places.
     pub(super) key: &'static str,
-    pub(super) motors: [Point3<f64>; 3],
+    pub(super) motors: MotorList<Point3<f64>>,
     pub(super) floor: f64,
-    /// Cable of a full step, metres; the longest of the three motors.
+    /// Cable of a full step, metres; the longest of the motors.
     pub(super) cable_per_step: f64,
 }
 
@@ -72,25 +76,36 @@ impl RoughSize {
         })
     }
 
-    /// Returns whether a point is inside the triangle of the motors, seen from above.
+    /// Returns whether a point is inside the triangle of the motors, seen from above; between two
+    /// motors, in the plane x = 0.
     pub(super) fn contains(&self, point: Point3<f64>) -> bool {
-        let [a, b, c] = self.motors.map(|motor| motor.xy());
+        let [a, b, c] = match self.motors[..] {
+            [a, b, c] => [a, b, c].map(|motor| motor.xy()),
+            [a, b] => return point.x == 0.0 && b.y <= point.y && point.y <= a.y,
+            _ => return false,
+        };
         let side = |p: Point2<f64>, q: Point2<f64>| (q - p).perp(&(point.xy() - p));
         let sides = [side(a, b), side(b, c), side(c, a)];
         sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
     }
 
-    /// Returns whether the motors are on a line, seen from above.
+    /// Returns whether three motors are on a line, seen from above, or two above one another.
     pub(super) fn is_line(&self) -> bool {
-        let [a, b, c] = self.motors.map(|motor| motor.xy());
-        (b - a).perp(&(c - a)).abs() / 2.0 < LEAST_AREA_M2
+        match self.motors[..] {
+            [a, b, c] => (b - a).xy().perp(&(c - a).xy()).abs() / 2.0 < LEAST_AREA_M2,
+            [a, b] => (a.y - b.y).abs() < LEAST_DISTANCE_M,
+            _ => true,
+        }
     }
 
     /// Returns whether the motors stand as the rig frame demands: y from B to A, C between them
-    /// and at smaller x.
+    /// and at smaller x; two in the plane x = 0.
     pub(super) fn is_in_rig_frame(&self) -> bool {
-        let [a, b, c] = &self.motors;
-        b.y < c.y && c.y < a.y && c.x < a.x.min(b.x)
+        match self.motors[..] {
+            [a, b, c] => b.y < c.y && c.y < a.y && c.x < a.x.min(b.x),
+            [a, b] => b.y < a.y && a.x == 0.0 && b.x == 0.0,
+            _ => false,
+        }
     }
 
     /// Returns the largest change of a cable's length within the box of these corners, full steps.

@@ -47,7 +47,9 @@ fn the_papers_travel_fits_its_workspace() {
         ((ball - motor).norm() - (simulation.start() - motor).norm()) / STEP_M
     };
     let motors = simulation.motors();
-    let all: Vec<f64> = (0..8).flat_map(|n| motors.map(|motor| steps(&motor, corner(n)))).collect();
+    let all: Vec<f64> = (0..8)
+        .flat_map(|n| motors.iter().map(move |motor| steps(motor, corner(n))).collect::<Vec<_>>())
+        .collect();
     let least = all.iter().copied().fold(0.0, f64::min);
     let largest = all.iter().copied().fold(0.0, f64::max);
     let [min, max] = rig.motors.travel.map(|limit| limit.get());

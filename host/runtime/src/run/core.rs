@@ -252,6 +252,7 @@ impl RunCore {
         let age = Duration::try_from_secs_f64(age).unwrap_or(Duration::MAX);
         let (ball, covariance) = (picture.point(), picture.covariance());
         let motors = self.board.telemetry.map(|telemetry| telemetry.motors.map(|at| at.0));
+        let motors = motors.map(|motors| motors.steppable(0));
         let doubts = self.plausibility.update(picture.frame.time(), &picture.sight(), motors);
         for doubt in doubts {
             self.emit(RunEvent::Doubt(doubt));

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use plumb_frame::frame::RgbdFrame;
+use plumb_protocol::MotorList;
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
 use thiserror::Error;
@@ -36,7 +37,7 @@ pub(super) struct RepetitionDetector {
     /// First of the pictures in a row that are the same.
     first: Option<Arc<RgbdFrame>>,
     /// Motor positions when it arrived, Q4 steps; `None` before the first telemetry.
-    motors: Option<[i32; 3]>,
+    motors: Option<MotorList<i32>>,
     /// When a motor had turned visibly since then, seconds on the source's clock.
     turned_at: Option<f64>,
     /// Whether the last picture was repeated.
@@ -60,7 +61,7 @@ impl RepetitionDetector {
     pub(super) fn update(
         &mut self,
         frame: &Arc<RgbdFrame>,
-        motors: Option<[Steps16; 3]>,
+        motors: Option<MotorList<Steps16>>,
         now: f64,
     ) -> bool {
         let motors = motors.map(|motors| motors.map(|at| at.0));
@@ -83,12 +84,12 @@ impl RepetitionDetector {
     }
 
     /// Returns whether a motor has turned visibly since the first of the same pictures.
-    fn has_turned(&self, motors: Option<[i32; 3]>) -> bool {
+    fn has_turned(&self, motors: Option<MotorList<i32>>) -> bool {
         let (Some(before), Some(motors)) = (self.motors, motors) else { return false };
         before
             .iter()
-            .zip(motors)
-            .any(|(before, at)| before.abs_diff(at) >= self.visible_turn as u32)
+            .zip(&motors)
+            .any(|(before, at)| before.abs_diff(*at) >= self.visible_turn as u32)
     }
 }
 
@@ -129,7 +130,7 @@ mod tests {
             .filter(|&k| {
                 let time = k as f64 * PERIOD;
                 let motors = [0, motor(k), 0].map(Steps16);
-                detector.update(&frame(time, value(k)), Some(motors), time + AGE)
+                detector.update(&frame(time, value(k)), Some(motors.into()), time + AGE)
             })
             .collect()
     }
@@ -168,6 +169,6 @@ mod tests {
         };
         assert!((0..20).all(|k| !update(k, None)));
         // The first telemetry is the place that a turn counts from.
-        assert!((20..40).all(|k| !update(k, Some([Steps16(9_000); 3]))));
+        assert!((20..40).all(|k| !update(k, Some([Steps16(9_000); 3].into()))));
     }
 }

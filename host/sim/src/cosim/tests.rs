@@ -9,7 +9,7 @@ use crate::limits::RigLimits;
 fn cosim(law: LawName) -> Cosim {
     let law = LawSettings::from(law);
     let mean = law.mean().config("mean").unwrap();
-    Cosim::new(Wiring::example(), RigLimits::default().config(law.config().unwrap(), mean, 0.010))
+    Cosim::new(Wiring::example(), RigLimits::default().config(law.config(3).unwrap(), mean, 0.010))
         .unwrap()
 }
 

@@ -24,7 +24,9 @@ impl From<SimulationError> for SimulationMistake {
     fn from(error: SimulationError) -> Self {
         let key = match error {
             SimulationError::Rig(RigError::CannotHang { .. }) => "simulation.start",
-            SimulationError::Rig(RigError::Flat { .. }) => "simulation.motors",
+            SimulationError::Rig(RigError::Flat { .. } | RigError::AboveOneAnother { .. }) => {
+                "simulation.motors"
+            }
             _ => "simulation",
         };
         Self { key, error: error.into() }

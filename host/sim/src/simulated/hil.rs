@@ -183,6 +183,7 @@ impl HilObserver {
 impl Observer for HilObserver {
     fn frame(&mut self, record: &FrameRecord) {
         if let Some(BoardReport { time, motors, rates, .. }) = record.board {
+            let [motors, rates] = [motors, rates].map(|list| list.steppable(0.0));
             self.board_moved(BoardMotion { time, motors, rates });
         }
     }

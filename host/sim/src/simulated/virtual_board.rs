@@ -8,7 +8,7 @@ use plumb_emulator::plant::{Plant, QuasiStatic, RigError, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_frame::camera::Camera;
 use plumb_frame::detect::BallDetector;
-use plumb_protocol::PerMotor;
+use plumb_protocol::MotorList;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorReceiver;
 use plumb_runtime::rig::Rig;
@@ -105,7 +105,7 @@ impl VirtualBoard {
     pub fn camera(
         &self,
         camera: &Camera,
-        motors: PerMotor<Point3<f64>>,
+        motors: impl Into<MotorList<Point3<f64>>>,
         seed: u64,
     ) -> Result<SimulatedCamera<VirtualRig>, SyntheticError> {
         let room = Background::Room(Room::furnished_for(camera.ball_hue));

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use plumb_emulator::plant::{Plant, RigError};
-use plumb_protocol::{MOTORS, PerMotor};
+use plumb_protocol::{MOTORS, MotorList, PerMotor};
 use plumb_runtime::rig::{Rig, Simulation};
 
 /// Plant whose motors are wired to the outputs of a board.
@@ -31,8 +31,11 @@ pub fn wired(
 ) -> Box<dyn Plant + Send> {
     let motors = simulation.wiring.motors();
     let outputs = std::array::from_fn(|output| {
-        let motor = motors[output];
-        let is_reversed = rig.motors.reversed[output] != simulation.reversed[motor];
+        let motor = motors.get(output).copied().unwrap_or(output);
+        let of = |list: Option<MotorList<bool>>, at| {
+            list.is_some_and(|list| list.get(at) == Some(&true))
+        };
+        let is_reversed = of(rig.motors.reversed, output) != of(simulation.reversed, motor);
         Output { motor, sign: if is_reversed { -1.0 } else { 1.0 } }
     });
     Box::new(Wired { plant, outputs })
@@ -102,7 +105,7 @@ mod tests {
     fn lengths(text: &str, reversed: PerMotor<bool>, steps: PerMotor<f64>) -> PerMotor<f64> {
         let paper = include_str!("../../../rigs/paper.toml");
         let mut rig: Rig = parse_toml(Path::new("rig.toml"), &format!("{paper}\n{text}")).unwrap();
-        rig.motors.reversed = reversed;
+        rig.motors.reversed = Some(reversed.into());
         let simulation = rig.simulation.clone().unwrap();
         let Task { geometry, start, .. } = Task::paper();
         let plant = Box::new(QuasiStatic::new(geometry, start).unwrap());

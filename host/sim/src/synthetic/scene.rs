@@ -1,7 +1,7 @@
 //! The content of a frame.
 
 use nalgebra::Point3;
-use plumb_protocol::PerMotor;
+use plumb_protocol::MotorList;
 
 use super::light::Material;
 
@@ -12,8 +12,8 @@ pub struct Scene {
     pub ball: Option<Point3<f64>>,
     /// Material of the ball.
     pub ball_material: Material,
-    /// Where the three cables leave motors A, B, C; `None` for a ball without cables and motors.
-    pub motors: Option<PerMotor<Point3<f64>>>,
+    /// Where the cables leave the motors; `None` for a ball without cables and motors.
+    pub motors: Option<MotorList<Point3<f64>>>,
     /// Diameter of the cables, metres.
     pub cable_diameter: f64,
     /// Material of the cables.
@@ -47,9 +47,9 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// The rig with its ball at `ball` and its cables from `motors` A, B, C (rig frame, metres).
-    pub fn rig(ball: Point3<f64>, motors: PerMotor<Point3<f64>>) -> Self {
-        Self { ball: Some(ball), motors: Some(motors), ..Self::default() }
+    /// The rig with its ball at `ball` and its cables from `motors` (rig frame, metres).
+    pub fn rig(ball: Point3<f64>, motors: impl Into<MotorList<Point3<f64>>>) -> Self {
+        Self { ball: Some(ball), motors: Some(motors.into()), ..Self::default() }
     }
 
     /// Returns the scene with a ball of this hue, degrees.

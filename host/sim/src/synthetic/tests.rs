@@ -1,8 +1,8 @@
 use nalgebra::Point3;
 
 use plumb_cameras::camera_file;
+use plumb_emulator::plant::Geometry;
 use plumb_protocol::{MOTORS, PerMotor};
-use plumb_runtime::rig::Rig;
 
 use super::*;
 
@@ -286,5 +286,5 @@ fn what_cannot_be_is_refused() {
 }
 
 fn paper_motors() -> PerMotor<Point3<f64>> {
-    Rig::paper().unwrap().simulation.unwrap().motors()
+    *Geometry::paper().motors()
 }

@@ -118,13 +118,15 @@ pub(crate) fn report<T: Transport>(
     Ok(print::json(is_json, line(&port, &report))?)
 }
 
+/// Returns the positions of motors with two digits.
+pub(crate) fn positions(motors: &[f64]) -> String {
+    motors.iter().map(|at| format!("{at:.2}")).collect::<Vec<_>>().join(", ")
+}
+
 /// Prints the state of the board, and where its motors are.
 fn state(port: &str, board: &BoardReport) {
-    let [a, b, c] = board.motors;
-    tell!(
-        "{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel",
-        board.state
-    );
+    let motors = positions(&board.motors);
+    tell!("{port}: {}; motors at {motors} steps from the zero of travel", board.state);
 }
 
 /// Returns the telemetry of the board in JSON, with the names that all outputs have.

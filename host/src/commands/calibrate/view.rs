@@ -13,6 +13,7 @@ use plumb_cameras::stream::StreamAddress;
 use plumb_config::error_chain::ErrorChain;
 use plumb_frame::driver::OpenedSource;
 use plumb_frame::source::CameraSource;
+use plumb_protocol::MotorList;
 use plumb_runtime::rig::{Rig, Simulation};
 use plumb_sim::simulated::synthetic_camera;
 use plumb_sim::synthetic::{ExtraBall, Material, Scene, SyntheticCamera};
@@ -61,7 +62,7 @@ struct SimulatedView {
     synthetic: SyntheticCamera,
     /// Camera with its true pose.
     camera: Camera,
-    motors: [Point3<f64>; 3],
+    motors: MotorList<Point3<f64>>,
     start: Point3<f64>,
     number: u32,
 }

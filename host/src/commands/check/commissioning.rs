@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::MAX_BYTES;
+use plumb_protocol::MOTORS;
 use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::link::Link;
 use plumb_runtime::observer::Observer;
@@ -38,6 +39,12 @@ pub(super) type Jogs = Box<dyn FnOnce(&Args) -> Result<Jogged, Failure>>;
 /// and opens the camera.
 pub(super) fn prepare(args: &Args, file: PathBuf) -> Result<Jogs, Failure> {
     let rig = Rig::read(&file)?;
+    if rig.motors.count() < MOTORS {
+        return Err(failed(
+            "the jogs of `plumb check` explain rigs of three motors; with two, jog each \
+                           by `plumb jog` and look which way the ball goes",
+        ));
+    }
     if rig.camera.recording.is_some() {
         return Err(failed(
             "a recording does not follow the motors: the jogs need a live camera. `--file-only` \
@@ -65,7 +72,7 @@ pub(super) fn prepare(args: &Args, file: PathBuf) -> Result<Jogs, Failure> {
     let simulated = SimulatedRig { physics: args.physics, motors, led };
     let camera = RunCamera::open_beside_board(board, camera, None, simulated)?;
     Ok(Box::new(move |args| {
-        camera.check_ball(&rig, motors)?;
+        camera.check_ball(&rig, &motors)?;
         let report = jog_and_look(args, &rig, camera, (link, &interrupted))?;
         words::tell_report(&report);
         let written = offer_correction((args, &file), &rig, &report)?;
@@ -110,7 +117,7 @@ fn offer_correction(
     rig: &Rig,
     report: &Report,
 ) -> Result<bool, Failure> {
-    let Some(reversed) = report.corrected_directions(rig.motors.reversed) else {
+    let Some(reversed) = report.corrected_directions(rig.motors.reversed().steppable(false)) else {
         return Ok(false);
     };
     let text = read_text(path, MAX_BYTES)?;

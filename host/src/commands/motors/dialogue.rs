@@ -138,9 +138,9 @@ fn begin(
 
 /// Returns the line with the selected motor, the motor positions and the state.
 fn line(selected: u8, board: &BoardReport) -> String {
-    let [a, b, c] = board.motors;
     let (name, state) = (NAMES[usize::from(selected)], board.state);
-    format!("motor {name}   A {a:.2}  B {b:.2}  C {c:.2} steps   {state}")
+    let positions = NAMES.iter().zip(&board.motors).map(|(name, at)| format!("{name} {at:.2}  "));
+    format!("motor {name}   {}steps   {state}", positions.collect::<String>())
 }
 
 /// Returns whether standard input is a terminal.

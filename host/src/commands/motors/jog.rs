@@ -99,8 +99,7 @@ pub(crate) fn jog(args: JogArgs) -> Result<Work, Failure> {
             return Err(board.explained(LinkError::Fault(fault), false));
         }
         let report = BoardReport::from(&telemetry);
-        let [a, b, c] = report.motors;
-        note!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
+        note!("motors at {} steps from the zero of travel", status::positions(&report.motors));
         print::json(args.json, status::line(&link.port(), &report))?;
         let is_interrupted = interrupted.load(Ordering::Relaxed);
         Ok(Exit::done_if(!is_interrupted))

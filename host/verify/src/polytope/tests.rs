@@ -21,7 +21,12 @@ fn board_families() -> impl Strategy<Value = config::Interval> {
         let idle: Vec<_> = (0..MOTORS).filter(|&k| signs.iter().all(|row| row[k] == 0)).collect();
         idle.into_iter().for_each(|k| signs[k][k] = -1);
         let (alpha, beta) = (at(&|n| bounds[n].0), at(&|n| bounds[n].0 + bounds[n].1));
-        config::Interval { signs, alpha, beta, gain: Gain(1 << 16) }
+        config::Interval {
+            signs: signs.map(Into::into),
+            alpha: alpha.map(Into::into),
+            beta: beta.map(Into::into),
+            gain: Gain(1 << 16),
+        }
     })
 }
 

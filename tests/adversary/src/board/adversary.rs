@@ -1,10 +1,10 @@
 //! The choice of the board's next event.
 
 use plumb_core::config_store::Stored;
-use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::*;
 use plumb_protocol::units::*;
+use plumb_protocol::{Config, MOTORS};
 
 use crate::frames::{damage, framed, noise};
 use crate::generate;
@@ -193,13 +193,16 @@ impl Adversary {
             self.sequence = self.sequence.wrapping_add(1);
         }
         let age_us = if strange { age_us(random, view) } else { random.below(30_000) as u32 };
-        let ball = if strange { self.any_ball(random, view) } else { Some(self.seen()) };
+        let ball = if strange { self.any_ball(random, view) } else { Some(self.seen(view)) };
         let covariance = generate::covariance(random);
         Command::Position(Position { sequence: self.sequence, age_us, ball, covariance })
     }
 
-    fn seen(&self) -> Point {
-        Point(self.ball.map(|metres| Micrometres((metres * 1e6) as i32)))
+    /// Returns the ball's position. The host of two motors sends x = 0.
+    fn seen(&self, view: &View) -> Point {
+        let [x, y, z] = self.ball.map(|metres| Micrometres((metres * 1e6) as i32));
+        let is_planar = view.config.is_some_and(|config| config.motors.len() < MOTORS);
+        Point([if is_planar { Micrometres(0) } else { x }, y, z])
     }
 
     fn any_ball(&self, random: &mut Random, view: &View) -> Option<Point> {
@@ -208,7 +211,7 @@ impl Adversary {
             0 => None,
             1 => Some(generate::any_point(random)),
             2..=6 => workspace.map(|workspace| generate::point_in(random, &workspace)),
-            _ if self.camera == Camera::Honest => Some(self.seen()),
+            _ if self.camera == Camera::Honest => Some(self.seen(view)),
             7..=12 => workspace.map(|workspace| workspace.min),
             13..=18 => workspace.map(|workspace| workspace.max),
             _ => workspace.map(|workspace| generate::point_in(random, &workspace)),

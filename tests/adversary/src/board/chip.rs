@@ -3,10 +3,11 @@
 use plumb_core::config_store::Stored;
 use plumb_core::{Board, Tick};
 use plumb_emulator::{Harness, LawDelay};
-use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement};
+use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement, PulseCount};
 use plumb_protocol::frame::FrameError;
 use plumb_protocol::message::{FromBoard, StartCause};
 use plumb_protocol::units::Micros;
+use plumb_protocol::{MOTORS, MotorList};
 
 use super::delayed_law::DelayedLaw;
 use super::event::Snapshot;
@@ -164,7 +165,8 @@ impl Chip {
 
     /// Tells the board what the chip has measured.
     pub(super) fn on_measured(&mut self, now: u64, outcome: &mut Outcome) {
-        let measured = Some(ChipMeasurement::default());
+        let pulses = MotorList::new([PulseCount::default(); MOTORS]);
+        let measured = Some(ChipMeasurement { pulses, ..ChipMeasurement::default() });
         self.harness.on_measured(Micros(now), measured);
         if let Some(twin) = &mut self.twin {
             twin.on_measured(Micros(now), measured);

@@ -60,6 +60,9 @@ fn name(command: &Command) -> &'static str {
         Command::Home => "Home",
         Command::Follow(_) => "Follow",
         Command::Wire(_) => "Wire",
+        Command::Prior(_) => "Prior",
+        Command::Rates(_) => "Rates",
+        Command::Pen(_) => "Pen",
     }
 }
 
@@ -72,17 +75,23 @@ pub(super) struct TickCounts {
     holding: u64,
     /// Moving in `Ready`.
     jogging: u64,
+    /// Seeking, with two motors.
+    seeking_in_plane: u64,
+    /// Holding, with two motors.
+    holding_in_plane: u64,
 }
 
 impl TickCounts {
-    /// Counts a tick.
-    pub(super) fn record(&mut self, ticked: &Ticked<'_>) {
+    /// Counts a tick of a rig, which has two motors if it `is_planar`.
+    pub(super) fn record(&mut self, ticked: &Ticked<'_>, is_planar: bool) {
         let state = ticked.after.state;
         self.ticks += 1;
         self.moving += u64::from(ticked.pulses());
         self.seeking += u64::from(state == State::Seeking);
         self.holding += u64::from(state == State::Holding);
         self.jogging += u64::from(state == State::Jogging);
+        self.seeking_in_plane += u64::from(is_planar && state == State::Seeking);
+        self.holding_in_plane += u64::from(is_planar && state == State::Holding);
     }
 
     /// Adds the counts to the tally of the campaign.
@@ -92,6 +101,8 @@ impl TickCounts {
         tally.add("ticks seeking", self.seeking);
         tally.add("ticks holding", self.holding);
         tally.add("ticks jogging", self.jogging);
+        tally.add("ticks seeking in a plane", self.seeking_in_plane);
+        tally.add("ticks holding in a plane", self.holding_in_plane);
         tally.add("ticks with a twin", if has_twin { self.ticks } else { 0 });
     }
 }

@@ -87,6 +87,7 @@ impl Invariants {
             self.acceleration = Acceleration::default();
         }
         motion::check_delivery(delivery, outcome);
+        answers::check_entries(delivery.replies, self.limits.as_ref(), outcome);
         self.reference.delivered(delivery, self.limits.as_ref(), outcome);
         self.standstill.delivered(delivery, self.limits.as_ref());
         self.faults.delivered(delivery, outcome);
@@ -103,6 +104,7 @@ impl Invariants {
     pub fn ticked(&mut self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
         let limits = self.limits.as_ref();
         motion::check_tick(ticked, limits, outcome);
+        answers::check_entries(ticked.replies, limits, outcome);
         if let Some(limits) = limits {
             self.acceleration.ticked(ticked, limits, outcome);
             self.reference.ticked(ticked, limits, outcome);
@@ -122,6 +124,7 @@ impl Invariants {
     pub fn cut(&mut self, cut: &Cut<'_>, outcome: &mut Outcome) {
         self.faults.cut(cut, outcome);
         self.telemetry.hear(cut.replies);
+        answers::check_entries(cut.replies, self.limits.as_ref(), outcome);
         self.names.hear(cut.replies, outcome);
         motion::check_cut(cut, self.limits.as_ref(), outcome);
         self.acceleration = Acceleration::default();

@@ -35,6 +35,7 @@ pub fn is_request(command: &Command) -> bool {
         Command::Hello(_) | Command::Stop | Command::Bootloader => false,
         Command::Position(_) | Command::Status | Command::Follow(_) => false,
         Command::Diagnose | Command::Measure | Command::Wire(_) => false,
+        Command::Prior(_) | Command::Rates(_) | Command::Pen(_) => false,
         Command::Configure(_) | Command::Target(_) | Command::Jog(_) => true,
         Command::Hold | Command::ClearFault | Command::Home => true,
         Command::Store | Command::TestFlash => true,

@@ -2,6 +2,7 @@
 
 use plumb_core::Tick;
 use plumb_core::config_store::Stored;
+use plumb_protocol::MOTORS;
 use plumb_protocol::frame::{FrameError, read};
 use plumb_protocol::message::*;
 
@@ -234,7 +235,9 @@ impl<'a> Session<'a> {
         let ticked = Ticked { now, before, after, plan, requests, replies, emergency };
         count_replies(replies, self.outcome);
         self.invariants.ticked(&ticked, self.outcome);
-        self.counts.record(&ticked);
+        let config = self.chip.board().config();
+        let is_planar = config.is_some_and(|config| config.motors.len() < MOTORS);
+        self.counts.record(&ticked, is_planar);
         self.adversary.motors_moved([0, 1, 2].map(|i| after.positions[i] - before.positions[i]));
         self.serve(requests);
         self.now += TICK;

@@ -25,8 +25,8 @@ const FAULTS: [&str; 10] = [
     "NoProgress",
 ];
 
-/// Every refusal that a message can cause; `Config(Law)` is for boards that are too slow for a law.
-const REFUSALS: [&str; 35] = [
+/// Every refusal that a message can cause.
+const REFUSALS: [&str; 37] = [
     "OutsideTravel",
     "Config(MaxAge)",
     "NotGreeted",
@@ -62,6 +62,8 @@ const REFUSALS: [&str; 35] = [
     "Config(Progress)",
     "Config(Mean)",
     "Config(Delay)",
+    "Config(Law)",
+    "Config(Motors)",
 ];
 
 /// Every command.
@@ -81,10 +83,12 @@ const COMMANDS: [&str; 12] = [
 ];
 
 /// Other counts.
-const EVENTS: [&str; 11] = [
+const EVENTS: [&str; 13] = [
     "ticks seeking",
     "ticks holding",
     "ticks jogging",
+    "ticks seeking in a plane",
+    "ticks holding in a plane",
     "ticks with a twin",
     "emergencies",
     "restarts into the bootloader",

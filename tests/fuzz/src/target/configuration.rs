@@ -63,7 +63,7 @@ fn drive(params: &Params, config: &Config, random: &mut Random) {
                 let most = i64::from(motor.max_rate.0);
                 random.corner(-most, most) as i32
             });
-            planner.set_rates(MotorRates(rates), 0);
+            planner.set_rates(MotorRates(rates.steppable(0)), 0);
         }
         planner.tick();
         for (at, motor) in planner.positions().iter().zip(&config.motors) {

@@ -34,7 +34,7 @@ fn fast_config(rate: f64, law: Law) -> Config {
     Config {
         law,
         mean,
-        motors: [motor; 3],
+        motors: [motor; 3].into(),
         jog: JogLimits { max_rate: motor.max_rate, max_distance: Steps16(1 << 28) },
         workspace: Workspace { min: point([-1_000_000; 3]), max: point([2_000_000; 3]) },
         growth: Growth { margin: Micrometres(1_000_000), time: Milliseconds(5_000) },

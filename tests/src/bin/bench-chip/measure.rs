@@ -286,7 +286,7 @@ pub(crate) fn emergency(image: &Path) -> f64 {
         chip.set_emergency(true);
         chip.run_us(1000);
         let last = chip.pulses().iter().filter_map(|pulses| pulses.last).max().expect("pulses");
-        assert_eq!(chip.status().motors.map(Steps16::to_si), chip.motors);
+        assert_eq!(chip.status().motors.map(Steps16::to_si)[..], chip.motors);
         chip.set_emergency(false);
         chip.run_us(1000);
         assert_eq!(chip.request(Command::ClearFault), None);

@@ -1,9 +1,9 @@
 //! The rig's geometry as the filters estimate it: the entries of their state with the prior, the
 //! cables at a state, and matrices of three rows and columns.
 
-use plumb_protocol::dimension::{AXES, MOTORS, PerAxis};
+use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
 
-use crate::law::fixed_point::SIGNS;
+use crate::law::fixed_point::signs;
 use crate::vector::{per_axis, per_motor};
 
 pub(super) use crate::vector::{Vector, dot, length, scaled};
@@ -38,6 +38,7 @@ pub(super) fn largest(v: Vector) -> f32 {
 
 /// Returns J with every entry of Σ's sign and at least a hundredth of the largest.
 pub(super) fn projected(j: &Matrix) -> Matrix {
+    const SIGNS: PerAxis<PerMotor<i32>> = signs(false);
     let least = j.iter().flatten().fold(0.0, |m: f32, v| m.max(v.abs())) / 100.0;
     per_axis(|i| {
         per_motor(|k| match SIGNS[i][k] {

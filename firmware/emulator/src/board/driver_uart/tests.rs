@@ -77,7 +77,7 @@ impl Bench {
             FromBoard::Drivers(report) => Some(report.motors),
             _ => None,
         });
-        readings.next_back().unwrap()
+        readings.next_back().unwrap().steppable(DriverReading::default())
     }
 
     /// Clears the fault and jogs motor A. Returns how far it has turned, 1/16 steps.

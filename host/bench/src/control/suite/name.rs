@@ -31,5 +31,8 @@ named! {
     Frame5 "frame5" "positions turned by 5° about the target";
     Frame10 "frame10" "positions turned by 10° about the target";
     Frame20 "frame20" "positions turned by 20° about the target";
+    Planar "planar" "two motors in a plane, rigid cables that cannot push";
+    Planar800 "planar800" "two motors in a plane, 0.1-0.3 kg on 800 N/m";
+    Planar150 "planar150" "two motors in a plane, 0.1-0.3 kg on 150 N/m";
     PaperTask "paper-task" "the paper's rig and task with the default camera";
 }

@@ -7,6 +7,7 @@ mod sign;
 use nalgebra::Point3;
 use plumb_core::law::{DeferredLaw, Law, LawSelection};
 use plumb_core::params::Params;
+use plumb_protocol::config::SIGNS;
 use plumb_protocol::units::Micros;
 use plumb_protocol::{MOTORS, PerMotor};
 use plumb_runtime::rig::{LawName, LawSettings};
@@ -28,8 +29,8 @@ const LAWS: [LawName; 3] = [LawName::Interval, LawName::Sign, LawName::Adaptive]
 /// Returns the law in `f64`; of `taut` the board's own.
 fn in_f64(law: &LawSettings, params: &Params) -> Box<dyn Law> {
     match law {
-        LawSettings::Interval { gamma, alpha, beta, signs, .. } => {
-            Box::new(Interval::new(gamma.get(), (alpha.get(), beta.get()), signs))
+        LawSettings::Interval { gamma, alpha, beta, .. } => {
+            Box::new(Interval::new(gamma.get(), (alpha.get(), beta.get()), &SIGNS))
         }
         LawSettings::Sign { gain, .. } => Box::new(Sign::new(gain.get())),
         LawSettings::Adaptive(_) => Box::new(Adaptive::new(RigLimits::default())),
@@ -140,6 +141,22 @@ fn the_harness_is_the_board() {
     let (law, id) = (settings(LawName::Sign), RunId { seed: 5, rig: 101 });
     let lost = in_harness(&law, |_, params| boards_own(params), &plain, id);
     assert!(lost.outcome.resumed, "this run is here because it loses the ball");
+}
+
+/// With two motors, too. The third one rests for the whole run.
+#[test]
+fn the_harness_is_the_board_of_two_motors() {
+    for (name, suite) in LAWS.into_iter().flat_map(|name| {
+        [SuiteName::Planar, SuiteName::Planar800].map(|suite| (name, Suite::new(suite)))
+    }) {
+        let (law, id) = (LawSettings::from(name), RunId { seed: 5, rig: 7 });
+        let board = on_board(&law, &suite, id);
+        assert!(board.outcome.time_s.is_some(), "{name}: {:?}", board.outcome.end);
+        let harness = in_harness(&law, |_, params| boards_own(params), &suite, id);
+        let apart = farthest(&board.rows, &harness.rows);
+        assert!(apart <= 0.5, "{name}, {}: {apart} steps apart", suite.name);
+        assert!(board.rows.iter().all(|motors| motors[2] == 0.0), "{name}, {}", suite.name);
+    }
 }
 
 /// By how many steps any motor is at most apart from where `f64` has it, in a whole run with the

@@ -55,6 +55,7 @@ fn keys(field: ConfigField, law: LawName) -> &'static [&'static str] {
         ConfigField::Delay if law == LawName::Adaptive => &["law.adaptive.delay"],
         ConfigField::Delay => &["law.taut.delay"],
         ConfigField::Law => &["law"],
+        ConfigField::Motors => &["motors.count"],
         // The conversion of the rig file tells that it is not below `deadlines.position`.
         ConfigField::MaxAge => &["deadlines.max_age"],
     }
@@ -185,6 +186,9 @@ fn finding(
 /// Returns what is wrong with a field of `rig` that the board refuses.
 fn out_of_range(rig: &Rig, field: ConfigField) -> String {
     match (field, rig.motors.travel.map(TravelLimit::get)) {
+        (ConfigField::Law, _) => {
+            "is `taut`, which needs three motors: write a table [law.adaptive]".to_owned()
+        }
         (ConfigField::Travel, [min, max]) if min > max => {
             format!("must have the lower limit first: write [{max}, {min}]")
         }

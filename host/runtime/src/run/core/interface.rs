@@ -100,6 +100,7 @@ pub(in crate::run) enum BoardAction {
 }
 
 /// Action after a step.
+#[allow(clippy::large_enum_variant, reason = "a step has a few, and none is kept")]
 pub(in crate::run) enum Action {
     /// Is for the board.
     Board(BoardAction),

@@ -166,7 +166,7 @@ impl Bench {
             configuration: Some(1),
             target: about.then_some(1),
             sequence: Some(self.view.sequence),
-            motors: self.motors.map(Steps16),
+            motors: self.motors.map(Steps16).into(),
             rates: Default::default(),
             error: Default::default(),
             filtered_error: Micrometres(1000),

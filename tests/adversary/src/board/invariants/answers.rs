@@ -1,9 +1,11 @@
 //! Answers to commands, and telemetry.
 
+use plumb_protocol::MOTORS;
 use plumb_protocol::frame::FrameError;
 use plumb_protocol::message::*;
 
 use super::super::event::{Delivery, TICK, Ticked};
+use super::limits::Limits;
 use crate::campaign::Outcome;
 
 /// Each command has one answer, with its id: a Hello for a Hello, none for an accepted position, a
@@ -14,6 +16,10 @@ pub(super) const ANSWERED: &str = "every command is answered once";
 pub(super) const GREETED: &str = "no command before a matching Hello";
 /// After a Hello, telemetry is sent every 100 ms, independent of other messages.
 pub(super) const TELEMETRY: &str = "telemetry every 100 ms";
+
+/// Telemetry has an entry for each motor of the rig; without a configuration, for each that the
+/// board can step.
+pub(super) const ENTRIES: &str = "telemetry has an entry for each motor";
 
 /// A repeated request, with the same id and content, is accepted again and not executed again.
 pub(super) const REPEATED: &str = "a repeated request is carried out once";
@@ -126,6 +132,17 @@ fn greeted(replies: &[FromBoard], id: u16, hello: Hello) -> bool {
     };
     let started = replies.iter().filter(|reply| matches!(reply, FromBoard::Started(_))).count();
     replies.iter().filter(answers).count() == 1 && started == usize::from(matches)
+}
+
+/// Checks the number of entries of the telemetry in the board's messages.
+pub(super) fn check_entries(replies: &[FromBoard], limits: Option<&Limits>, outcome: &mut Outcome) {
+    let count = limits.map_or(MOTORS, |limits| limits.count);
+    for reply in replies {
+        let FromBoard::Telemetry(telemetry) = reply else { continue };
+        let is_told = telemetry.tensions.is_none_or(|tensions| tensions.len() == count);
+        let holds = is_told && telemetry.motors.len() == count && telemetry.rates.len() == count;
+        outcome.check(holds, ENTRIES, || format!("not {count}: {telemetry:?}"));
+    }
 }
 
 /// Checker of [`TELEMETRY`].

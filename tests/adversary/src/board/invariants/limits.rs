@@ -2,6 +2,7 @@
 
 use plumb_protocol::Config;
 use plumb_protocol::config::{Deadlines, Motor, PathLimits};
+use plumb_protocol::units::Steps16;
 
 use super::super::event::TICK;
 
@@ -43,6 +44,13 @@ impl MotorLimits {
         }
     }
 
+    /// Returns the limits of a motor that the rig has not: it never turns, and may stand anywhere.
+    fn absent() -> Self {
+        let (travel_min, travel_max) = (Steps16(i32::MIN), Steps16(i32::MAX));
+        let motor = Motor { travel_min, travel_max, ..Motor::default() };
+        Self { motor, pulse: 1, pulses: 0, delta: 1, units: 0 }
+    }
+
     /// Returns the ticks of a ramp to rest from `rate` (Q8 steps/s, rounded towards 0).
     fn ramp_ticks(&self, rate: u64) -> u64 {
         (rate + 1) * self.units / self.delta + 1
@@ -68,6 +76,8 @@ impl MotorLimits {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Limits {
     pub(super) motors: [MotorLimits; 3],
+    /// Number of the motors that the rig has.
+    pub(super) count: usize,
     pub(super) deadlines: Deadlines,
     pub(super) path: PathLimits,
     /// Maximum lag of the motors behind the setpoint, ticks.
@@ -78,7 +88,11 @@ impl Limits {
     pub(super) fn of(config: &Config) -> Self {
         let cells = u64::from(config.mean.0) * 1000 / (CELL_TICKS * TICK);
         Self {
-            motors: config.motors.map(|motor| MotorLimits::of(motor, config.microsteps)),
+            motors: config
+                .motors
+                .map(|motor| MotorLimits::of(motor, config.microsteps))
+                .steppable(MotorLimits::absent()),
+            count: config.motors.len(),
             deadlines: config.deadlines,
             path: config.path,
             // The cell that is filled, and the one in which the rates change.

@@ -1,9 +1,9 @@
 //! Tests of the checkers: events of a correct board, with one error.
 
 use plumb_core::{Pulses, StepPlan, Tick};
-use plumb_protocol::Config;
 use plumb_protocol::message::{self, *};
 use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Point, Rate, Steps16};
+use plumb_protocol::{Config, MOTORS};
 
 use super::super::event::{Cut, Delivery, Snapshot, TICK, Ticked};
 use super::*;
@@ -24,9 +24,16 @@ struct Bench {
 const RATE: i32 = 50 << 8;
 
 impl Bench {
-    /// Returns a configured board after Hello.
+    /// Returns a configured board with three motors after Hello.
     fn ready() -> Self {
-        let config = Config { mean: Milliseconds(0), ..generate::typical(&mut Random::new(1)) };
+        Self::with_motors(MOTORS)
+    }
+
+    /// Returns a configured board with `count` motors after Hello.
+    fn with_motors(count: usize) -> Self {
+        let mut configs = (1..).map(|seed| generate::typical(&mut Random::new(seed)));
+        let config = configs.find(|config| config.motors.len() == count).unwrap();
+        let config = Config { mean: Milliseconds(0), ..config };
         let at = Snapshot {
             positions: [0; 3],
             travel: [0; 3],
@@ -113,8 +120,8 @@ fn at_rest(now: u64) -> message::Telemetry {
         configuration: Some(2),
         target: None,
         sequence: None,
-        motors: [Steps16(0); 3],
-        rates: [Rate(0); 3],
+        motors: [Steps16(0); 3].into(),
+        rates: [Rate(0); 3].into(),
         error: Point::default(),
         filtered_error: Micrometres(0),
         bad_frames: 0,
@@ -177,6 +184,19 @@ fn a_rate_above_the_limit_is_found() {
         let rate = (tick * 1024 / 10).min(most + 1);
         bench.tick(turned(bench.at, 0, rate), StepPlan::default(), None, &[telemetry(bench.now)]);
     }
+    bench.assert_only(motion::RATE);
+}
+
+#[test]
+fn a_pulse_of_a_motor_that_the_rig_has_not_is_found() {
+    let mut bench = Bench::with_motors(2);
+    let after = Snapshot { state: State::Seeking, ..bench.at };
+    bench.deliver(Command::Target(Point::default()), &[answer(3, None)], after);
+    let mut plan = pulses(1, 7, 25_000);
+    plan.motors.swap(0, 2);
+    let by = |[a, b, c]: [i32; 3]| [a, b, c + 1];
+    let after = Snapshot { positions: by(after.positions), travel: by(after.travel), ..after };
+    bench.tick(after, plan, None, &[]);
     bench.assert_only(motion::RATE);
 }
 
@@ -319,6 +339,19 @@ fn telemetry_of_another_configuration_is_found() {
     bench.deliver(Command::Configure(bench.config), &[answer(3, None)], bench.at);
     bench.tick(bench.at, StepPlan::default(), None, &[telemetry(bench.now)]);
     bench.assert_only(answers::NAMED);
+}
+
+#[test]
+fn telemetry_with_another_number_of_motors_is_found() {
+    for (count, told) in [(3, 2), (2, 3)] {
+        let mut bench = Bench::with_motors(count);
+        let all = at_rest(bench.now);
+        let motors = all.motors.up_to(told);
+        let telemetry =
+            message::Telemetry { motors, rates: all.rates.up_to(count), ..at_rest(bench.now) };
+        bench.tick(bench.at, StepPlan::default(), None, &[FromBoard::Telemetry(telemetry)]);
+        bench.assert_only(answers::ENTRIES);
+    }
 }
 
 /// Tells where a reference is after 100 ms, at this multiple of the distance of its highest speed.

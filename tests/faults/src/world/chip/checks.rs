@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use plumb_protocol::message::{Fault, State, Telemetry};
-use plumb_protocol::units::{Micros, Rate, Steps16};
+use plumb_protocol::units::{Micros, Steps16};
 
 use crate::kind::Kind;
 use crate::plan::Plan;
@@ -117,11 +117,13 @@ impl Checks {
     /// Takes in telemetry.
     pub(super) fn told(&mut self, now: Micros, telemetry: &Telemetry) {
         self.is_configured |= telemetry.state != State::Unconfigured;
-        if telemetry.rates == [Rate(0); 3] && self.is_at_rest() {
+        if telemetry.rates.iter().all(|rate| rate.0 == 0) && self.is_at_rest() {
             let motors = telemetry.motors.map(Steps16::to_si);
             let last = self.last();
             let counted = [0, 1, 2].map(|i| last[i] - self.origin[i]);
-            self.check(motors == counted, POSITIONS, now, || format!("{motors:?}, {counted:?}"));
+            self.check(motors[..] == counted, POSITIONS, now, || {
+                format!("{motors:?}, {counted:?}")
+            });
         }
     }
 

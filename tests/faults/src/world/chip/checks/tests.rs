@@ -1,4 +1,4 @@
-use plumb_protocol::units::{Micrometres, Point};
+use plumb_protocol::units::{Micrometres, Point, Rate};
 
 use super::*;
 
@@ -13,8 +13,8 @@ fn telemetry(state: State, motors: [f64; 3]) -> Telemetry {
         configuration: Some(1),
         target: None,
         sequence: None,
-        motors: motors.map(|steps| Steps16::from_si(steps).expect("a position")),
-        rates: [Rate(0); 3],
+        motors: motors.map(|steps| Steps16::from_si(steps).expect("a position")).into(),
+        rates: [Rate(0); 3].into(),
         error: Point([Micrometres(0); 3]),
         filtered_error: Micrometres(0),
         bad_frames: 0,
