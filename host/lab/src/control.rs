@@ -107,7 +107,7 @@ struct Runs {
     #[arg(long, default_value_t = 1)]
     #[arg(value_parser = value_parser!(u64).range(..=1_000_000_000_000_000))]
     seed: u64,
-    /// Running mean over the step plan instead of each law's own, 0 to 0.4 s
+    /// Running mean over the step plan instead of each controller's own, 0 to 0.4 s
     #[arg(long, value_parser = within(Mean::RANGE))]
     mean: Option<f64>,
 }
@@ -194,9 +194,10 @@ impl Runs {
         for law in controllers.iter_mut().filter_map(ControllerKind::settings_mut) {
             let gamma = self.gamma.unwrap_or(DEFAULT_GAMMA);
             has_gamma |= law.set_gamma(gamma).map_err(bad_input)?;
-            if let Some(mean) = self.mean {
-                law.set_mean(mean.try_into().map_err(bad_input)?);
-            }
+        }
+        if let Some(mean) = self.mean {
+            let mean = mean.try_into().map_err(bad_input)?;
+            controllers.iter_mut().for_each(|controller| controller.set_mean(mean));
         }
         if !has_gamma {
             return Err(bad_input(

@@ -29,9 +29,17 @@ pub enum ControllerKind {
     /// A law of the board, on the board's own code.
     Board(LawSettings),
     /// Uncalibrated visual servoing: Broyden's updates of J with damped Gauss-Newton steps.
-    Broyden,
-    /// Inverse kinematics with geometry and pulley radius wrong by this percentage.
-    Model(u8),
+    Broyden {
+        /// Running mean over the step plan.
+        mean: Mean,
+    },
+    /// Inverse kinematics with a model that is wrong.
+    Model {
+        /// Error of geometry and pulley radius, percent.
+        percent: u8,
+        /// Running mean over the step plan.
+        mean: Mean,
+    },
     /// A perfect model without feedback: all motors synchronised, as fast as their limits allow.
     Oracle,
     /// The slack-free reference: full knowledge without feedback, through a running mean of
@@ -42,12 +50,15 @@ pub enum ControllerKind {
 /// Running mean of the slack-free reference, seconds.
 const REFERENCE_MEAN_S: f64 = 0.3;
 
+/// No running mean.
+const NO_MEAN: Mean = Mean::constant(0.0);
+
 /// Controllers without a law of the board.
 const BASELINES: [ControllerKind; 6] = [
-    ControllerKind::Broyden,
-    ControllerKind::Model(5),
-    ControllerKind::Model(10),
-    ControllerKind::Model(20),
+    ControllerKind::Broyden { mean: NO_MEAN },
+    ControllerKind::Model { percent: 5, mean: NO_MEAN },
+    ControllerKind::Model { percent: 10, mean: NO_MEAN },
+    ControllerKind::Model { percent: 20, mean: NO_MEAN },
     ControllerKind::Oracle,
     ControllerKind::Reference,
 ];
@@ -68,6 +79,16 @@ impl ControllerKind {
         }
     }
 
+    /// Sets the running mean over the step plan. A controller that plays a plan has none of its
+    /// own.
+    pub fn set_mean(&mut self, span: Mean) {
+        match self {
+            Self::Board(law) => law.set_mean(span),
+            Self::Broyden { mean } | Self::Model { mean, .. } => *mean = span,
+            Self::Oracle | Self::Reference => {}
+        }
+    }
+
     /// Returns whether the controller can drive to a further target, and along a path: it plays no
     /// plan.
     #[must_use]
@@ -85,7 +106,7 @@ impl ControllerKind {
     /// laws that cannot.
     #[must_use]
     pub const fn can_drive(&self, motors: usize) -> bool {
-        motors == MOTORS || !matches!(self, Self::Broyden | Self::Model(_))
+        motors == MOTORS || !matches!(self, Self::Broyden { .. } | Self::Model { .. })
     }
 
     /// Creates the controller of a run of `suite`.
@@ -106,8 +127,8 @@ impl ControllerKind {
                 let (config, _) = checked(law, suite)?;
                 Box::new(BoardController::new(config, task.target))
             }
-            Self::Broyden => Box::new(broyden(suite, task)?),
-            Self::Model(percent) => Box::new(model(*percent, suite, task, id)?),
+            Self::Broyden { mean } => Box::new(broyden(*mean, suite, task)?),
+            Self::Model { percent, mean } => Box::new(model((*percent, *mean), suite, task, id)?),
             Self::Oracle => plan(oracle::trapezoids(task, &limits)),
             Self::Reference => {
                 plan(slack_free::slack_free(task, &limits, REFERENCE_MEAN_S, suite.elasticity(id)))
@@ -121,8 +142,8 @@ impl fmt::Display for ControllerKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Board(law) => write!(f, "{}", law.name()),
-            Self::Broyden => f.write_str("broyden"),
-            Self::Model(percent) => write!(f, "model-{percent}"),
+            Self::Broyden { .. } => f.write_str("broyden"),
+            Self::Model { percent, .. } => write!(f, "model-{percent}"),
             Self::Oracle => f.write_str("oracle"),
             Self::Reference => f.write_str("reference"),
         }
@@ -138,9 +159,10 @@ impl FromStr for ControllerKind {
     }
 }
 
-/// Settings of the board for baselines: no delay and no running mean.
-const BASELINE_SETTINGS: LawSettings =
-    LawSettings::Adaptive(Estimating { delay: Delay::constant(0.0), mean: Mean::constant(0.0) });
+/// Returns the settings of the board for baselines: no delay, and this running mean.
+fn baseline_settings(mean: Mean) -> LawSettings {
+    LawSettings::Adaptive(Estimating { delay: Delay::constant(0.0), mean })
+}
 
 /// Returns the configuration of a board with these `settings` in a suite, and its parameters.
 ///
@@ -169,23 +191,23 @@ pub(super) fn checked(
 ///
 /// # Errors
 /// If a board refuses the target.
-pub(super) fn broyden(suite: &Suite, task: &Task) -> Result<LawController, BenchError> {
-    by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(Broyden::new(RigLimits::default())))
+pub(super) fn broyden(mean: Mean, suite: &Suite, task: &Task) -> Result<LawController, BenchError> {
+    by_law(&baseline_settings(mean), suite, task, |_| Box::new(Broyden::new(RigLimits::default())))
 }
 
-/// Creates the controller [`ControllerKind::Model`] with this error in percent.
+/// Creates the controller [`ControllerKind::Model`] with this error in percent and this mean.
 ///
 /// # Errors
 /// If a board refuses the target, or the model describes no valid rig.
 pub(super) fn model(
-    percent: u8,
+    (percent, mean): (u8, Mean),
     suite: &Suite,
     task: &Task,
     id: RunId,
 ) -> Result<LawController, BenchError> {
     let model = Model::new(task, f64::from(percent) / 100.0, RigLimits::default(), id)
         .map_err(BenchError::of_rig(id))?;
-    by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(model))
+    by_law(&baseline_settings(mean), suite, task, |_| Box::new(model))
 }
 
 /// Creates the controller that runs the law made by `law` from the parameters of a board with these

@@ -140,11 +140,11 @@ fn build<'a>(
             let (config, _) = controller::checked(law, conditions)?;
             Box::new(BoardFollower::new(config, course))
         }
-        ControllerKind::Broyden => {
-            Box::new(LawFollower::new(controller::broyden(conditions, task)?, course))
+        ControllerKind::Broyden { mean } => {
+            Box::new(LawFollower::new(controller::broyden(*mean, conditions, task)?, course))
         }
-        ControllerKind::Model(percent) => {
-            let model = controller::model(*percent, conditions, task, id)?;
+        ControllerKind::Model { percent, mean } => {
+            let model = controller::model((*percent, *mean), conditions, task, id)?;
             Box::new(LawFollower::new(model, course))
         }
         ControllerKind::Oracle | ControllerKind::Reference => {
