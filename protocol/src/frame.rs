@@ -40,7 +40,7 @@ impl core::error::Error for TooLong {}
 /// Encodes `message` as a frame.
 ///
 /// # Errors
-/// [`TooLong`] if the message does not fit a frame. Every message of this crate fits.
+/// [`TooLong`] if the message does not fit a frame. Every message about three motors fits.
 pub fn encode<T: Serialize>(message: &T) -> Result<Frame, TooLong> {
     let mut plain = [0; MAX_MESSAGE + CRC_LEN];
     let len = postcard::to_slice(message, &mut plain[..MAX_MESSAGE]).map_err(|_| TooLong)?.len();

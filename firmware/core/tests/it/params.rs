@@ -6,10 +6,15 @@ use std::ops::{Deref, DerefMut};
 
 use plumb_core::params::Params;
 use plumb_protocol::Config;
-use plumb_protocol::config::{Estimated, Law, Sign};
-use plumb_protocol::message::ConfigField;
+use plumb_protocol::config::{
+    Deadlines, Estimated, Following, Growth, Interval, JogLimits, Law, Motor, PathLimits, Progress,
+    Reached, Sign, Workspace,
+};
+use plumb_protocol::frame::encode;
+use plumb_protocol::message::{Command, ConfigField, ToBoard};
 use plumb_protocol::units::{
-    Acceleration, Bound, Gain, Micrometres, Milliseconds, Rate, SignGain, Speed, Steps16,
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, PathAcceleration, PathJerk, Point, Rate,
+    SignGain, Speed, Steps16,
 };
 
 use plumb_protocol::wiring::{Coils, Drivers, StepDir};
@@ -277,4 +282,40 @@ fn every_range_has_the_ends_that_are_documented() {
         assert_eq!(with(accepted), [], "end {number}, {field:?}: {accepted}");
         assert_eq!(with(refused), [field], "end {number}, {field:?}: {refused}");
     }
+}
+
+/// Every value as far out as a board accepts it, so that its bytes are the most.
+#[test]
+fn the_largest_configuration_that_a_board_accepts_fits_a_frame() {
+    let corner = |um: i32| Point([Micrometres(um); 3]);
+    let motor = Motor {
+        max_rate: Rate((1_000_000 << 8) - 1),
+        max_acceleration: Acceleration(4_000_000),
+        travel_min: Steps16(-(1 << 29)),
+        travel_max: Steps16(1 << 29),
+        reversed: true,
+    };
+    let (most, time) = (Micrometres(1_000_000), Milliseconds(5_000));
+    let config = Config {
+        law: Law::Interval(Interval::uniform(Bound(8 << 16), Bound(8 << 16), Gain(16 << 16))),
+        motors: [motor; 3].into(),
+        microsteps: 1,
+        workspace: Workspace { min: corner(-4_000_000), max: corner(4_000_000) },
+        reached: Reached { radius: most, frames: 255 },
+        deadlines: Deadlines { host: time, position: time, max_age: Milliseconds(4_999) },
+        growth: Growth { margin: most, time },
+        following: Following { turn: Steps16(1_600_000), movement: most },
+        progress: Progress { margin: most, time: Milliseconds(60_000) },
+        jog: JogLimits { max_rate: Rate(i32::MAX), max_distance: Steps16(1 << 30) },
+        path: PathLimits {
+            speed: Speed(2_000_000),
+            acceleration: PathAcceleration(20_000),
+            jerk: PathJerk(1_000_000),
+            deviation: most,
+        },
+        mean: Milliseconds(400),
+    };
+    Params::check(&config, &common::wiring().drivers, &BUILD).unwrap();
+    let message = ToBoard { id: u16::MAX, command: Command::Configure(config) };
+    assert!(encode(&message).is_ok());
 }
