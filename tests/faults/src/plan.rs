@@ -5,11 +5,13 @@ use plumb_core::TICK_US;
 use plumb_emulator::plant::Task;
 use plumb_emulator::tmc2209::Trouble;
 use plumb_path::trajectory::{MotionLimits, Run, Trajectory, Waypoints};
+use plumb_protocol::dimension::LEAST_MOTORS;
 use plumb_protocol::message::{self, DriverFault};
 use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::rig::quantity::Current;
 use plumb_runtime::rig::{Driver, LawName, LawSettings, Rig, UartSettings};
 use plumb_runtime::run::PathPlan;
+use plumb_tests::planar::{planar_rig, planar_task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -166,6 +168,8 @@ pub struct Plan {
     pub targets: Vec<Point3<f64>>,
     /// Whether the run is short: for a board that is slow to emulate.
     pub is_short: bool,
+    /// Whether the rig has two motors, and its ball moves in the plane x = 0.
+    pub is_planar: bool,
 }
 
 impl Plan {
@@ -191,8 +195,26 @@ impl Plan {
                 faults.push(draw_fault(second, &mut random));
             }
         }
-        let targets = draw_targets(&mut random);
-        Self { seed, faults, law, goal: draw_goal(seed), targets, is_short: false }
+        let targets = draw_targets(&mut random, false);
+        let goal = draw_goal(seed);
+        Self { seed, faults, law, goal, targets, is_short: false, is_planar: false }
+    }
+
+    /// Draws the plan of `seed` for two motors: the same faults, of motor A or B.
+    pub fn draw_planar(seed: u64) -> Self {
+        let mut plan = Self::draw(seed);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(8);
+        plan.faults.iter_mut().for_each(|fault| fault.motor %= LEAST_MOTORS);
+        if plan.law == LawName::Taut {
+            plan.law = LawName::Adaptive;
+        }
+        Self { targets: draw_targets(&mut random, true), is_planar: true, ..plan }
+    }
+
+    /// Returns the rig without its faults, and where the ball hangs at first.
+    pub fn task(&self) -> Task {
+        if self.is_planar { planar_task() } else { Task::paper() }
     }
 
     /// Draws the short plan of `seed`, for the emulated chip: one fault, early and of at most
@@ -249,7 +271,7 @@ impl Plan {
     pub fn path(&self) -> Option<PathPlan> {
         let Goal::Path { speed, waits } = self.goal else { return None };
         // A loop begins in the middle of its first side.
-        let start = Task::paper().start;
+        let start = self.task().start;
         let half = (self.targets[0] - start) * FIRST_SIDE;
         let places = [start - half, start + half].into_iter().chain(self.targets.iter().copied());
         let waypoints =
@@ -266,7 +288,8 @@ impl Plan {
         if self.law == LawName::Interval {
             law.set_gamma(GAMMA).expect("a gain");
         }
-        let mut rig = Rig { law, ..Rig::paper().expect("the paper's rig file") };
+        let paper = || Rig { law, ..Rig::paper().expect("the paper's rig file") };
+        let mut rig = if self.is_planar { planar_rig(self.law) } else { paper() };
         if self.faults.iter().any(|fault| fault.driver_trouble().is_some()) {
             rig.motors.driver = Driver::Tmc2209Uart(UartSettings::new(RUN_CURRENT));
         }
@@ -319,11 +342,13 @@ fn draw_fault(kind: Kind, random: &mut ChaCha8Rng) -> Fault {
 }
 
 /// Draws targets in the middle of the workspace, each at least [`APART_M`] from the one before.
-fn draw_targets(random: &mut ChaCha8Rng) -> Vec<Point3<f64>> {
-    let mut targets = vec![Task::paper().start];
+fn draw_targets(random: &mut ChaCha8Rng, is_planar: bool) -> Vec<Point3<f64>> {
+    let task = if is_planar { planar_task() } else { Task::paper() };
+    let mut targets = vec![task.start];
     while targets.len() <= TARGETS {
         let mut between = |low: f64, high: f64| random.random_range(low..high);
-        let target = Point3::new(between(0.4, 0.65), between(0.2, 0.4), between(0.15, 0.45));
+        let x = if is_planar { 0.0 } else { between(0.4, 0.65) };
+        let target = Point3::new(x, between(0.2, 0.4), between(0.15, 0.45));
         let is_far = |other: &Point3<f64>| (target - other).norm() >= APART_M;
         // The first target follows the last one.
         if targets.last().is_some_and(is_far) && (targets.len() < 2 || is_far(&targets[1])) {

@@ -6,6 +6,7 @@ use plumb_faults::plan::Plan;
 use plumb_faults::report::{End, Report};
 use plumb_faults::run::{on_chip, on_emulated_board};
 use plumb_tests::chip::firmware_image;
+use plumb_tests::is_long;
 
 /// Runs of each kind of fault.
 const RUNS: u64 = 8;
@@ -13,6 +14,16 @@ const RUNS: u64 = 8;
 #[test]
 fn no_fault_breaks_an_invariant() {
     let reports = (0..RUNS * KINDS.len() as u64).map(|seed| on_emulated_board(&Plan::draw(seed)));
+    let broken: Vec<String> = reports.filter(|report| !report.is_good()).map(describe).collect();
+    assert!(broken.is_empty(), "{} runs:\n{}", broken.len(), broken.join("\n"));
+}
+
+/// The same faults on a rig of two motors.
+#[test]
+fn no_fault_breaks_an_invariant_with_two_motors() {
+    let runs = if is_long() { 100 } else { 2 };
+    let seeds = 0..runs * KINDS.len() as u64;
+    let reports = seeds.map(|seed| on_emulated_board(&Plan::draw_planar(seed)));
     let broken: Vec<String> = reports.filter(|report| !report.is_good()).map(describe).collect();
     assert!(broken.is_empty(), "{} runs:\n{}", broken.len(), broken.join("\n"));
 }

@@ -41,7 +41,7 @@ pub(super) struct FaultyRig {
 impl FaultyRig {
     /// Returns the rig of a plan.
     pub(super) fn new(plan: &Plan) -> Self {
-        let Task { geometry, start, .. } = Task::paper();
+        let Task { geometry, start, .. } = plan.task();
         let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
         random.set_stream(4);
         Self {
@@ -64,7 +64,7 @@ impl FaultyRig {
 
     /// Returns the turns of the pulleys for those of the motors in a tick of `dt_s`, full steps.
     fn turned(&mut self, mut turns: [f64; 3], dt_s: f64) -> [f64; 3] {
-        let now = self.now();
+        let (now, count) = (self.now(), self.plant.geometry().count());
         for index in 0..self.faults.len() {
             let fault = self.faults[index];
             if !fault.acts(now) {
@@ -73,8 +73,8 @@ impl FaultyRig {
             let turn = &mut turns[fault.motor];
             match fault.kind {
                 Kind::ReversedMotor => *turn = -*turn,
-                Kind::SwappedMotors => turns.swap(fault.motor, (fault.motor + 1) % 3),
-                Kind::WrongSigns => turns.rotate_left(1),
+                Kind::SwappedMotors => turns.swap(fault.motor, (fault.motor + 1) % count),
+                Kind::WrongSigns => turns[..count].rotate_left(1),
                 Kind::WrongDrum => *turn *= drum(&fault),
                 Kind::SlippingPulley => *turn *= fault.between(0.9, 0.0),
                 Kind::StuckMotor => *turn = 0.0,
