@@ -51,9 +51,15 @@ impl<T: Copy> MotorList<T> {
         Self { count: N as u8, entries }
     }
 
-    /// Returns `count` entries, at most [`MAX_MOTORS`], each the `value` of its motor's index.
-    pub fn from_fn(count: usize, value: impl FnMut(usize) -> T) -> Self {
-        Self { count: count.min(MAX_MOTORS) as u8, entries: core::array::from_fn(value) }
+    /// Returns `count` entries, 1 to [`MAX_MOTORS`], each the `value` of its motor's index. Another
+    /// count is the next of these.
+    pub fn from_fn(count: usize, mut value: impl FnMut(usize) -> T) -> Self {
+        let count = count.clamp(1, MAX_MOTORS);
+        let mut entries = [value(0); MAX_MOTORS];
+        for (i, entry) in entries[..count].iter_mut().enumerate().skip(1) {
+            *entry = value(i);
+        }
+        Self { count: count as u8, entries }
     }
 
     /// Returns the list of what `change` makes of each entry.

@@ -130,7 +130,7 @@ impl Motors {
         let count = self.count();
         let reversed = conversion.per_motor("motors.reversed", self.reversed, count);
         let reversed = |i: usize| reversed.as_ref().is_some_and(|list| list[i]);
-        MotorList::from_fn(count, |i| Motor { reversed: i < count && reversed(i), ..motor })
+        MotorList::from_fn(count, |i| Motor { reversed: reversed(i), ..motor })
     }
 }
 
