@@ -51,8 +51,10 @@ const M4: Bridge = Bridge { enable: Channel::C7, forward: Channel::C5, backward:
 /// Index of each motor's HAT, and the bridges of its two coils.
 const OUTPUTS: PerMotor<(usize, [Bridge; 2])> = [(0, [M1, M2]), (0, [M3, M4]), (1, [M1, M2])];
 
-/// Motors that the first HAT drives.
-pub(crate) const MOTORS_OF_FIRST: usize = 2;
+/// Returns the number of the HATs that `motors` motors need.
+pub(crate) fn needed(motors: usize) -> usize {
+    OUTPUTS.iter().take(motors).next_back().map_or(0, |(hat, _)| hat + 1)
+}
 
 /// Drive of the HATs' motors.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -322,7 +322,7 @@ impl Stepping {
             }
             Drivers::MotorHats(coils) => {
                 let duty_percent = coils.duty_percent;
-                let hats = if wiring.pins.motors.len() > hats::MOTORS_OF_FIRST { 2 } else { 1 };
+                let hats = hats::needed(wiring.pins.motors.len());
                 let command = HatCommand { duty_percent, microsteps, hats, positions: None };
                 self.commutated = Commutated::Hats(command);
             }

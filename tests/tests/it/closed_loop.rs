@@ -101,6 +101,24 @@ fn the_error_never_grows_for_any_jacobian_of_the_family() {
     }
 }
 
+/// Drives until the target is reached, with a camera that has noise, latency and drop-outs.
+fn drive_with_noise(bench: &mut Bench, seed: u64, name: &str) {
+    let mut observer = CameraMonitor::new(Default::default(), seed).expect("an observer");
+    for frame in 0u32.. {
+        let time = f64::from(frame) / RATE_HZ as f64;
+        let measure = |ball| {
+            observer.observe(time, ball);
+            observer.delivered(time).and_then(|o| o.position)
+        };
+        bench.frame(measure).expect("an intact link");
+        match bench.state() {
+            State::Holding => break,
+            State::Seeking => assert!(frame < 3000, "{name} is not reached: {:?}", bench.ball()),
+            other => panic!("{name}, frame {frame}: {other}"),
+        }
+    }
+}
+
 /// Random rigs with noise, latency and drop-outs reach their targets without a fault.
 #[test]
 fn random_rigs_reach_their_targets_with_a_noisy_camera() {
@@ -111,22 +129,7 @@ fn random_rigs_reach_their_targets_with_a_noisy_camera() {
         rig.set_targets(&[task.target.into()]).expect("a target");
         let plant = QuasiStatic::new(task.geometry, task.start).expect("a plant");
         let mut bench = seeking(&rig, Box::new(plant), usable(index as usize));
-        let mut observer = CameraMonitor::new(Default::default(), index).expect("an observer");
-        for frame in 0u32.. {
-            let time = f64::from(frame) / RATE_HZ as f64;
-            let measure = |ball| {
-                observer.observe(time, ball);
-                observer.delivered(time).and_then(|o| o.position)
-            };
-            bench.frame(measure).expect("an intact link");
-            match bench.state() {
-                State::Holding => break,
-                State::Seeking => {
-                    assert!(frame < 3000, "rig {index} is not reached: {:?}", bench.ball())
-                }
-                other => panic!("rig {index}, frame {frame}: {other}"),
-            }
-        }
+        drive_with_noise(&mut bench, index, &format!("rig {index}"));
         let error = (bench.ball() - task.target).norm();
         assert!(error < 0.010, "rig {index} reports its target as reached at {error} m");
     }
@@ -247,20 +250,7 @@ fn assert_reached_in_plane(rig: &Rig, task: &Task, index: usize) {
     let law = rig.law.name();
     let plant = QuasiStatic::new(task.geometry, task.start).expect("a plant");
     let mut bench = seeking(rig, Box::new(plant), usable(index));
-    let mut observer = CameraMonitor::new(Default::default(), index as u64).expect("an observer");
-    for frame in 0u32.. {
-        let time = f64::from(frame) / RATE_HZ as f64;
-        let measure = |ball| {
-            observer.observe(time, ball);
-            observer.delivered(time).and_then(|o| o.position)
-        };
-        bench.frame(measure).expect("an intact link");
-        match bench.state() {
-            State::Holding => break,
-            State::Seeking => assert!(frame < 3000, "{law}, rig {index}: {:?}", bench.ball()),
-            other => panic!("{law}, rig {index}, frame {frame}: {other}"),
-        }
-    }
+    drive_with_noise(&mut bench, index as u64, &format!("{law}, rig {index}"));
     let (error, x) = ((bench.ball() - task.target).norm(), bench.ball().x);
     assert!(error < 0.010 && x == 0.0, "{law}, rig {index}: {error} m, x = {x} m");
     let telemetry = bench.link.telemetry().expect("telemetry");
