@@ -105,7 +105,7 @@ pub const NEAR_SLACK: f64 = 0.15;
 /// Returns which cables have an estimated tension (over the ball's weight) below [`NEAR_SLACK`].
 ///
 /// ```
-/// use plumb_protocol::{MAX_MOTORS, MotorList};
+/// use plumb_protocol::MotorList;
 /// use plumb_runtime::board_report::near_slack;
 ///
 /// assert_eq!(near_slack(MotorList::new([0.4, 0.1, 0.7]))[..], [false, true, false]);

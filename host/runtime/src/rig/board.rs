@@ -164,16 +164,11 @@ impl BoardSettings {
     ) -> Pins {
         let Self { pins, inverted, .. } = self;
         let table = self.kind.board().pins;
-        let mut checked = |key, list| conversion.per_motor(key, list, count);
-        let [step, direction] = [
-            checked("board.pins.step", pins.step),
-            checked("board.pins.direction", pins.direction),
-        ];
-        let mut checked = |key, list| conversion.per_motor(key, list, count);
-        let [step_inverted, direction_inverted] = [
-            checked("board.inverted.step", inverted.step),
-            checked("board.inverted.direction", inverted.direction),
-        ];
+        let step = conversion.per_motor("board.pins.step", pins.step, count);
+        let direction = conversion.per_motor("board.pins.direction", pins.direction, count);
+        let step_inverted = conversion.per_motor("board.inverted.step", inverted.step, count);
+        let direction_inverted =
+            conversion.per_motor("board.inverted.direction", inverted.direction, count);
         let of =
             |motor, pin: Pin, numbers: Option<MotorList<u8>>, turned: Option<MotorList<bool>>| {
                 Pin {
