@@ -2,7 +2,7 @@
 """`plumb cosim` on MuJoCo: a ball on three elastic cables, spatial tendons that only pull.
 
     pip install mujoco
-    python3 host/examples/cosim_mujoco.py [--plumb PATH] [--law NAME] [--seed N]
+    python3 host/examples/cosim_mujoco.py [--plumb PATH] [--law NAME] [--rig FILE] [--seed N]
 
 Drives the paper's task with a noisy camera of 30 pictures/s whose positions are two pictures late.
 Ends with a line of JSON. Exit code: 0 if the board reports the target as reached, 1 otherwise.
@@ -77,8 +77,9 @@ def advance(m, d, lengths, rates):
 class Board:
     """The program's end: `plumb cosim` in a process of its own."""
 
-    def __init__(self, plumb, law):
+    def __init__(self, plumb, law, rig):
         command = [plumb, "cosim", "--samples", str(SAMPLES), *(["--law", law] if law else [])]
+        command += ["--rig", rig] if rig else []
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
 
@@ -126,9 +127,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--plumb", default="plumb", help="the program")
     parser.add_argument("--law", help="a law's name")
+    parser.add_argument("--rig", help="a rig file")
     parser.add_argument("--seed", type=int, default=1, help="seed of the camera's noise")
     args = parser.parse_args()
-    board = Board(args.plumb, args.law)
+    board = Board(args.plumb, args.law, args.rig)
     reached_s, error, slack_s = simulate(board, random.Random(args.seed))
     board.close()
     result = {"reached_s": reached_s, "error_mm": round(error * 1e3, 2)}

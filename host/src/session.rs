@@ -117,6 +117,9 @@ impl Session {
         if let Some(fault) = run.cleared_fault() {
             tell!("an earlier run left the board in a fault, cleared: {fault}");
         }
+        if run.has_prior() {
+            tell!("law taut begins with `[size]`, or with the rig of an earlier run");
+        }
         self.task.goal.set(&mut run)?;
         Ok(run)
     }

@@ -397,6 +397,8 @@ pub enum ConfigField {
     Path,
     /// Fewer than two motors, more than this board steps, or not as many as the wiring has.
     Motors,
+    /// A [`Prior`] out of its ranges, or not for the law and the motors of the configuration.
+    Prior,
 }
 
 /// State of the board. Grows at its end.

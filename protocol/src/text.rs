@@ -117,6 +117,7 @@ impl fmt::Display for ConfigField {
             Self::Delay => "the law's delay (at most 500 ms)",
             Self::Law => "the law: taut needs three motors",
             Self::Motors => "the motors (two or three, as many as are wired)",
+            Self::Prior => "the prior (in range, for the law and the motors of the configuration)",
             Self::MaxAge => {
                 "the highest age of a position (it must be below the deadline for positions, or \
                  the board would drive on positions older than that deadline)"

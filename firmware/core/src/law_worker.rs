@@ -15,6 +15,7 @@
 //! or a fault it has no effect, but the law's state has taken in the position.
 
 use plumb_protocol::dimension::{PerAxis, PerMotor};
+use plumb_protocol::prior::Prior;
 use plumb_protocol::units::{Covariance, Micros, RelativeTension};
 
 use crate::law::{
@@ -37,6 +38,8 @@ pub struct LawRequest {
     /// Number of the board's configuration; wraps. The worker replaces a law that was made for
     /// another one.
     pub generation: u32,
+    /// What a host knows of the rig.
+    pub prior: Option<Prior>,
     /// Input of the law.
     pub measurement: Measurement,
 }
@@ -92,16 +95,16 @@ impl LawWorker {
     /// law begins with the rig that the one before has learnt.
     #[inline(never)]
     pub fn respond(&mut self, request: &LawRequest) -> LawResponse {
-        let LawRequest { number, kind, limits, generation, measurement } = request;
+        let LawRequest { number, kind, limits, generation, prior, measurement } = request;
         if self.law.as_ref().is_some_and(|configured| configured.generation != *generation) {
             self.known = self.known_rig();
             self.law = None;
         }
         let configured = self.law.get_or_insert_with(|| Configured {
             generation: *generation,
-            law: DeferredLaw::new(*kind, *limits),
+            law: DeferredLaw::new(*kind, *limits, prior.as_ref(), &mut self.known),
         });
-        let setpoint = configured.law.update_knowing(measurement, &mut self.known);
+        let setpoint = configured.law.update(measurement);
         LawResponse { number: *number, setpoint, tensions: configured.law.tensions() }
     }
 }
@@ -136,6 +139,8 @@ pub struct LawClient {
     pending: Option<PendingMeasurement>,
     /// See [`LawRequest::generation`].
     generation: u32,
+    /// See [`LawRequest::prior`].
+    prior: Option<Prior>,
     /// Request that was made and not taken yet.
     request: Option<LawRequest>,
 }
@@ -159,6 +164,12 @@ impl LawClient {
     /// Begins with another configuration: the law is made anew with the next request, and the
     /// position that waits is discarded.
     pub fn reset(&mut self) {
+        self.know(None);
+    }
+
+    /// Begins anew with this `prior`, as [`reset`](Self::reset).
+    pub fn know(&mut self, prior: Option<Prior>) {
+        self.prior = prior;
         self.generation = self.generation.wrapping_add(1);
         self.discard_pending();
     }
@@ -203,7 +214,8 @@ impl LawClient {
         self.number = self.number.wrapping_add(1);
         self.open = Some(OpenRequest { due, response: None });
         let (number, limits, generation) = (self.number, params.limits(), self.generation);
-        self.request = Some(LawRequest { number, kind, limits, generation, measurement });
+        let prior = self.prior;
+        self.request = Some(LawRequest { number, kind, limits, generation, prior, measurement });
         Some(number)
     }
 

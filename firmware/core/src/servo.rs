@@ -15,6 +15,7 @@ mod tracker;
 
 use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
 use plumb_protocol::message::{Fault, Reference, ReferenceState};
+use plumb_protocol::prior::Prior;
 use plumb_protocol::units::{
     Covariance, Micrometres, Micros, Milliseconds, Point, RelativeTension,
 };
@@ -156,6 +157,11 @@ impl<L: Law> Servo<L> {
         self.law = law;
         self.tracker = BallTracker::default();
         self.client.reset();
+    }
+
+    /// Makes the law anew with the next request, with this `prior`.
+    pub(crate) fn know(&mut self, prior: Prior) {
+        self.client.know(Some(prior));
     }
 
     /// Returns whether the motors were at `positions` (Q4 steps) when the ball was last seen, up to

@@ -19,6 +19,7 @@ mod report;
 mod simulate;
 mod slack_free;
 mod suite;
+mod tape;
 mod turned_frame;
 
 use std::num::NonZeroUsize;
@@ -45,6 +46,7 @@ pub use paper::{PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
 pub use simulate::RunEnd;
 pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RigChange, Rigs, Suite, SuiteName};
+pub use tape::TapeMeasure;
 
 /// Reason that a benchmark gave no result.
 #[derive(Debug, Error)]

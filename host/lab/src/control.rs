@@ -5,6 +5,7 @@ use std::ops::Range;
 use clap::{Parser, value_parser};
 use plumb_bench::control::{
     self, Clock, ControllerKind, PAPER_GAMMAS, PathReport, PathSuite, Report, Suite, SuiteName,
+    TapeMeasure,
 };
 use plumb_runtime::rig::LawSettings;
 use plumb_runtime::rig::quantity::{Gain, Mean};
@@ -51,6 +52,11 @@ pub(crate) struct Args {
     /// multiples of the oracle's from the target before
     #[arg(long, default_value_t = 1, value_parser = value_parser!(u64).range(1..=100))]
     targets: u64,
+    /// Measure of the rigs with which the law taut begins: exact, 5, 10, 20 or 40 (percent of the
+    /// longest side that each coordinate is off by at most, and the cable of a step), exchanged,
+    /// turned (motors under other names), feet (read as metres)
+    #[arg(long)]
+    size: Option<TapeMeasure>,
     /// Start of the clock: arrival of the first frame (picture), or 1 to 2 frames earlier, when the
     /// target is set (target)
     #[arg(long, default_value = "picture")]
@@ -127,7 +133,12 @@ pub(crate) fn paths(args: &PathsArgs) -> Result<(), Failure> {
 
 /// Runs the controllers on a suite whose rigs have targets, and prints the results.
 fn bench_rigs(name: SuiteName, controllers: &[ControllerKind], args: &Args) -> Result<(), Failure> {
-    let suite = Suite { clock: args.clock, targets: args.targets as usize, ..Suite::new(name) };
+    let suite = Suite {
+        clock: args.clock,
+        targets: args.targets as usize,
+        tape: args.size,
+        ..Suite::new(name)
+    };
     tell!("{name}: {}\n{}", name.about(), Report::HEADING);
     for controller in controllers {
         let mut progress = progress(controller, args.runs.rigs);

@@ -28,6 +28,7 @@ use plumb_protocol::message::{
     Answer, Command, DriverReading, Fault, FromBoard, Hello, Position, Refusal, StartCause, State,
     Telemetry, ToBoard,
 };
+use plumb_protocol::prior::Prior;
 use plumb_protocol::provenance::BoardKind;
 use plumb_protocol::units::{Covariance, Micrometres, Micros, Point};
 use plumb_protocol::{Config, MOTORS, MotorList, Provenance, Wiring};
@@ -173,6 +174,14 @@ impl<T: Transport> Link<T> {
         self.monitor.begin_configured(self.transport.now(), deadline);
         info!(id, "configured the board");
         Ok(())
+    }
+
+    /// Tells a board at rest what is known of the rig; its law begins with it.
+    ///
+    /// # Errors
+    /// Where the board refuses, or the link fails.
+    pub fn know(&mut self, prior: Prior) -> Result<(), LinkError> {
+        self.request("what is known of the rig", Command::Prior(prior)).map(|_| ())
     }
 
     /// Returns the present telemetry.

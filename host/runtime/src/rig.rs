@@ -25,6 +25,7 @@ use plumb_config::bounded_read::read_text;
 use plumb_config::quantity::{Coordinate, NumberError};
 use plumb_config::toml_file::{MAX_BYTES, TomlFileError, parse_toml};
 use plumb_protocol::config::{Config, Workspace};
+use plumb_protocol::prior::Prior;
 use plumb_protocol::units::Point;
 use plumb_protocol::wiring;
 use serde::Deserialize;
@@ -244,6 +245,13 @@ impl Rig {
     /// ranges.
     pub fn config(&self) -> Result<Config, OutOfRange> {
         Conversion::first_error(|conversion| self.convert(conversion))
+    }
+
+    /// Returns what the law begins with: [`Size::prior`] for the law taut.
+    #[must_use]
+    pub fn prior(&self) -> Option<Prior> {
+        let is_used = self.law.name() == LawName::Taut;
+        self.size.as_ref().filter(|_| is_used)?.prior().map(Prior::Rig)
     }
 
     /// Returns the targets in the board's units.

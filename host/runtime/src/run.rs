@@ -78,6 +78,8 @@ pub struct Run<T> {
     following_turn: Steps16,
     /// Fault of an earlier run that this run has cleared.
     cleared: Option<Fault>,
+    /// Whether the law begins with what the rig file tells of the rig.
+    has_prior: bool,
 }
 
 impl Run<Serial> {
@@ -157,6 +159,8 @@ impl<T: Transport> Run<T> {
         let (route, rules) = (route(rig)?, rig.motion_rules());
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
         let cleared = configure(&mut link, wiring, config).map_err(RunError::Connect)?;
+        let prior = rig.prior();
+        prior.map_or(Ok(()), |prior| link.know(prior)).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
         let (workspace, following_turn) = (config.workspace, config.following.turn);
         Ok(Self {
@@ -175,6 +179,7 @@ impl<T: Transport> Run<T> {
             },
             following_turn,
             cleared,
+            has_prior: prior.is_some(),
         })
     }
 
@@ -182,6 +187,13 @@ impl<T: Transport> Run<T> {
     #[must_use]
     pub fn cleared_fault(&self) -> Option<Fault> {
         self.cleared
+    }
+
+    /// Returns whether the law begins with the size in the rig file, unless the board has learnt
+    /// the rig in an earlier run.
+    #[must_use]
+    pub fn has_prior(&self) -> bool {
+        self.has_prior
     }
 
     /// Returns the shortest time from a request to the board to its answer so far.

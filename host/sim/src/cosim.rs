@@ -7,6 +7,7 @@ use plumb_path::moving::MovingTarget;
 use plumb_path::trajectory::Moment;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, Refusal, State};
+use plumb_protocol::prior::Prior;
 use plumb_protocol::units::{Micros, Point};
 use plumb_protocol::{Config, PerAxis, PerMotor, Wiring};
 use plumb_runtime::reference::{keep_inside, reference};
@@ -121,11 +122,11 @@ pub struct Cosim {
 }
 
 impl Cosim {
-    /// Creates a board with this wiring and configuration.
+    /// Creates a board with this wiring and configuration, and what is known of the rig.
     ///
     /// # Errors
     /// If the board refuses them.
-    pub fn new(wiring: Wiring, config: Config) -> Result<Self, CosimError> {
+    pub fn new(wiring: Wiring, config: Config, prior: Option<Prior>) -> Result<Self, CosimError> {
         let mut cosim = Self {
             harness: Harness::new(EMULATED, LawDelay::SameTick),
             clock: Micros(0),
@@ -141,6 +142,9 @@ impl Cosim {
         cosim.send(Command::Hello(Hello::OURS))?;
         cosim.send(Command::Wire(wiring))?;
         cosim.send(Command::Configure(config))?;
+        if let Some(prior) = prior {
+            cosim.send(Command::Prior(prior))?;
+        }
         Ok(cosim)
     }
 

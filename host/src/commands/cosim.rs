@@ -8,6 +8,7 @@ use plumb_config::bounded_read::read_line;
 use plumb_config::error_chain::ErrorChain;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::Refusal;
+use plumb_protocol::prior::Prior;
 use plumb_protocol::units::Point;
 use plumb_protocol::{Config, MOTORS, Wiring};
 use plumb_runtime::rig::{LawSettings, Rig};
@@ -46,18 +47,19 @@ pub(crate) struct Args {
     samples: u32,
 }
 
-/// Returns the wiring and the configuration of the options.
-fn setup(args: &Args) -> Result<(Wiring, Config), Failure> {
+/// Returns the wiring and the configuration of the options, and what is known of the rig.
+fn setup(args: &Args) -> Result<(Wiring, Config, Option<Prior>), Failure> {
     if let Some(path) = &args.rig {
         let mut rig = Rig::read(path)?;
         if let Some(law) = &args.law {
             rig.law = law.clone();
         }
-        return Ok((rig.wiring()?, rig.config()?));
+        return Ok((rig.wiring()?, rig.config()?, rig.prior()));
     }
     let law = args.law.clone().unwrap_or_default();
     let mean = law.mean().config("mean")?;
-    Ok((Wiring::example(), RigLimits::default().config(law.config(MOTORS)?, mean, 0.010)))
+    let config = RigLimits::default().config(law.config(MOTORS)?, mean, 0.010);
+    Ok((Wiring::example(), config, None))
 }
 
 /// Longest line of input, bytes. A request has about 150.
@@ -74,9 +76,9 @@ fn limits(workspace: &Workspace, rig: Option<&Path>) -> String {
 }
 
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
-    let (wiring, config) = setup(&args)?;
+    let (wiring, config, prior) = setup(&args)?;
     let workspace = config.workspace;
-    let cosim = Cosim::new(wiring, config)?;
+    let cosim = Cosim::new(wiring, config, prior)?;
     Ok(Box::new(move || serve(&args, cosim, &workspace)))
 }
 

@@ -276,7 +276,7 @@ fn cosim() -> Cosim {
     let law = LawSettings::default();
     let mean = law.mean().config("mean").unwrap();
     let config = RigLimits::default().config(law.config(3).unwrap(), mean, 0.010);
-    Cosim::new(Wiring::example(), config).unwrap()
+    Cosim::new(Wiring::example(), config, None).unwrap()
 }
 
 #[test]

@@ -151,6 +151,10 @@ fn message(random: &mut Random) -> ToBoard {
         }),
         5 => Command::Status,
         6 => Command::Diagnose,
+        8 => {
+            let config = generate::typical(random);
+            Command::Prior(generate::prior(random, &config))
+        }
         _ => Command::Position(Position {
             sequence: random.bits() as u16,
             age_us: random.bits() as u32,

@@ -8,6 +8,7 @@ use plumb_protocol::boards::{self, Chip};
 use plumb_protocol::config::*;
 use plumb_protocol::dimension::{LEAST_MOTORS, MOTORS, MotorList};
 use plumb_protocol::message::{Knot, Reference};
+use plumb_protocol::prior::{JacobianPrior, Prior, RigPrior};
 use plumb_protocol::units::*;
 use plumb_protocol::wiring::*;
 use plumb_protocol::{Config, Wiring};
@@ -444,6 +445,35 @@ pub fn reference(random: &mut Random, config: Option<Config>) -> Reference {
 /// Returns any point.
 pub fn any_point(random: &mut Random) -> Point {
     Point([0; 3].map(|_| Micrometres(random.any_i32())))
+}
+
+/// Returns a prior: one in range for the law and the motors of `config`, or any.
+pub fn prior(random: &mut Random, config: &Config) -> Prior {
+    let is_valid = random.percent(80);
+    let motors = if is_valid { config.motors.len() } else { random.below(5) as usize };
+    let is_jacobian =
+        if is_valid { !matches!(config.law, Law::Taut(_)) } else { random.percent(50) };
+    let mut of = |low: i64, high: i64| {
+        let range = if is_valid { (low, high) } else { (i32::MIN.into(), i32::MAX.into()) };
+        MotorList::from_fn(motors, |_| random.corner(range.0, range.1) as i32)
+    };
+    if is_jacobian {
+        let entry = i64::from(JacobianPrior::MAX_ENTRY);
+        let doubt = i64::from(JacobianPrior::MAX_DEVIATION);
+        let mut entries = [0; 3].map(|_| of(-entry, entry));
+        let mut deviations = [0; 3].map(|_| of(0, doubt).map(|sd| sd as u32));
+        if is_valid && motors == LEAST_MOTORS {
+            (entries[0], deviations[0]) = (entries[0].map(|_| 0), deviations[0].map(|_| 0));
+        }
+        return Prior::Jacobian(JacobianPrior { entries, deviations, common: random.bits() as u8 });
+    }
+    let cable_per_step = of(1, i32::MAX.into()).map(|nm| nm as u32);
+    Prior::Rig(RigPrior {
+        motors: MotorList::from_fn(motors, |_| any_point(random)),
+        deviation: Micrometres(random.corner(1, 1_000_000) as i32),
+        cable_per_step,
+        cable_deviation: random.corner(1, u16::MAX.into()) as u16,
+    })
 }
 
 /// Returns any covariance.

@@ -168,8 +168,10 @@ pub fn run_deferred(
     } else {
         "law taut"
     });
-    let (mut law, scene) =
-        drive(random, DeferredLaw::new(kind, limits), config, measurements, outcome);
+    let prior = random.percent(50).then(|| generate::prior(random, config));
+    let prior = prior.filter(|prior| prior.is_valid(config.motors.len()));
+    let law = DeferredLaw::new(kind, limits, prior.as_ref(), &mut None);
+    let (mut law, scene) = drive(random, law, config, measurements, outcome);
     let moves = moves_at_rest(&mut law, &scene);
     outcome.tally.add("recovered", moves.into());
     outcome.check(moves, RECOVERS, || format!("{:?}, limits {:?}", scene.motion, config.motors));

@@ -18,7 +18,7 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
         | Command::Diagnose
         | Command::Wire(_) => Ok(()),
         // Of a later version: refused when it is executed, in every state.
-        Command::Prior(_) | Command::Rates(_) | Command::Pen(_) => Ok(()),
+        Command::Rates(_) | Command::Pen(_) => Ok(()),
         Command::Position(_) => admit_position(state),
         Command::Configure(_) => match state {
             State::Unconfigured | State::Ready => Ok(()),
@@ -33,7 +33,7 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
             | State::Stopping { then: AfterStop::Ready } => Ok(()),
             _ => Err(refusal(state)),
         },
-        Command::Jog(_) | Command::Home | Command::TestFlash => match state {
+        Command::Jog(_) | Command::Home | Command::TestFlash | Command::Prior(_) => match state {
             State::Ready => Ok(()),
             _ => Err(refusal(state)),
         },

@@ -114,7 +114,12 @@ impl Board {
             Command::Home => self.home(),
             Command::TestFlash => self.test_flash(id),
             Command::Follow(ref reference) => self.follow(now, id, reference, out),
-            Command::Prior(_) | Command::Rates(_) | Command::Pen(_) => Err(Refusal::Unsupported),
+            Command::Prior(ref prior) => {
+                self.setup.check_prior(prior)?;
+                self.servo.know(*prior);
+                Ok(())
+            }
+            Command::Rates(_) | Command::Pen(_) => Err(Refusal::Unsupported),
             // `on_command` has executed these.
             Command::Hello(_)
             | Command::Stop

@@ -2,8 +2,10 @@
 
 use plumb_protocol::config::Config;
 use plumb_protocol::message::{ConfigField, Refusal};
+use plumb_protocol::prior::Prior;
 use plumb_protocol::{PerMotor, Wiring};
 
+use crate::law::DeferredLawKind;
 use crate::params::{BuildLimits, Params};
 
 /// Limits of the build, and the configuration with what follows from it.
@@ -47,6 +49,21 @@ impl Setup {
             return Err(Refusal::Config(ConfigField::Motors));
         }
         Params::check(config, &wiring.drivers, &self.build).map_err(Refusal::Config)
+    }
+
+    /// Checks a prior against its ranges, and the law and the motors of the configuration.
+    ///
+    /// # Errors
+    /// [`Refusal::Unconfigured`], or a prior that does not fit the configuration.
+    pub(super) fn check_prior(&self, prior: &Prior) -> Result<(), Refusal> {
+        let law = self.require()?.deferred_law();
+        let motors = self.config.as_ref().map_or(0, |config| config.motors.len());
+        let reader = match prior {
+            Prior::Jacobian(_) => DeferredLawKind::Adaptive,
+            Prior::Rig(_) => DeferredLawKind::Taut,
+        };
+        let fits = law == Some(reader) && prior.is_valid(motors);
+        if fits { Ok(()) } else { Err(Refusal::Config(ConfigField::Prior)) }
     }
 
     /// Puts `params`, which were made from `wiring` and `config`, into force. Returns whether the

@@ -5,6 +5,8 @@ mod estimate;
 #[cfg(test)]
 mod tests;
 
+use plumb_protocol::prior::JacobianPrior;
+
 use super::fixed_point::squared_length;
 use super::io::{Law, Measurement, MotorLimits, MotorRates, Setpoint};
 use super::sign::{self, OvershootDetector};
@@ -30,13 +32,15 @@ const SIGN_SLOWDOWN_UM: i64 = 65_000;
 pub struct Adaptive {
     limits: MotorLimits,
     estimate: Option<Estimate>,
+    /// What a host knows of J.
+    prior: Option<JacobianPrior>,
     damping: OvershootDamping,
 }
 
 impl Adaptive {
-    /// Creates the law for motors of these limits.
-    pub(crate) fn new(limits: MotorLimits) -> Self {
-        Self { limits, estimate: None, damping: OvershootDamping::new([0; 3]) }
+    /// Creates the law for motors of these limits, with the `prior` of J where there is one.
+    pub(crate) fn new(limits: MotorLimits, prior: Option<JacobianPrior>) -> Self {
+        Self { limits, estimate: None, prior, damping: OvershootDamping::new([0; 3]) }
     }
 
     /// Returns rates along the `steps`: `gain` (1/s) times the longest distance, less where the
@@ -95,7 +99,7 @@ impl Law for Adaptive {
                 estimate.update(measurement);
                 *estimate
             }
-            none => *none.insert(Estimate::new(measurement, is_planar)),
+            none => *none.insert(Estimate::new(measurement, is_planar, self.prior.as_ref())),
         };
         let j = estimate.projected();
         let e = estimate.predicted_error(&j, measurement);

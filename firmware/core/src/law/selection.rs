@@ -3,6 +3,7 @@
 
 use plumb_protocol::config;
 use plumb_protocol::dimension::PerMotor;
+use plumb_protocol::prior::Prior;
 use plumb_protocol::units::RelativeTension;
 
 use super::adaptive::Adaptive;
@@ -130,24 +131,30 @@ pub enum DeferredLaw {
 }
 
 impl DeferredLaw {
-    /// Creates the law before its first measurement, for motors of these limits.
-    pub fn new(kind: DeferredLawKind, limits: MotorLimits) -> Self {
-        match kind {
-            DeferredLawKind::Adaptive => Self::Adaptive(Adaptive::new(limits)),
-            DeferredLawKind::Taut => Self::Taut(Taut::new(limits)),
-        }
-    }
-
-    /// Updates the law, as [`Law::update`]. A law that begins takes the rig that is `known` from an
-    /// earlier run, if it can use it.
-    pub fn update_knowing(
-        &mut self,
-        measurement: &Measurement,
+    /// Creates the law before its first measurement, for motors of these limits. It begins with
+    /// what its `prior` tells; [`Taut`] takes the rig that is `known` from an earlier run, which
+    /// was measured by driving, and its prior where there is none.
+    pub fn new(
+        kind: DeferredLawKind,
+        limits: MotorLimits,
+        prior: Option<&Prior>,
         known: &mut Option<KnownRig>,
-    ) -> Setpoint {
-        match self {
-            Self::Adaptive(law) => law.update(measurement),
-            Self::Taut(law) => law.update_knowing(measurement, known),
+    ) -> Self {
+        match kind {
+            DeferredLawKind::Adaptive => Self::Adaptive(Adaptive::new(
+                limits,
+                prior.and_then(|prior| match prior {
+                    Prior::Jacobian(prior) => Some(*prior),
+                    Prior::Rig(_) => None,
+                }),
+            )),
+            DeferredLawKind::Taut => {
+                let measured = || match prior? {
+                    Prior::Rig(rig) => Some(KnownRig::measured(rig)),
+                    Prior::Jacobian(_) => None,
+                };
+                Self::Taut(Taut::new(limits, known.take().or_else(measured)))
+            }
         }
     }
 
@@ -162,7 +169,10 @@ impl DeferredLaw {
 
 impl Law for DeferredLaw {
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
-        self.update_knowing(measurement, &mut None)
+        match self {
+            Self::Adaptive(law) => law.update(measurement),
+            Self::Taut(law) => law.update(measurement),
+        }
     }
 
     fn tensions(&self) -> Option<PerMotor<RelativeTension>> {

@@ -74,13 +74,15 @@ impl Way {
 }
 
 /// A multi-model filter over the geometry, and a plan by its mixture.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Taut {
     /// Limit of the rates, steps/s.
     max_rate: f32,
     /// Limit of the acceleration, steps/s².
     max_acceleration: f32,
     filter: Option<MultiModelFilter>,
+    /// Rig with which the first filters begin.
+    known: Option<KnownRig>,
     /// Rates of the last setpoint, steps/s.
     rates: Vector,
     /// Rates that the target's velocity asked for at the last measurement, steps/s.
@@ -88,39 +90,39 @@ pub struct Taut {
     /// Mean change of these rates, steps/s².
     turn: Vector,
     progress: ProgressMonitor,
+    /// Span of the moving average on the way to the target, ms.
+    span_ms: u16,
     /// See [`Law::tensions`].
     tensions: Option<[RelativeTension; 3]>,
 }
 
 impl Taut {
-    /// Creates the law for motors of these limits.
-    pub(crate) fn new(limits: MotorLimits) -> Self {
+    /// Creates the law for motors of these limits, with the rig that is `known`, if one is: a rig
+    /// that is another is noticed, and told from the guesses.
+    pub(crate) fn new(limits: MotorLimits, known: Option<KnownRig>) -> Self {
         Self {
             max_rate: limits.rate as f32 / 256.0,
             max_acceleration: limits.acceleration as f32,
             filter: None,
+            known,
             rates: [0.0; 3],
             ahead: [0.0; 3],
             turn: [0.0; 3],
             progress: ProgressMonitor::new([f32::NAN; 3]),
             tensions: None,
+            span_ms: MAX_MEAN_MS,
         }
     }
 
-    /// Updates the filters, and returns their mixture. New filters take `known`.
-    fn estimate(
-        &mut self,
-        seen: &Observation,
-        target: Vector,
-        known: &mut Option<KnownRig>,
-    ) -> Mixture {
+    /// Updates the filters, and returns their mixture.
+    fn estimate(&mut self, seen: &Observation, target: Vector) -> Mixture {
         match &mut self.filter {
             Some(filter) => {
                 filter.update(seen, target);
                 filter.mixture(target)
             }
             none => {
-                let filter = match known.take() {
+                let filter = match self.known.take() {
                     Some(known) => MultiModelFilter::knowing(seen, target, &known),
                     None => MultiModelFilter::new(seen, target),
                 };
@@ -218,6 +220,15 @@ impl Taut {
         // The cast saturates.
         ((MIN_SPAN_MS + SPAN_PER_RATIO_MS * beyond) as u16).min(MAX_MEAN_MS)
     }
+
+    /// Returns the span for a way, ms. On a rig that is known it only falls on the way to a target:
+    /// a span that grows while the motors brake has the ball overshoot by a centimetre.
+    fn span(&mut self, mixture: &Mixture, way: Option<&Way>, is_moving: bool) -> u16 {
+        let span_ms = Self::span_ms(mixture, way, is_moving);
+        let is_known = self.filter.as_ref().is_some_and(MultiModelFilter::is_known);
+        self.span_ms = if is_known && !is_moving { span_ms.min(self.span_ms) } else { span_ms };
+        self.span_ms
+    }
 }
 
 /// Feed-forward.
@@ -241,17 +252,10 @@ impl Taut {
     }
 }
 
-impl Taut {
-    /// Updates the law, as [`Law::update`]. Where it begins, it takes the rig that is `known` from
-    /// an earlier run: a rig that was changed since is noticed, and told from the guesses.
-    #[inline]
-    pub(super) fn update_knowing(
-        &mut self,
-        measurement: &Measurement,
-        known: &mut Option<KnownRig>,
-    ) -> Setpoint {
+impl Law for Taut {
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
         let target = millimetres(measurement.target);
-        let mixture = self.estimate(&Observation::new(measurement), target, known);
+        let mixture = self.estimate(&Observation::new(measurement), target);
         // The cast saturates.
         self.tensions =
             Some(mixture.tensions_at_rest().map(|t| RelativeTension((t * 256.0 + 0.5) as u16)));
@@ -260,6 +264,9 @@ impl Taut {
         let e = per_axis(|i| target[i] - mixture.ball[i] - moves[i]);
         if measurement.is_moving() {
             self.progress.follow(target);
+        }
+        if self.progress.target != target {
+            self.span_ms = MAX_MEAN_MS;
         }
         if self.progress.update(target, e) {
             self.filter = None;
@@ -275,25 +282,21 @@ impl Taut {
         let rates = MotorRates(self.rates.map(|rate| (rate * 256.0) as i32));
         Setpoint {
             ramp_us: (FRAME_S * 1e6) as u32,
-            span_ms: Some(Self::span_ms(&mixture, way.as_ref(), is_moving)),
+            span_ms: Some(self.span(&mixture, way.as_ref(), is_moving)),
             room: self.room(&mixture, ahead),
             ..Setpoint::at_once(rates)
         }
     }
 
-    /// Returns the rig for the next run; `None` while the law knows too little of it.
-    pub(super) fn known_rig(&self) -> Option<KnownRig> {
-        self.filter.as_ref()?.known_rig()
+    fn tensions(&self) -> Option<[RelativeTension; 3]> {
+        self.tensions
     }
 }
 
-impl Law for Taut {
-    fn update(&mut self, measurement: &Measurement) -> Setpoint {
-        self.update_knowing(measurement, &mut None)
-    }
-
-    fn tensions(&self) -> Option<[RelativeTension; 3]> {
-        self.tensions
+impl Taut {
+    /// Returns the rig for the next run; `None` while the law knows too little of it.
+    pub(super) fn known_rig(&self) -> Option<KnownRig> {
+        self.filter.as_ref()?.known_rig()
     }
 }
 

@@ -135,7 +135,7 @@ fn the_laws_that_estimate_take_the_corners_in_any_order() {
         {
             let motor = Motor { max_rate: Rate(rate), ..widest_motor(acceleration) };
             let params = params(Config { motors: [motor; 3].into(), microsteps: 1, ..config() });
-            let mut law = DeferredLaw::new(kind, params.limits());
+            let mut law = DeferredLaw::new(kind, params.limits(), None, &mut None);
             for (n, e) in errors().enumerate() {
                 let ball = e.map(|e| e.clamp(-FAR, FAR));
                 let target = [ball, ball.map(|c| -c), [0; 3], [FAR; 3]][n % 4];

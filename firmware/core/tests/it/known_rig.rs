@@ -61,6 +61,7 @@ impl Rig {
             kind: DeferredLawKind::Taut,
             limits: params().limits(),
             generation: self.generation,
+            prior: None,
             measurement: Measurement {
                 ball: micrometres(self.plant.ball()),
                 variances: variances(None),

@@ -19,6 +19,7 @@ mod law_worker;
 mod mean;
 mod params;
 mod plan;
+mod prior;
 mod requests;
 mod segment;
 mod servo;

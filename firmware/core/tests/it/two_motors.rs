@@ -6,7 +6,6 @@ use plumb_core::params::Params;
 use plumb_emulator::plant::{PlanarPopulation, Plant, QuasiStatic};
 use plumb_protocol::config::{Estimated, Interval, Law, Motor, Sign, Workspace};
 use plumb_protocol::message::*;
-use plumb_protocol::prior::{JacobianPrior, Prior, RigPrior};
 use plumb_protocol::units::{
     Bound, Gain, Micrometres, Milliseconds, Point, Rate, SignGain, Steps16,
 };
@@ -150,24 +149,8 @@ fn a_third_motor_far_out_does_not_hold_up_two() {
 #[test]
 fn commands_of_a_later_version_are_refused_by_name() {
     let mut bench = Bench::configured(config());
-    let jacobian = Prior::Jacobian(JacobianPrior {
-        entries: [[300, -300, 500].into(); 3],
-        deviations: [[100; 3].into(); 3],
-        common: 77,
-    });
-    let rig = Prior::Rig(RigPrior {
-        motors: [Point::default(); 3].into(),
-        deviation: Micrometres(20_000),
-        cable_per_step: [471_000; 3].into(),
-        cable_deviation: 100,
-    });
     let rates = Rates { sequence: 1, rates: [Rate(256); 3].into(), valid_us: 100_000 };
-    for command in [
-        Command::Prior(jacobian),
-        Command::Prior(rig),
-        Command::Rates(rates),
-        Command::Pen(PenPosition::Down),
-    ] {
+    for command in [Command::Rates(rates), Command::Pen(PenPosition::Down)] {
         assert_eq!(bench.send(command), Err(Refusal::Unsupported), "{command:?}");
     }
     assert_eq!(bench.harness.board.rates(), [0; 3]);

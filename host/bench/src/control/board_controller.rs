@@ -4,6 +4,7 @@ use nalgebra::Point3;
 use plumb_emulator::{EMULATED, Harness, LawDelay};
 use plumb_protocol::Wiring;
 use plumb_protocol::message::{Command, Fault, Position, State};
+use plumb_protocol::prior::Prior;
 use plumb_protocol::units::{Micros, Point};
 use plumb_protocol::{Config, PerMotor};
 
@@ -18,11 +19,13 @@ pub(crate) struct BoardController {
     /// The target; `None` between two runs.
     target: Option<Point>,
     config: Config,
+    prior: Option<Prior>,
 }
 
 impl BoardController {
-    /// Creates a board with this configuration and sends it `target` (metres, rig frame).
-    pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
+    /// Creates a board with this configuration and `prior`, and sends it `target` (metres, rig
+    /// frame).
+    pub(crate) fn new(config: Config, prior: Option<Prior>, target: Point3<f64>) -> Self {
         let wiring = Wiring::example().of_motors(config.motors.len());
         let mut controller = Self {
             harness: Harness::configured(EMULATED, LawDelay::SameTick, wiring, config),
@@ -31,7 +34,9 @@ impl BoardController {
             resumed: false,
             target: Point::from_metres(target.into()),
             config,
+            prior,
         };
+        controller.send_prior(Micros(0));
         controller.send_target(Micros(0));
         controller
     }
@@ -52,6 +57,13 @@ impl BoardController {
     fn send_target(&mut self, now: Micros) {
         if let Some(target) = self.target {
             self.send(now, Command::Target(target));
+        }
+    }
+
+    /// Sends what is known of the rig.
+    fn send_prior(&mut self, now: Micros) {
+        if let Some(prior) = self.prior {
+            self.send(now, Command::Prior(prior));
         }
     }
 
@@ -76,6 +88,7 @@ impl Controller for BoardController {
 
     fn begin_run(&mut self, now: Micros, target: Point3<f64>) {
         self.send(now, Command::Configure(self.config));
+        self.send_prior(now);
         self.set_target(now, target);
     }
 

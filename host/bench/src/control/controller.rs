@@ -7,6 +7,7 @@ use plumb_core::law::Law;
 use plumb_core::params::Params;
 use plumb_emulator::EMULATED;
 use plumb_emulator::plant::Task;
+use plumb_protocol::prior::Prior;
 use plumb_protocol::units::{Micrometres, Point};
 use plumb_protocol::{AXES, Config, MOTORS, Wiring};
 use plumb_runtime::rig::quantity::{Delay, Mean};
@@ -125,7 +126,13 @@ impl ControllerKind {
         Ok(match self {
             Self::Board(law) => {
                 let (config, _) = checked(law, suite)?;
-                Box::new(BoardController::new(config, task.target))
+                let tape = suite.tape.filter(|_| law.name() == LawName::Taut);
+                let size = tape
+                    .map(|tape| tape.size(task, id))
+                    .transpose()
+                    .map_err(BenchError::of_rig(id))?;
+                let prior = size.and_then(|size| size.prior()).map(Prior::Rig);
+                Box::new(BoardController::new(config, prior, task.target))
             }
             Self::Broyden { mean } => Box::new(broyden(*mean, suite, task)?),
             Self::Model { percent, mean } => Box::new(model((*percent, *mean), suite, task, id)?),

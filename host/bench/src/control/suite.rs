@@ -17,6 +17,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::bounce::Bounce;
 use super::kinematic::Kinematic;
+use super::tape::TapeMeasure;
 use crate::run_id::RunId;
 
 pub use name::SuiteName;
@@ -49,6 +50,8 @@ pub struct Suite {
     /// Whether each further target is that of a new run: the board is configured anew, and the rig
     /// is changed before the second one. `None`: all targets are of one run.
     pub new_runs: Option<RigChange>,
+    /// How the rigs were measured; `None`: the rig file has no `[size]`.
+    pub tape: Option<TapeMeasure>,
 }
 
 /// Distribution of rigs and tasks.
@@ -156,6 +159,7 @@ impl Suite {
                 SuiteName::WarmPulleys => Some(RigChange::Pulleys),
                 _ => None,
             },
+            tape: None,
         }
     }
 

@@ -3,10 +3,13 @@
 use nalgebra::{Point2, Point3};
 use plumb_config::quantity::Coordinate;
 use plumb_protocol::MotorList;
+use plumb_protocol::prior::RigPrior;
+use plumb_protocol::units::{Micrometres, Point};
 use serde::Deserialize;
 
 use super::quantity::{CablePerStep, Corner};
 use super::simulation::Simulation;
+use super::{CABLE_PER_TURN_RANGE_M, FULL_STEPS_PER_REVOLUTION};
 
 /// Least area of the triangle of the motors, seen from above, m²: that of a simulated rig
 /// (`LEAST_AREA_M2` of firmware/emulator/src/plant/geometry.rs).
@@ -25,7 +28,13 @@ pub struct Box3 {
     pub max: [Corner; 3],
 }
 
-/// Rough size of a rig. It serves checks of the rig file and jogs in millimetres. No law uses it.
+/// Standard deviation of a coordinate by tape measure, metres.
+const TAPE_SD_M: f64 = 0.02;
+/// Standard deviation of the cable of a step by tape measure, as a share.
+const TAPE_SD_SHARE: f64 = 0.1;
+
+/// Rough size of a rig. It serves checks of the rig file and jogs in millimetres, and the law taut
+/// begins with it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Size {
@@ -42,6 +51,21 @@ impl Size {
     /// Returns the places of the motors, metres in the rig frame.
     pub fn motors(&self) -> MotorList<Point3<f64>> {
         self.motors.map(|motor| Point3::from(motor.map(Coordinate::get)))
+    }
+
+    /// Returns what the law taut begins with; `None` for motors that do not stand as the rig frame
+    /// demands, and for a cable that no drum winds.
+    pub fn prior(&self) -> Option<RigPrior> {
+        let cable = self.cable_per_step.get();
+        let is_drum = cable <= CABLE_PER_TURN_RANGE_M[1] / FULL_STEPS_PER_REVOLUTION;
+        let rough = RoughSize::of(Some(self), None)?;
+        (is_drum && rough.is_in_rig_frame()).then(|| RigPrior {
+            // The ranges of the keys are within those of the wire.
+            motors: rough.motors.map(|motor| Point::from_metres(motor.into()).unwrap_or_default()),
+            deviation: Micrometres((TAPE_SD_M * 1e6).round() as i32),
+            cable_per_step: rough.motors.map(|_| (cable * 1e9).round() as u32),
+            cable_deviation: (TAPE_SD_SHARE * 1024.0) as u16,
+        })
     }
 }
 

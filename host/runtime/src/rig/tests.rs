@@ -1,4 +1,5 @@
 use nalgebra::Point3;
+use plumb_protocol::units::Micrometres;
 
 use super::*;
 
@@ -125,4 +126,27 @@ fn the_places_of_a_simulated_rig_are_exact_and_measured_ones_approximate() {
     let measured = Rig { size: Some(size), ..unknown }.motor_points().unwrap();
     assert_eq!((measured.is_approximate, measured.names()[2]), (true, "C (approximate)"));
     assert_eq!(measured.places[1], Point3::new(1.0, 0.0, 0.6));
+}
+
+/// Motors that do not stand as the rig frame demands, and a drum that no motor has, are a mistake:
+/// no law begins with them.
+#[test]
+fn the_law_taut_begins_with_a_size_that_can_be_true() {
+    let size = |motors: &str, cable: &str| -> Size {
+        toml::from_str(&format!("motors = {motors}\ncable_per_step = {cable}")).unwrap()
+    };
+    const TRUE: &str = "[[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]]";
+    const EXCHANGED: &str = "[[0.85, 0.0, 0.665], [0.85, 0.61, 0.665], [0.0, 0.24, 0.665]]";
+    let prior = |size, law: LawName| {
+        Rig { size: Some(size), law: law.into(), ..Rig::paper().unwrap() }.prior()
+    };
+    let Some(Prior::Rig(rig)) = prior(size(TRUE, "0.000471"), LawName::Taut) else {
+        panic!("no prior")
+    };
+    assert_eq!(rig.motors[1], Point([850_000, 0, 665_000].map(Micrometres)));
+    assert_eq!((rig.cable_per_step[2], rig.deviation), (471_000, Micrometres(20_000)));
+    assert_eq!(prior(size(TRUE, "0.000471"), LawName::Adaptive), None);
+    assert_eq!(prior(size(EXCHANGED, "0.000471"), LawName::Taut), None);
+    assert_eq!(prior(size(TRUE, "0.1"), LawName::Taut), None);
+    assert_eq!(Rig { size: None, ..Rig::paper().unwrap() }.prior(), None);
 }

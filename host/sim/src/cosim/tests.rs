@@ -9,8 +9,8 @@ use crate::limits::RigLimits;
 fn cosim(law: LawName) -> Cosim {
     let law = LawSettings::from(law);
     let mean = law.mean().config("mean").unwrap();
-    Cosim::new(Wiring::example(), RigLimits::default().config(law.config(3).unwrap(), mean, 0.010))
-        .unwrap()
+    let config = RigLimits::default().config(law.config(3).unwrap(), mean, 0.010);
+    Cosim::new(Wiring::example(), config, None).unwrap()
 }
 
 fn request(t: f64, dt: f64) -> Request {

@@ -172,6 +172,10 @@ impl<'a> Session<'a> {
             self.send(Command::Wire(setup.wiring));
         }
         self.send(Command::Configure(setup.config));
+        if self.random.percent(30) {
+            let prior = generate::prior(&mut self.random, &setup.config);
+            self.send(Command::Prior(prior));
+        }
     }
 
     fn send(&mut self, command: Command) {

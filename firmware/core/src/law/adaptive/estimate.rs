@@ -2,15 +2,16 @@
 //! steps that follow from them.
 
 use plumb_protocol::dimension::{AXES, LEAST_MOTORS, MOTORS, PerAxis, PerMotor};
+use plumb_protocol::prior::JacobianPrior;
 
 use crate::law::axis_kalman::{AxisKalman, MAX_HELD, MAX_TURN};
 use crate::law::fixed_point::{J_BITS, excess_bits, movement, signs, solve, squared_length, times};
 use crate::law::io::Measurement;
 use crate::vector::{per_axis, per_motor};
 
-/// Prior of the Jacobian: a rig a metre wide with its ball half a metre below the motors and
+/// Guess of the Jacobian: a rig a metre wide with its ball half a metre below the motors and
 /// pulleys of 17 mm. In x one cable works against two.
-struct JacobianPrior {
+struct JacobianGuess {
     /// Mean of |J|, µm/step, x, y, z by cable A, B, C.
     mean: PerAxis<PerMotor<i32>>,
     /// Variance that the entries of a row have in common (the pulleys' size, for one), in 1/256 of
@@ -25,7 +26,7 @@ struct JacobianPrior {
     level_noise: i32,
 }
 
-const PRIOR: JacobianPrior = JacobianPrior {
+const GUESS: JacobianGuess = JacobianGuess {
     mean: [[270, 270, 540], [510, 510, 0], [330, 330, 330]],
     common: 77,
     own: [102, 26, 102],
@@ -33,17 +34,20 @@ const PRIOR: JacobianPrior = JacobianPrior {
     level_noise: 23,
 };
 
-/// Prior of a rig of two motors: means and variances of |J| over the simulated rigs of
+/// Guess of a rig of two motors: means and variances of |J| over the simulated rigs of
 /// `PlanarPopulation`, which are 0.5 to 1.5 m wide with pulleys of 5 to 30 mm. The common variance
 /// is 68 in y and 58 in z. These numbers are not critical: means of 380, or own variances of 26 and
 /// 102, change the median time to the target by 0.2 % and its 99th percentile by 3 %.
-const PLANAR_PRIOR: JacobianPrior = JacobianPrior {
+const PLANAR_GUESS: JacobianGuess = JacobianGuess {
     mean: [[0; MOTORS], [460, 460, 0], [395, 395, 0]],
     common: 64,
     own: [0, 15, 30],
     level_sd: 0,
     level_noise: 0,
 };
+
+/// Largest covariance of two entries of J with which a filter begins, Q8 (µm/step)².
+const MAX_COVARIANCE: i64 = 1 << 29;
 
 /// Largest doubt of steps that are used, Q8: their mean is three standard deviations.
 const MAX_DOUBT: u32 = 85;
@@ -80,22 +84,48 @@ pub(super) struct Estimate {
     held: u8,
 }
 
+/// Returns row `i` of the guess of J, µm/step, and its covariance in 1/256 (µm/step)², 26 bits.
+fn guess(i: usize, is_planar: bool) -> (PerMotor<i32>, PerMotor<PerMotor<i32>>) {
+    let (signs, guess) = (signs(is_planar), if is_planar { PLANAR_GUESS } else { GUESS });
+    let row = per_motor(|k| signs[i][k] * guess.mean[i][k]);
+    let covariance = per_motor(|k| {
+        per_motor(|l| match (k == l, signs[i][k] == 0) {
+            (true, true) => (guess.level_sd * guess.level_sd) << 8,
+            (true, false) => row[k] * row[k] * (guess.common + guess.own[i]),
+            (false, _) => row[k] * row[l] * guess.common,
+        })
+    });
+    (row, covariance)
+}
+
+/// Returns row `i` of a host's J, as [`guess`], 29 bits. An absent motor has zeros.
+fn known(i: usize, prior: &JacobianPrior) -> (PerMotor<i32>, PerMotor<PerMotor<i32>>) {
+    let entry = |k: usize| prior.entries[i].get(k).copied().unwrap_or(0);
+    let own = |k: usize| prior.deviations[i].get(k).map_or(0, |sd| (sd * sd) as i32);
+    let row = per_motor(entry);
+    // Bits: 12 + 8 each.
+    let common = row.map(|j| (j * i32::from(prior.common)) >> 8);
+    let covariance = per_motor(|k| {
+        per_motor(|l| {
+            let shared = i64::from(common[k]) * i64::from(common[l]);
+            let own = if k == l { i64::from(own(k)) } else { 0 };
+            ((shared + own) << 8).clamp(-MAX_COVARIANCE, MAX_COVARIANCE) as i32
+        })
+    });
+    (row, covariance)
+}
+
 impl Estimate {
-    /// Creates the estimate at the first measurement, with the prior of J.
-    pub(super) fn new(measurement: &Measurement, is_planar: bool) -> Self {
-        let (signs, prior) = (signs(is_planar), if is_planar { PLANAR_PRIOR } else { PRIOR });
+    /// Creates the estimate at the first measurement, with the `prior` of J or else the guess.
+    pub(super) fn new(
+        measurement: &Measurement,
+        is_planar: bool,
+        prior: Option<&JacobianPrior>,
+    ) -> Self {
+        let (signs, noises) = (signs(is_planar), if is_planar { PLANAR_GUESS } else { GUESS });
         let axis = |i: usize| {
-            let zero = |k: usize| signs[i][k] == 0;
-            let row = per_motor(|k| signs[i][k] * prior.mean[i][k]);
-            // (µm/step)² in 1/256, which is Q8: 26 bits.
-            let p_jj = per_motor(|k| {
-                per_motor(|l| match (k == l, zero(k)) {
-                    (true, true) => (prior.level_sd * prior.level_sd) << 8,
-                    (true, false) => row[k] * row[k] * (prior.common + prior.own[i]),
-                    (false, _) => row[k] * row[l] * prior.common,
-                })
-            });
-            let noise = per_motor(|k| if zero(k) { prior.level_noise } else { 256 });
+            let (row, p_jj) = prior.map_or_else(|| guess(i, is_planar), |prior| known(i, prior));
+            let noise = per_motor(|k| if signs[i][k] == 0 { noises.level_noise } else { 256 });
             let (ball, variance) = (measurement.ball[i], measurement.variances[i]);
             AxisKalman::new(ball, row.map(|j| j << 6), p_jj, variance, noise)
         };
@@ -412,7 +442,7 @@ mod tests {
             let ball = hang([0, 1].map(cable)).map(|mm| (mm * 1e3) as i32);
             measurement.ball = [0, 1, 2].map(|i| ball[i] + noise(i as i32));
             (measurement.motors, measurement.motors_ahead) = (motors, motors);
-            let estimate = estimate.get_or_insert_with(|| Estimate::new(&measurement, true));
+            let estimate = estimate.get_or_insert_with(|| Estimate::new(&measurement, true, None));
             estimate.update(&measurement);
             let j = estimate.projected();
             assert_eq!((j[0], j.map(|row| row[2])), ([0; 3], [0; 3]), "frame {frame}");

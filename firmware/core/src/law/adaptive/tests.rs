@@ -46,7 +46,7 @@ fn off(n: [i32; 3], exact: [f64; 3]) -> f64 {
 
 #[test]
 fn a_cautious_step_is_the_one_of_its_equation() {
-    let estimate = Estimate::new(&PICTURE, false);
+    let estimate = Estimate::new(&PICTURE, false, None);
     let unknown = [0, 1, 2].map(|k| {
         [0, 1, 2].map(|l| estimate.axes.iter().map(|a| f64::from(a.p_jj[k][l]) / 256.0).sum())
     });
@@ -58,7 +58,7 @@ fn a_cautious_step_is_the_one_of_its_equation() {
 
 #[test]
 fn what_is_known_for_sure_is_used_as_it_is_and_is_certain() {
-    let mut estimate = Estimate::new(&PICTURE, false);
+    let mut estimate = Estimate::new(&PICTURE, false, None);
     estimate.axes.iter_mut().for_each(|axis| axis.p_jj = [[0; 3]; 3]);
     for (j, e) in JACOBIANS.iter().flat_map(|j| ERRORS.map(|e| (j, e))) {
         let steps = estimate.steps(j, e).unwrap();
@@ -71,7 +71,7 @@ fn what_is_known_for_sure_is_used_as_it_is_and_is_certain() {
 /// Compares the doubt at the first measurement with its equation.
 #[test]
 fn doubt_is_that_of_its_equation() {
-    let estimate = Estimate::new(&PICTURE, false);
+    let estimate = Estimate::new(&PICTURE, false, None);
     for (j, e) in JACOBIANS.iter().flat_map(|j| ERRORS.map(|e| (j, e))) {
         let n = estimate.cautious_steps(j, e).unwrap();
         let sum = |f: &dyn Fn(usize) -> f64| (0..3).map(f).sum::<f64>();
@@ -91,7 +91,7 @@ fn doubt_is_that_of_its_equation() {
 
 #[test]
 fn steps_in_doubt_are_refused() {
-    let mut estimate = Estimate::new(&PICTURE, false);
+    let mut estimate = Estimate::new(&PICTURE, false, None);
     let (j, e) = (estimate.projected(), [100_000, 50_000, -80_000]);
     assert!(estimate.steps(&j, e).is_none());
     estimate.axes.iter_mut().flat_map(|axis| &mut axis.p_jj).flatten().for_each(|p| *p /= 9);
@@ -115,7 +115,7 @@ fn each_overshoot_reduces_the_gain_until_the_target_changes() {
 fn j_is_estimated_on_the_way_and_not_at_the_target() {
     let after = |target: i32| {
         let measurement = Measurement { target: [target; 3], ..PICTURE };
-        let mut estimate = Estimate::new(&measurement, false);
+        let mut estimate = Estimate::new(&measurement, false, None);
         for k in 1..10 {
             estimate.update(&Measurement {
                 ball: [k % 3 * 1_000; 3],
@@ -125,6 +125,6 @@ fn j_is_estimated_on_the_way_and_not_at_the_target() {
         }
         estimate.axes.map(|axis| axis.j)
     };
-    assert_eq!(after(0), Estimate::new(&PICTURE, false).axes.map(|axis| axis.j));
+    assert_eq!(after(0), Estimate::new(&PICTURE, false, None).axes.map(|axis| axis.j));
     assert_ne!(after(100_000), after(0));
 }

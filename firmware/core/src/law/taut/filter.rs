@@ -56,13 +56,15 @@ impl Filter {
         Self::begun(seen, guess.prior(seen.ball, seen.variances, target))
     }
 
-    /// Creates the filter at the first measurement, with the state and covariance of a known rig.
+    /// Creates the filter at the first measurement, with the state and covariance of a known rig;
+    /// `None` for a rig far beyond what the filters know.
     #[cold]
-    pub(super) fn knowing(seen: &Observation, known: ([f32; N], [[f32; N]; N])) -> Self {
+    pub(super) fn knowing(seen: &Observation, known: ([f32; N], [[f32; N]; N])) -> Option<Self> {
         let mut filter = Self::begun(seen, known);
         filter.clamp_state();
         filter.cables = Cables::new(&filter.x);
-        filter
+        let is_near = |i: usize| (filter.x[i] - known.0[i]).abs() < MAX_BEYOND_MM;
+        ((AXES..STEP).all(is_near) && filter.is_valid()).then_some(filter)
     }
 
     /// Creates the filter at the first measurement, with this state and covariance.
@@ -348,6 +350,8 @@ impl Filter {
 
 /// Largest distance of a motor from the ball along an axis, mm.
 const MAX_MOTOR_DISTANCE_MM: f32 = 1600.0;
+/// Distance by which a coordinate of a known rig may be beyond these and [`BOUNDS`], mm.
+const MAX_BEYOND_MM: f32 = 100.0;
 /// Range of ln s: cable of a step from 0.1 to 1.5 mm.
 const LN_STEP_RANGE: (f32, f32) = (-core::f32::consts::LN_10, 0.405_465);
 /// Range of the measurements' delay beyond their age, frame times.

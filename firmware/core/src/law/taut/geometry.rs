@@ -143,11 +143,12 @@ struct PriorSd {
     own: f32,
     /// ln s; the population's is 0.48, and the guesses have two values of s.
     ln_step: f32,
-    /// Delay, frame times: 50 ms.
-    delay: f32,
 }
 
-const SD: PriorSd = PriorSd { level: 200.0, height: 200.0, own: 20.0, ln_step: 0.3, delay: 1.5 };
+const SD: PriorSd = PriorSd { level: 200.0, height: 200.0, own: 20.0, ln_step: 0.3 };
+
+/// Standard deviation of a delay of which nothing is known, frame times: 50 ms.
+pub(super) const DELAY_SD: f32 = 1.5;
 
 /// Mean height of the motors above the middle of start and target, mm. They are 100 to 1000 mm
 /// above both.
@@ -208,7 +209,7 @@ impl Guess {
         p[3][3] += SD.own * SD.own;
         p[6][6] += SD.own * SD.own;
         p[STEP][STEP] = SD.ln_step * SD.ln_step;
-        p[DELAY][DELAY] = SD.delay * SD.delay;
+        p[DELAY][DELAY] = DELAY_SD * DELAY_SD;
         p
     }
 }

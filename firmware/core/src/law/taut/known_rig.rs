@@ -1,11 +1,12 @@
 //! Geometry of a rig that a filter has estimated, for the next run.
 
 use heapless::Vec;
-use plumb_protocol::dimension::AXES;
+use plumb_protocol::dimension::{AXES, MOTORS};
+use plumb_protocol::prior::RigPrior;
 use serde::{Deserialize, Serialize};
 
 use super::filter::Filter;
-use super::geometry::{N, STEP, length};
+use super::geometry::{DELAY_SD, N, STEP, length};
 use super::observation::Observation;
 use crate::vector::per_motor;
 
@@ -14,7 +15,7 @@ const KEPT: usize = N - AXES;
 /// Pairs of these entries.
 const PAIRS: usize = KEPT * (KEPT - 1) / 2;
 /// Version of the bytes of a [`KnownRig`].
-const LAYOUT: u8 = 1;
+const LAYOUT: u8 = 2;
 /// Size of a number, bytes.
 const NUMBER: usize = size_of::<f32>();
 /// Size of a correlation, bytes.
@@ -48,6 +49,32 @@ const MOVED_MM: f32 = 15.0;
 const REWOUND: f32 = 0.12;
 
 impl KnownRig {
+    /// Returns the rig of a tape measure: of its steps the mean counts, and of the delay nothing is
+    /// known.
+    pub(crate) fn measured(prior: &RigPrior) -> Self {
+        let cables = prior.cable_per_step.iter();
+        let cable = cables.map(|nm| *nm as f32 * 1e-6).sum::<f32>() / MOTORS as f32;
+        let (place, ln_step) = (prior.deviation.0 as f32 * 1e-3, f32::from(prior.cable_deviation));
+        let mut rig = Self(Vec::new());
+        rig.push([LAYOUT]);
+        for coordinate in prior.motors.iter().flat_map(|motor| motor.micrometres()) {
+            rig.push((coordinate as f32 * 1e-3).to_le_bytes());
+        }
+        for number in [libm::logf(cable), 0.0] {
+            rig.push(number.to_le_bytes());
+        }
+        for deviation in [place; STEP - AXES] {
+            rig.push(deviation.to_le_bytes());
+        }
+        for deviation in [ln_step / 1024.0, DELAY_SD] {
+            rig.push(deviation.to_le_bytes());
+        }
+        for _ in pairs() {
+            rig.push(0_i16.to_le_bytes());
+        }
+        rig
+    }
+
     /// Returns the geometry of `filter`; `None` while it does not know how the ball moves.
     #[cold]
     pub(super) fn of(filter: &Filter) -> Option<Self> {
@@ -55,7 +82,14 @@ impl KnownRig {
             return None;
         }
         let (x, p) = filter.state();
-        let deviation = |i: usize| libm::sqrtf(p[i][i]);
+        let deviation = |i: usize| {
+            let added = match i {
+                STEP => REWOUND,
+                i if i < STEP => MOVED_MM,
+                _ => 0.0,
+            };
+            libm::sqrtf(p[i][i] + added * added)
+        };
         let mut rig = Self(Vec::new());
         rig.push([LAYOUT]);
         for number in &x[AXES..] {
@@ -91,13 +125,8 @@ impl KnownRig {
         }
         let deviation = |i: usize| self.number(KEPT + i - AXES);
         for i in AXES..N {
-            let added = match i {
-                STEP => REWOUND,
-                i if i < STEP => MOVED_MM,
-                _ => 0.0,
-            };
             x[i] = self.number(i - AXES);
-            p[i][i] = deviation(i) * deviation(i) + added * added;
+            p[i][i] = deviation(i) * deviation(i);
         }
         for (place, (i, k)) in (CORRELATIONS..).step_by(CORRELATION).zip(pairs()) {
             let correlation = f32::from(i16::from_le_bytes(self.at(place))) / FULL;

@@ -124,7 +124,7 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
     let j = [[-0.7, -0.7, 0.7], [-0.6, 0.6, 0.0], [-1.2, -1.2, -0.6]];
     let omega = core::f32::consts::TAU * hz;
     let (start, target) = ([0.0, 0.0, -400.0], [0.0, 80.0, -300.0]);
-    let mut law = Taut::new(MotorLimits { rate: 400 * 256, acceleration: 2000, count: 3 });
+    let mut law = Taut::new(MotorLimits { rate: 400 * 256, acceleration: 2000, count: 3 }, None);
     let (mut motors, mut rates, mut ball, mut speed) = ([0.0; 3], [0.0; 3], start, [0.0; 3]);
     let mut seen = [(start, motors); 6];
     let mut farthest: f32 = 0.0;

@@ -42,7 +42,9 @@ fn in_f64(law: &LawSettings, params: &Params) -> Box<dyn Law> {
 fn boards_own(params: &Params) -> Box<dyn Law> {
     match params.law() {
         LawSelection::Inline(law) => Box::new(law),
-        LawSelection::Deferred(kind) => Box::new(DeferredLaw::new(kind, params.limits())),
+        LawSelection::Deferred(kind) => {
+            Box::new(DeferredLaw::new(kind, params.limits(), None, &mut None))
+        }
     }
 }
 

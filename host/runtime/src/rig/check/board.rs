@@ -55,7 +55,7 @@ fn keys(field: ConfigField, law: LawName) -> &'static [&'static str] {
         ConfigField::Delay if law == LawName::Adaptive => &["law.adaptive.delay"],
         ConfigField::Delay => &["law.taut.delay"],
         ConfigField::Law => &["law"],
-        ConfigField::Motors => &["motors.count"],
+        ConfigField::Motors | ConfigField::Prior => &["motors.count"],
         // The conversion of the rig file tells that it is not below `deadlines.position`.
         ConfigField::MaxAge => &["deadlines.max_age"],
     }
