@@ -19,7 +19,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("host/bench", 4650),
     ("host/calibrate", 2550),
     ("host/calibrate/import", 700),
-    ("host/cameras", 3100),
+    ("host/cameras", 3650),
     ("host/cameras/openni", 2250),
     ("host/cameras/pictures", 700),
     ("host/cameras/realsense", 1700),
