@@ -12,7 +12,7 @@ use plumb_frame::source::SourceError;
 use tracing::warn;
 
 use super::PATIENCE;
-use super::body::{Body, Parts};
+use super::body::{Body, Parts, read_line};
 use super::error::HttpError;
 use super::url::HttpUrl;
 use crate::capture::slot::{Item, Slot};
@@ -79,66 +79,60 @@ impl Receiver {
 
     fn run(self) {
         let _end = self.slot.end_guard();
-        let mut pause = PAUSES[0];
-        // Each outage is told once.
-        let mut is_told = false;
-        while !self.slot.is_closed() {
-            let (received, error) = self.receive();
+        let (mut pause, mut is_told) = (PAUSES[0], false);
+        loop {
+            let mut received = 0;
+            let Err(error) = self.receive(&mut received) else { return };
             if received > 0 {
                 (pause, is_told) = (PAUSES[0], false);
             }
+            // Each outage is told once.
             if !is_told {
                 warn!(error = %ErrorChain(&error), "{}: it is connected again", self.url);
-                self.slot.offer(Item::Lost(SourceError::new(error)));
                 is_told = true;
+                if !self.slot.offer(Item::Lost(SourceError::new(error))) {
+                    return;
+                }
             }
             thread::sleep(pause);
             pause = PAUSES[1].min(2 * pause);
         }
     }
 
-    /// Receives the pictures of one connection. Returns their number, and why they end.
-    fn receive(&self) -> (u64, HttpError) {
-        let mut received = 0;
-        let (mut body, mut parts) = match self.connect() {
-            Ok(connected) => connected,
-            Err(error) => return (received, error),
-        };
+    /// Receives the pictures of one connection, and counts them, until the slot is closed.
+    fn receive(&self, received: &mut u64) -> Result<(), HttpError> {
+        let (mut body, mut parts) = self.connect()?;
         let mut stale = 0;
-        loop {
+        while !self.slot.is_closed() {
             body.input.get_mut().deadline = Instant::now() + PATIENCE;
-            let bytes = match parts.next(&mut body) {
-                Ok(bytes) => bytes,
-                Err(error) => return (received, error),
-            };
-            received += 1;
+            let bytes = parts.next(&mut body)?;
+            *received += 1;
             if body.input.buffer().len() > parts.backlog(&bytes) && stale < MAX_STALE {
                 stale += 1;
                 continue;
             }
             stale = 0;
-            let arrival = self.clock.now();
-            if !self.slot.offer(Item::Frame(Picture { arrival, bytes })) {
-                return (received, HttpError::Ended);
-            }
+            self.slot.offer(Item::Frame(Picture { arrival: self.clock.now(), bytes }));
         }
+        Ok(())
     }
 
     /// Connects to the camera and asks for its pictures.
     fn connect(&self) -> Result<(Body<BufReader<Timed>>, Parts), HttpError> {
-        let url = &self.url;
-        let stream = reach(&url.host, url.port);
-        let stream =
-            stream.map_err(|source| HttpError::Connect { url: url.to_string(), source })?;
-        let deadline = Instant::now() + PATIENCE;
+        let url = || self.url.to_string();
+        let stream = reach(&self.url.host, self.url.port);
+        let mut stream = stream.map_err(|source| HttpError::Connect { url: url(), source })?;
         stream.set_write_timeout(Some(PATIENCE))?;
-        (&stream).write_all(url.request().as_bytes())?;
+        stream.write_all(self.url.request().as_bytes())?;
+        let deadline = Instant::now() + PATIENCE;
         let mut input = BufReader::with_capacity(BUFFER_BYTES, Timed { stream, deadline });
-        let reply = Reply::read(&mut input)?;
-        let boundary = reply.boundary();
-        let boundary = boundary.map_err(|says| HttpError::Reply { url: url.to_string(), says })?;
-        let left = reply.has_chunks().then_some(0);
-        Ok((Body { input, left }, Parts::new(&boundary)))
+        let head = read_head(&mut input)?;
+        let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
+        let mut reply = httparse::Response::new(&mut headers);
+        reply.parse(&head).map_err(|_| HttpError::NoHttp)?;
+        let boundary = boundary(&reply).map_err(|says| HttpError::Reply { url: url(), says })?;
+        let has_chunks = header(&reply, "transfer-encoding").eq_ignore_ascii_case("chunked");
+        Ok((Body { input, left: has_chunks.then_some(0) }, Parts::new(&boundary)))
     }
 }
 
@@ -154,79 +148,45 @@ fn reach(host: &str, port: u16) -> io::Result<TcpStream> {
     result
 }
 
-/// Head of a reply.
-struct Reply {
-    code: u16,
-    reason: String,
-    /// Header lines; the names in lower case.
-    headers: Vec<(String, String)>,
+/// Reads the head of a reply: up to an empty line.
+fn read_head(input: &mut impl BufRead) -> Result<Vec<u8>, HttpError> {
+    let mut head = Vec::new();
+    while !head.ends_with(b"\r\n\r\n") && head.len() < MAX_HEAD_BYTES {
+        head.extend(read_line(input)?);
+        head.extend(b"\r\n");
+        if !head.starts_with(b"HTTP/") {
+            return Err(HttpError::NoHttp);
+        }
+    }
+    Ok(head)
 }
 
-impl Reply {
-    fn read(input: &mut impl BufRead) -> Result<Self, HttpError> {
-        let mut head = Vec::new();
-        while head.len() < MAX_HEAD_BYTES {
-            let bytes = input.fill_buf()?;
-            if bytes.is_empty() {
-                return Err(HttpError::Ended);
-            }
-            let (before, count) = (head.len(), bytes.len());
-            head.extend_from_slice(bytes);
-            let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
-            let mut reply = httparse::Response::new(&mut headers);
-            match reply.parse(&head) {
-                Ok(httparse::Status::Partial) => input.consume(count),
-                Ok(httparse::Status::Complete(length)) => {
-                    let headers = reply.headers.iter().map(|header| {
-                        let value = String::from_utf8_lossy(header.value).into_owned();
-                        (header.name.to_ascii_lowercase(), value)
-                    });
-                    let (code, reason) = (reply.code.unwrap_or(0), reply.reason.unwrap_or(""));
-                    let (headers, reason) = (headers.collect(), reason.to_owned());
-                    input.consume(length - before);
-                    return Ok(Self { code, reason, headers });
-                }
-                Err(_) => break,
-            }
-        }
-        Err(HttpError::NoHttp)
-    }
+/// Returns the value of a header line; an empty one where there is none.
+fn header(reply: &httparse::Response<'_, '_>, name: &str) -> String {
+    let mut headers = reply.headers.iter();
+    let found = headers.find(|header| header.name.eq_ignore_ascii_case(name));
+    found.map_or(String::new(), |header| String::from_utf8_lossy(header.value).into_owned())
+}
 
-    fn header(&self, name: &str) -> &str {
-        let found = self.headers.iter().find(|(header, _)| header == name);
-        found.map_or("", |(_, value)| value)
+/// Returns what stands between the pictures of a reply.
+///
+/// # Errors
+/// Where there are none: what the reply is, and what to do, for a person.
+fn boundary(reply: &httparse::Response<'_, '_>) -> Result<String, String> {
+    match reply.code.unwrap_or(0) {
+        200 => {}
+        401 => return Err("wants a password: http://USER:PASSWORD@HOST (Basic only)".to_owned()),
+        300..=399 => return Err(format!("the pictures are at {:?}", header(reply, "location"))),
+        code => return Err(format!("the reply is {code} {:?}", reply.reason.unwrap_or(""))),
     }
-
-    fn has_chunks(&self) -> bool {
-        self.header("transfer-encoding").eq_ignore_ascii_case("chunked")
-    }
-
-    /// Returns what stands between the pictures.
-    ///
-    /// # Errors
-    /// Where there are none: what the reply is, and what to do, for a person.
-    fn boundary(&self) -> Result<String, String> {
-        let Self { code, reason, .. } = self;
-        match code {
-            200 => {}
-            401 => return Err("wants a password: http://USER:PASSWORD@HOST (Basic only)".into()),
-            300..=399 => {
-                return Err(format!("the pictures are at {:?}", self.header("location")));
-            }
-            _ => return Err(format!("the reply is {code} {reason:?}")),
-        }
-        let kind = self.header("content-type");
-        let mut words = kind.split(';').map(str::trim);
-        let is_multipart = words.next().is_some_and(|it| it.starts_with("multipart/"));
-        let boundary = words.find_map(|word| {
-            let (name, value) = word.split_once('=')?;
-            name.eq_ignore_ascii_case("boundary").then(|| value.to_owned())
-        });
-        boundary.filter(|_| is_multipart).ok_or_else(|| {
-            format!(
-                "the reply is {kind:?}, and no row of JPEG pictures (multipart/x-mixed-replace \
-                 with a boundary): give the address of the camera's MJPEG stream"
-            )
-        })
+    let kind = header(reply, "content-type");
+    let names = kind.split(';').filter_map(|word| word.trim().split_once('='));
+    let boundary = names.filter(|(name, _)| name.eq_ignore_ascii_case("boundary")).last();
+    match boundary {
+        Some((_, boundary)) if kind.starts_with("multipart/") => Ok(boundary.to_owned()),
+        _ => Err(format!(
+            "the reply is {kind:?}, and no row of JPEG pictures (multipart/x-mixed-replace with a \
+             boundary): give the address of the camera's MJPEG stream"
+        )),
     }
 }

@@ -16,7 +16,7 @@ use std::ptr::NonNull;
 use std::time::Duration;
 
 use nix::errno::Errno;
-use nix::libc::{O_NONBLOCK, c_int, timeval};
+use nix::libc::{O_NONBLOCK, c_int, c_long};
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::mman::{MapFlags, ProtFlags, mmap, munmap};
 use nix::time::{ClockId, clock_gettime};
@@ -93,13 +93,15 @@ struct RequestBuffers {
 
 /// struct v4l2_buffer.
 #[repr(C)]
+#[derive(Default)]
 struct Buffer {
     index: u32,
     kind: u32,
     bytes_used: u32,
     flags: u32,
     field: u32,
-    timestamp: timeval,
+    /// Seconds and microseconds.
+    timestamp: [c_long; 2],
     timecode: [u32; 4],
     sequence: u32,
     memory: u32,
@@ -154,10 +156,8 @@ impl KernelNode {
     fn call<T>(&self, request: Request<T>, value: &mut T) -> io::Result<()> {
         // SAFETY: the kernel reads and writes a `T`, whose layout the tests compare with the
         // request's number. It keeps no pointer.
-        match unsafe { request(self.file.as_raw_fd(), value) } {
-            Ok(_) => Ok(()),
-            Err(error) => Err(error.into()),
-        }
+        unsafe { request(self.file.as_raw_fd(), value) }?;
+        Ok(())
     }
 
     /// Gives the driver a buffer to fill.
@@ -168,22 +168,7 @@ impl KernelNode {
 
 impl Buffer {
     fn new(index: u32) -> Self {
-        Self {
-            index,
-            kind: VIDEO_CAPTURE,
-            bytes_used: 0,
-            flags: 0,
-            field: 0,
-            timestamp: timeval { tv_sec: 0, tv_usec: 0 },
-            timecode: [0; 4],
-            sequence: 0,
-            memory: MMAP,
-            align: [],
-            offset: 0,
-            align_end: [],
-            length: 0,
-            reserved: [0; 2],
-        }
+        Self { index, kind: VIDEO_CAPTURE, memory: MMAP, ..Self::default() }
     }
 }
 
@@ -250,8 +235,8 @@ impl Node for KernelNode {
         let filled = self.buffers.get(buffer.index as usize).ok_or(Errno::EINVAL)?;
         filled.copy_to(bytes, buffer.bytes_used as usize);
         self.queue(buffer.index)?;
-        let timeval { tv_sec, tv_usec } = buffer.timestamp;
-        let stamp = tv_sec as f64 + 1e-6 * tv_usec as f64;
+        let [seconds, microseconds] = buffer.timestamp;
+        let stamp = seconds as f64 + 1e-6 * microseconds as f64;
         let age = now.tv_sec() as f64 + 1e-9 * now.tv_nsec() as f64 - stamp;
         let stamp = (stamp > 0.0).then_some(stamp);
         Ok(Filled {
