@@ -180,8 +180,8 @@ fn boundary(reply: &httparse::Response<'_, '_>) -> Result<String, String> {
         code => return Err(format!("the reply is {code} {:?}", reply.reason.unwrap_or(""))),
     }
     let kind = header(reply, "content-type");
-    let names = kind.split(';').filter_map(|word| word.trim().split_once('='));
-    let boundary = names.filter(|(name, _)| name.eq_ignore_ascii_case("boundary")).last();
+    let mut names = kind.split(';').filter_map(|word| word.trim().split_once('='));
+    let boundary = names.rfind(|(name, _)| name.eq_ignore_ascii_case("boundary"));
     match boundary {
         Some((_, boundary)) if kind.starts_with("multipart/") => Ok(boundary.to_owned()),
         _ => Err(format!(

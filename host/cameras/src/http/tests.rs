@@ -245,7 +245,7 @@ fn a_server_that_ends_within_a_picture_is_connected_again() {
 
 #[test]
 fn a_server_that_hangs_within_a_picture_is_connected_again() {
-    reconnects("no whole picture for 3 s", |_, _| thread::sleep(PATIENCE + PERIOD));
+    reconnects("no whole picture for 3 s", |_, _| thread::sleep(PATIENCE * 4 / 3));
 }
 
 #[test]
