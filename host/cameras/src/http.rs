@@ -106,6 +106,13 @@ impl HttpSource {
     }
 }
 
+/// Reads `bytes` as the reply of a camera, up to its end or the first error. Returns the number of
+/// pictures, decoded or not.
+pub(crate) fn count_pictures(mut bytes: &[u8]) -> Result<u64, BoxedError> {
+    let (mut body, mut parts) = reception::reply(&mut bytes, &"http://camera/".parse()?)?;
+    Ok((0..).take_while(|_| parts.next(&mut body).is_ok()).count() as u64)
+}
+
 /// Cameras in the network are unknown before they are named: none is listed.
 impl CameraDriver for HttpSettings {
     fn open(&self, camera: &Camera, _: Option<&Path>) -> Result<OpenedSource, BoxedError> {

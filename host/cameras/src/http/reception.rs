@@ -119,21 +119,31 @@ impl Receiver {
 
     /// Connects to the camera and asks for its pictures.
     fn connect(&self) -> Result<(Body<BufReader<Timed>>, Parts), HttpError> {
-        let url = || self.url.to_string();
-        let stream = reach(&self.url.host, self.url.port);
-        let mut stream = stream.map_err(|source| HttpError::Connect { url: url(), source })?;
+        let failed = |source| HttpError::Connect { url: self.url.to_string(), source };
+        let mut stream = reach(&self.url.host, self.url.port).map_err(failed)?;
         stream.set_write_timeout(Some(PATIENCE))?;
         stream.write_all(self.url.request().as_bytes())?;
         let deadline = Instant::now() + PATIENCE;
-        let mut input = BufReader::with_capacity(BUFFER_BYTES, Timed { stream, deadline });
-        let head = read_head(&mut input)?;
-        let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
-        let mut reply = httparse::Response::new(&mut headers);
-        reply.parse(&head).map_err(|_| HttpError::NoHttp)?;
-        let boundary = boundary(&reply).map_err(|says| HttpError::Reply { url: url(), says })?;
-        let has_chunks = header(&reply, "transfer-encoding").eq_ignore_ascii_case("chunked");
-        Ok((Body { input, left: has_chunks.then_some(0) }, Parts::new(&boundary)))
+        reply(BufReader::with_capacity(BUFFER_BYTES, Timed { stream, deadline }), &self.url)
     }
+}
+
+/// Reads the head of the reply of `url`. Returns its body, and the reader of its pictures.
+///
+/// # Errors
+/// Where it has none.
+pub(super) fn reply<R: BufRead>(
+    mut input: R,
+    url: &HttpUrl,
+) -> Result<(Body<R>, Parts), HttpError> {
+    let head = read_head(&mut input)?;
+    let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
+    let mut reply = httparse::Response::new(&mut headers);
+    reply.parse(&head).map_err(|_| HttpError::NoHttp)?;
+    let refused = |says| HttpError::Reply { url: url.to_string(), says };
+    let boundary = boundary(&reply).map_err(refused)?;
+    let has_chunks = header(&reply, "transfer-encoding").eq_ignore_ascii_case("chunked");
+    Ok((Body { input, left: has_chunks.then_some(0) }, Parts::new(&boundary)))
 }
 
 /// Connects to the first address of `host` that answers.
