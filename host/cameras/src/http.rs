@@ -7,6 +7,7 @@
 
 mod body;
 mod error;
+mod limits;
 mod reception;
 mod url;
 
@@ -30,9 +31,6 @@ use reception::{Picture, Receiver};
 
 pub use error::HttpError;
 pub use url::{HttpUrl, UrlError};
-
-/// Longest wait for a connection, for a reply, and for each whole picture.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Longest wait for the first picture: the camera is found, connected, and answers.
 const FIRST_PICTURE: Duration = Duration::from_secs(20);

@@ -3,9 +3,7 @@
 use std::io::{self, BufRead, ErrorKind, Read};
 
 use super::error::HttpError;
-
-/// Most bytes of a picture.
-pub(super) const MAX_PICTURE_BYTES: u64 = 16 << 20;
+use super::limits::MAX_PICTURE_BYTES;
 
 /// Most bytes of a line of a head.
 const MAX_LINE_BYTES: u64 = 8 << 10;

@@ -6,8 +6,7 @@ use std::time::Duration;
 use plumb_pictures::decode::DecodeError;
 use thiserror::Error;
 
-use super::PATIENCE;
-use super::body::MAX_PICTURE_BYTES;
+use super::limits::{MAX_PICTURE_BYTES, PATIENCE};
 
 /// Failure of a camera in the network.
 #[derive(Debug, Error)]

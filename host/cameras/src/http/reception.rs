@@ -11,9 +11,9 @@ use plumb_frame::clock::LiveClock;
 use plumb_frame::source::SourceError;
 use tracing::warn;
 
-use super::PATIENCE;
 use super::body::{Body, Parts, read_line};
 use super::error::HttpError;
+use super::limits::PATIENCE;
 use super::url::HttpUrl;
 use crate::capture::slot::{Item, Slot};
 

@@ -9,6 +9,7 @@ use plumb_config::error_chain::ErrorChain;
 use plumb_frame::image::Bgr;
 use plumb_pictures::jpeg;
 
+use super::limits::PATIENCE;
 use super::*;
 use crate::camera_file;
 
