@@ -6,8 +6,8 @@ use std::path::Path;
 use nix::errno::Errno;
 use plumb_config::quantity::{CameraGain, CameraTime};
 
-use crate::driver::WebcamSettings;
 use crate::node::Node;
+use crate::settings::WebcamSettings;
 
 /// Control of V4L2: its number, and its name without the prefix V4L2_CID_.
 #[derive(Debug, Clone, Copy)]

@@ -22,8 +22,8 @@ use nix::sys::mman::{MapFlags, ProtFlags, mmap, munmap};
 use nix::time::{ClockId, clock_gettime};
 use plumb_frame::image::ImageSize;
 
-use crate::driver::PixelFormat;
 use crate::node::{Filled, Format, Node};
+use crate::settings::PixelFormat;
 
 /// V4L2_BUF_TYPE_VIDEO_CAPTURE.
 const VIDEO_CAPTURE: u32 = 1;

@@ -31,14 +31,16 @@ mod kernel;
 mod mode;
 mod node;
 mod nodes;
+mod settings;
 mod source;
 #[cfg(feature = "videoio")]
 mod video_file;
 mod webcam;
 
-pub use driver::{NotBuilt, PixelFormat, PowerLine, VIDEO_ENDINGS, WebcamSettings};
+pub use driver::{NotBuilt, VIDEO_ENDINGS};
 pub use error::WebcamError;
 pub use mode::Mode;
+pub use settings::{PixelFormat, PowerLine, WebcamSettings};
 pub use source::WebcamSource;
 #[cfg(feature = "videoio")]
 pub use video_file::{LibraryError, Picture, VideoFile, VideoFileError, VideoFileSource};

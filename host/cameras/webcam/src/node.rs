@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use plumb_frame::image::ImageSize;
 
-use crate::driver::PixelFormat;
+use crate::settings::PixelFormat;
 
 /// Video device that is open. Errors are those of the kernel's calls.
 pub(crate) trait Node: Send {

@@ -9,8 +9,8 @@ use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::Image;
 use plumb_frame::source::{CameraSource, InvalidFrame, SourceError};
 
-use crate::driver::WebcamSettings;
 use crate::error::WebcamError;
+use crate::settings::WebcamSettings;
 use crate::webcam::Webcam;
 
 /// Webcam. Its frames have no depth; their time stamps are seconds since it was opened.

@@ -13,12 +13,12 @@ use plumb_pictures::decode::{self, DecodeError};
 use plumb_pictures::raw;
 
 use crate::controls::Controls;
-use crate::driver::{PixelFormat, WebcamSettings};
 use crate::error::WebcamError;
 use crate::kernel::KernelNode;
 use crate::mode::Mode;
 use crate::node::{Filled, Format, Node};
 use crate::nodes::{capture_nodes, find};
+use crate::settings::{PixelFormat, WebcamSettings};
 
 /// Longest wait for a picture, below that of a capture.
 const SILENCE: Duration = Duration::from_secs(2);
