@@ -2,7 +2,7 @@
 //!
 //! - [`settings`]: the registry of all sources, and the settings that choose one;
 //!   [`open_camera`](open::open_camera) opens it. Each kind of camera is a crate (`plumb-openni`,
-//!   `plumb-realsense`, `plumb-webcam`) or a module ([`stream`]) with a
+//!   `plumb-realsense`, `plumb-webcam`) or a module ([`stream`], [`http`]) with a
 //!   [`CameraDriver`](plumb_frame::driver::CameraDriver). Of cameras in ROS 2 the table is here
 //!   ([`ros2`]), the driver in the crate `plumb-ros2`.
 //! - [`capture`]: a thread that reads a camera and keeps the newest frame.
@@ -67,6 +67,7 @@ pub mod capture;
 pub mod discovery;
 #[doc(hidden)]
 pub mod fuzzing;
+pub mod http;
 pub mod open;
 pub mod playback;
 pub mod png;

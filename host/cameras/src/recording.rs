@@ -69,11 +69,11 @@ pub enum OpenRecordingError {
         advice: &'static str,
     },
     /// A video file cannot be opened.
-    #[cfg(feature = "webcam")]
+    #[cfg(feature = "videoio")]
     #[error(transparent)]
-    Video(#[from] plumb_webcam::WebcamSourceError),
+    Video(#[from] plumb_webcam::VideoFileError),
     /// The program is built without video files.
-    #[cfg(not(feature = "webcam"))]
+    #[cfg(not(feature = "videoio"))]
     #[error("{}", .path.display())]
     NoVideo {
         /// The video file.
@@ -263,7 +263,7 @@ fn advice(ending: &str) -> &'static str {
 }
 
 /// Opens a video file.
-#[cfg(feature = "webcam")]
+#[cfg(feature = "videoio")]
 fn open_video(path: &Path, intrinsics: FileIntrinsics) -> Result<OpenedSource, OpenRecordingError> {
     let source = plumb_webcam::VideoFileSource::open(path, intrinsics)?;
     let (notes, intrinsics) = (source.notes().to_vec(), *source.intrinsics());
@@ -271,7 +271,7 @@ fn open_video(path: &Path, intrinsics: FileIntrinsics) -> Result<OpenedSource, O
 }
 
 /// Returns the error of a program without video files.
-#[cfg(not(feature = "webcam"))]
+#[cfg(not(feature = "videoio"))]
 fn open_video(path: &Path, _: FileIntrinsics) -> Result<OpenedSource, OpenRecordingError> {
     let source = plumb_webcam::NotBuilt;
     Err(OpenRecordingError::NoVideo { path: path.to_owned(), source })

@@ -7,10 +7,11 @@ use plumb_config::book::page;
 use plumb_frame::driver::{CameraDriver, IntrinsicsFrom};
 use plumb_openni::OpenniSettings;
 use plumb_realsense::RealsenseSettings;
-use plumb_webcam::{NotBuilt, WebcamSettings};
+use plumb_webcam::WebcamSettings;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::http::HttpSettings;
 use crate::recording::RecordingDriver;
 use crate::ros2::Ros2CameraSettings;
 use crate::stream::StreamAddress;
@@ -24,8 +25,8 @@ macro_rules! registry {
         /// ```toml
         /// [camera]
         /// file = "camera.toml"
-        /// source = "openni"          # or "realsense", "webcam", "ros2", "simulated", "recording",
-        ///                            # "stream"
+        /// source = "openni"          # or "realsense", "webcam", "http", "ros2", "simulated",
+        ///                            # "recording", "stream"
         /// recording = "desk.oni"     # of "recording": an .oni, .bag, .db3 or video file, or a
         ///                            # TUM folder
         /// stream = "unix:cam.sock"   # of "stream": or "tcp:127.0.0.1:5600", or "-", which is
@@ -41,6 +42,8 @@ macro_rules! registry {
         /// serial = "832112070255"
         /// [camera.webcam]            # of "webcam", each key with a default
         /// device = "/dev/video2"
+        /// [camera.http]              # of "http"
+        /// url = "http://phone:8080/video"
         /// [camera.ros2]              # of "ros2", each key with a default
         /// colour = "/camera/camera/color/image_raw"
         /// ```
@@ -49,8 +52,9 @@ macro_rules! registry {
         pub struct CameraSettings {
             /// Path of the camera file, relative to the rig file.
             pub file: PathBuf,
-            /// Source of the frames. Default: the recording or the stream that is named, else the
-            /// simulated rig where there is one, else a camera through OpenNI2.
+            /// Source of the frames. Default: the recording, the stream or the camera in the
+            /// network that is named, else the simulated rig where there is one, else a camera
+            /// through OpenNI2.
             pub source: Option<SourceName>,
             /// Path of the recording, relative to the rig file: an `.oni`, `.bag`, `.db3` or video
             /// file, or a TUM folder.
@@ -123,6 +127,8 @@ registry! {
     Stream = "stream";
     /// A webcam, without depth.
     Webcam = "webcam" webcam: WebcamSettings;
+    /// A camera in the network that sends JPEG pictures, without depth.
+    Http = "http" http: HttpSettings;
     /// A camera that another node of ROS 2 publishes.
     Ros2 = "ros2" ros2: Ros2CameraSettings;
 }
@@ -134,11 +140,6 @@ pub fn kinect() -> String {
          or as stream, where another program sends its pictures ({})",
         page("cameras")
     )
-}
-
-/// Returns what a person must do where the program cannot read `source`; `None` where it can.
-pub fn not_built(source: SourceName) -> Option<NotBuilt> {
-    (source == SourceName::Webcam && !cfg!(feature = "webcam")).then_some(NotBuilt)
 }
 
 /// Contradiction in the table `[camera]`.
@@ -190,6 +191,7 @@ impl CameraSettings {
         let source = self.source.unwrap_or(match (&self.recording, &self.stream) {
             (Some(_), _) => SourceName::Recording,
             (None, Some(_)) => SourceName::Stream,
+            (None, None) if self.http.url.is_some() => SourceName::Http,
             (None, None) if simulation => SourceName::Simulated,
             (None, None) => SourceName::Openni,
         });
@@ -259,6 +261,8 @@ mod tests {
         assert_eq!(settings("recording = 'a.oni'").source(true), Ok(SourceName::Recording));
         assert_eq!(settings("source = 'openni'").source(true), Ok(SourceName::Openni));
         assert_eq!(settings("stream = '-'").source(true), Ok(SourceName::Stream));
+        let http = "[http]\nurl = 'http://phone:8080/video'";
+        assert_eq!(settings(http).source(true), Ok(SourceName::Http));
         assert_eq!(settings(""), CameraSettings::new("camera.toml"));
     }
 

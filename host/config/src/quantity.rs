@@ -216,6 +216,8 @@ quantities! {
     CameraTime = Range::above_zero(10.0, "s");
     /// Gain of a camera, in the units of its driver.
     CameraGain = Range::new(-1e6, 1e6, "");
+    /// Colour of light that a camera shows as white, kelvin.
+    ColourTemperature = Range::new(1000.0, 20_000.0, "K");
 }
 
 /// Range of the columns and rows of a picture.

@@ -39,3 +39,4 @@ mod stream;
 mod targets;
 mod two_motors;
 mod verbose;
+mod webcam;

@@ -15,5 +15,5 @@ mod ros2;
 // With an MCAP file.
 #[path = "../it/session.rs"]
 mod session;
+mod video_files;
 mod viewers;
-mod webcam;

@@ -7,6 +7,8 @@ pub mod calibration;
 pub mod camera_file;
 pub mod configuration;
 pub mod frames;
+#[cfg(feature = "host")]
+pub mod http_reply;
 pub mod laws;
 #[cfg(feature = "host")]
 pub mod mcap;
@@ -59,6 +61,8 @@ pub const TARGETS: &[Target] = &[
     picture::TARGET,
     #[cfg(feature = "host")]
     stream::TARGET,
+    #[cfg(feature = "host")]
+    http_reply::TARGET,
     #[cfg(feature = "host")]
     page_message::TARGET,
     #[cfg(feature = "host")]

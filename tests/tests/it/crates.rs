@@ -59,7 +59,11 @@ const CRATES: &[Rule] = &[
         uses: &["plumb-config", "plumb-frame", "plumb-pictures"],
         tests_use: &[],
     },
-    Rule { name: "plumb-webcam", uses: &["plumb-config", "plumb-frame"], tests_use: &[] },
+    Rule {
+        name: "plumb-webcam",
+        uses: &["plumb-config", "plumb-frame", "plumb-pictures"],
+        tests_use: &[],
+    },
     Rule {
         name: "plumb-realsense",
         uses: &["plumb-config", "plumb-frame", "plumb-pictures"],

@@ -13,7 +13,7 @@ mod png;
 mod rvl;
 mod samples;
 
-use plumb_frame::image::{ColourImage, DepthImage, ImageSize};
+use plumb_frame::image::{ColourImage, DepthImage, Image, ImageSize};
 
 use error::NO_DEPTH;
 
@@ -43,6 +43,21 @@ pub fn depth(bytes: &[u8]) -> Result<DepthImage, DecodeError> {
         Header::Png(size) => png::depth(bytes, size),
         Header::Jpeg(_) => Err(NO_DEPTH),
         Header::Netpbm(header) => netpbm::depth(&header),
+    }
+}
+
+/// Decodes an image file of `size`. Another size is refused before it is decoded.
+///
+/// # Errors
+/// Where it has another size; as `decode`, which is [`colour`] or [`depth`].
+pub fn of_size<P: Copy>(
+    bytes: &[u8],
+    size: ImageSize,
+    decode: impl Fn(&[u8]) -> Result<Image<P>, DecodeError>,
+) -> Result<Image<P>, DecodeError> {
+    match self::size(bytes).ok_or(DecodeError::Damaged)? {
+        stated if stated == size => decode(bytes),
+        stated => Err(DecodeError::OtherSize { size: stated, expected: size }),
     }
 }
 

@@ -92,7 +92,7 @@ fn colour(
         ColourEncoding::Rgb8 => raw::bgr_of_rgb(&bytes),
         ColourEncoding::Bgr8 => bytes.as_chunks().0.to_vec(),
         ColourEncoding::Jpeg | ColourEncoding::Png => {
-            return encoded(&bytes, size, decode::colour);
+            return decode::of_size(&bytes, size, decode::colour);
         }
     };
     Ok(Image::new(size.width, size.height, pixels)?)
@@ -106,21 +106,9 @@ fn depth(
 ) -> Result<DepthImage, DecodeError> {
     match encoding {
         DepthEncoding::None => Ok(Image::filled(size.width, size.height, 0)),
-        DepthEncoding::Png16 => encoded(bytes, size, decode::depth).map(raw::known_depth),
+        DepthEncoding::Png16 => decode::of_size(bytes, size, decode::depth).map(raw::known_depth),
         DepthEncoding::Z16 => {
             Ok(Image::new(size.width, size.height, raw::depth_of_numbers(bytes, true))?)
         }
-    }
-}
-
-/// Decodes an image file of `size`. Another size is refused before it is decoded.
-fn encoded<P: Copy>(
-    bytes: &[u8],
-    size: ImageSize,
-    decode: impl Fn(&[u8]) -> Result<Image<P>, DecodeError>,
-) -> Result<Image<P>, DecodeError> {
-    match decode::size(bytes).ok_or(DecodeError::Damaged)? {
-        stated if stated == size => decode(bytes),
-        stated => Err(DecodeError::OtherSize { size: stated, expected: size }),
     }
 }

@@ -1,42 +1,31 @@
-//! Errors of webcams and video files.
+//! Errors of webcams.
 
 use std::io;
 use std::path::PathBuf;
 
+use nix::errno::Errno;
+use plumb_frame::file_intrinsics::UnfitIntrinsics;
+use plumb_pictures::decode::DecodeError;
 use thiserror::Error;
 
-use crate::settings::Mode;
+use crate::mode::Mode;
 
-/// Failed call of OpenCV, without its types.
-#[derive(Debug, Error)]
-#[error(transparent)]
-pub struct LibraryError(Box<dyn std::error::Error + Send + Sync>);
-
-impl From<opencv::Error> for LibraryError {
-    fn from(error: opencv::Error) -> Self {
-        Self(error.into())
-    }
-}
-
-/// Failure to open a webcam or a video file, or to read it.
+/// Failure to open a webcam, or to read it.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum WebcamError {
-    /// The device or the file cannot be opened for reading.
+    /// No camera is plugged in.
+    #[error("no webcam is plugged in (`plumb cameras` lists them)")]
+    NoCamera,
+    /// The device that is named may be any of these.
     #[error(
-        "{}: cannot be opened{}", .path.display(),
-        match .source.kind() {
-            io::ErrorKind::NotFound => ": list the cameras with `plumb cameras`",
-            io::ErrorKind::PermissionDenied =>
-                ": this user may not read it; add the user to its group (video)",
-            _ => "",
-        }
+        "there are several cameras, and their numbers change with a restart: choose one, \
+         `device = \"PATH\"` in [camera.webcam], of {}",
+        .paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
     )]
-    Open {
-        /// The device or the file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: io::Error,
+    Several {
+        /// Their paths, which stay.
+        paths: Vec<PathBuf>,
     },
     /// The path of a webcam is no device.
     #[error(
@@ -47,21 +36,13 @@ pub enum WebcamError {
         /// The path.
         path: PathBuf,
     },
-    /// OpenCV does not take the device or the file.
-    #[error(
-        "{}: OpenCV cannot read it: {}", .path.display(),
-        if *.is_device {
-            "another program uses the camera, or the device delivers no pictures (a camera may \
-             have several; `plumb cameras` lists those that do)"
-        } else {
-            "the file is damaged, or of a format that it does not know"
-        }
-    )]
-    Refused {
-        /// The device or the file.
+    /// The device cannot be opened, set or started.
+    #[error("{}: {}", .path.display(), advice(.source))]
+    Device {
+        /// The device.
         path: PathBuf,
-        /// Whether it is a device.
-        is_device: bool,
+        /// Error of the operating system.
+        source: io::Error,
     },
     /// The camera has no picture of this size.
     #[error(
@@ -78,8 +59,8 @@ pub enum WebcamError {
     },
     /// The camera does not have the pixel format.
     #[error(
-        "{}: it does not deliver pictures as {wanted}: choose a format that it has \
-         (v4l2-ctl --list-formats-ext)", .path.display()
+        "{}: it does not deliver pictures as {wanted} (v4l2-ctl --list-formats-ext lists its \
+         formats); Plumb reads MJPG and YUYV", .path.display()
     )]
     Format {
         /// The device.
@@ -87,38 +68,26 @@ pub enum WebcamError {
         /// What was set.
         wanted: String,
     },
-    /// The camera does not have an option.
-    #[error("{}: its {option} cannot be set: leave the key out", .path.display())]
-    Option {
-        /// The device.
-        path: PathBuf,
-        /// The option, "exposure".
-        option: &'static str,
-    },
-    /// A picture differs in size from the first one.
-    #[error("{}: a picture is {width}x{height} where the first one was of another size",
-        .path.display())]
-    OtherSize {
-        /// The device or the file.
-        path: PathBuf,
-        /// Columns of the picture.
-        width: usize,
-        /// Rows of the picture.
-        height: usize,
-    },
-    /// OpenCV states no time for a picture of a file whose times are uneven.
-    #[error("{}: a picture without a time, in a file of uneven times: not used", .path.display())]
-    NoTime {
-        /// The file.
-        path: PathBuf,
-    },
     /// A picture has come that cannot be read. The next one may be whole.
     #[error("{}: a damaged picture; check cable and hub if there are more", .path.display())]
     Damaged {
         /// The device.
         path: PathBuf,
-        /// Error of OpenCV, where it states one.
-        source: Option<LibraryError>,
+        /// Damage of the JPEG picture; `None` where the driver says that data is missing.
+        source: Option<DecodeError>,
+    },
+    /// A picture is not newer than the one before it.
+    #[error(
+        "{}: a picture is dropped: its time stamp {stamp} s is not after the last one, {last} s",
+        .path.display()
+    )]
+    NotNewer {
+        /// The device.
+        path: PathBuf,
+        /// Time stamp, seconds.
+        stamp: f64,
+        /// Time stamp of the picture before, seconds.
+        last: f64,
     },
     /// No picture comes any more.
     #[error("{}: no picture comes any more: the camera is unplugged, or does not answer",
@@ -126,13 +95,30 @@ pub enum WebcamError {
     Lost {
         /// The device.
         path: PathBuf,
+        /// Error of the operating system.
+        source: io::Error,
     },
-    /// A call of OpenCV failed.
-    #[error("{}: OpenCV failed", .path.display())]
-    Library {
-        /// The device or the file.
-        path: PathBuf,
-        /// Error of OpenCV.
-        source: LibraryError,
-    },
+    /// The intrinsics do not fit the pictures.
+    #[error(transparent)]
+    UnfitIntrinsics(#[from] UnfitIntrinsics),
+}
+
+/// Returns what an error of the kernel means for a person.
+fn advice(error: &io::Error) -> &'static str {
+    match error.raw_os_error().map(Errno::from_raw) {
+        Some(Errno::ENOENT) => "cannot be opened: list the cameras with `plumb cameras`",
+        Some(Errno::EACCES | Errno::EPERM) => {
+            "cannot be opened: this user may not read it; add the user to its group (video)"
+        }
+        Some(Errno::EBUSY) => "another program uses the camera",
+        Some(Errno::ENOSPC) => {
+            "the USB has no room for its pictures beside those of other devices: use another \
+             socket of the computer, without a hub, format MJPG, or a smaller size or rate"
+        }
+        Some(Errno::ENOTTY) => {
+            "it is no camera, or delivers no pictures (a camera may have several devices; \
+             `plumb cameras` lists those that do)"
+        }
+        _ => "it cannot be set up",
+    }
 }

@@ -1,5 +1,10 @@
 //! Video files.
 
+mod error;
+mod picture;
+mod source;
+mod tracks;
+
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -8,10 +13,14 @@ use opencv::videoio::{
     CAP_PROP_SAR_DEN, CAP_PROP_SAR_NUM, VideoCapture, VideoCaptureTrait, VideoCaptureTraitConst,
 };
 
-use crate::error::WebcamError;
-use crate::picture::{Picture, check_size, failed, retrieve};
-use crate::settings::Mode;
-use crate::tracks::video_tracks;
+use crate::mode::Mode;
+
+pub use error::{LibraryError, VideoFileError};
+pub use picture::Picture;
+pub use source::VideoFileSource;
+
+use picture::{failed, retrieve};
+use tracks::video_tracks;
 
 /// Readers of OpenCV in the order in which they are tried: FFmpeg knows all formats, the other one,
 /// which every OpenCV has, MJPEG in AVI.
@@ -65,8 +74,9 @@ impl VideoFile {
     ///
     /// # Errors
     /// Where the file cannot be opened, or is no video that OpenCV knows.
-    pub fn open(path: &Path) -> Result<Self, WebcamError> {
-        File::open(path).map_err(|source| WebcamError::Open { path: path.to_owned(), source })?;
+    pub fn open(path: &Path) -> Result<Self, VideoFileError> {
+        File::open(path)
+            .map_err(|source| VideoFileError::Open { path: path.to_owned(), source })?;
         let failed = failed(path);
         let mut opened = None;
         for reader in READERS {
@@ -76,11 +86,11 @@ impl VideoFile {
             }
         }
         let Some((capture, first)) = opened else {
-            return Err(WebcamError::Refused { path: path.to_owned(), is_device: false });
+            return Err(VideoFileError::Refused { path: path.to_owned() });
         };
         let rate = capture.get(CAP_PROP_FPS).map_err(&failed)?;
         let rate = if rate.is_finite() && rate > 0.0 { rate } else { USUAL_RATE };
-        let mode = Mode { width: first.width, height: first.height, rate };
+        let mode = Mode { size: first.colour.size(), rate };
         let notes = notes(path, &capture)?;
         let times = PictureTimes { period: 1.0 / rate, last: 0.0, is_even: true };
         Ok(Self { path: path.to_owned(), capture, mode, notes, first: Some(first), times })
@@ -102,7 +112,7 @@ impl VideoFile {
     ///
     /// # Errors
     /// Where the picture has another size, or no time in a file of uneven times, or OpenCV fails.
-    pub fn next_picture(&mut self) -> Result<Option<Picture>, WebcamError> {
+    pub fn next_picture(&mut self) -> Result<Option<Picture>, VideoFileError> {
         if let Some(first) = self.first.take() {
             return Ok(Some(first));
         }
@@ -112,17 +122,20 @@ impl VideoFile {
         }
         let stamp = self.capture.get(CAP_PROP_POS_MSEC).map_err(&failed)? * 1e-3;
         let time = self.times.next(stamp);
-        let time = time.ok_or_else(|| WebcamError::NoTime { path: self.path.clone() })?;
+        let time = time.ok_or_else(|| VideoFileError::NoTime { path: self.path.clone() })?;
         let picture = retrieve(&mut self.capture, time).map_err(&failed)?;
-        let size = (self.mode.width, self.mode.height);
-        picture.map(|picture| check_size(picture, size, &self.path)).transpose()
+        match picture.map(|picture| (picture.colour.size(), picture)) {
+            Some((size, picture)) if size == self.mode.size => Ok(Some(picture)),
+            Some((size, _)) => Err(VideoFileError::OtherSize { path: self.path.clone(), size }),
+            None => Ok(None),
+        }
     }
 }
 
 /// Returns what the file at `path` has and is not used, for a person.
-fn notes(path: &Path, capture: &VideoCapture) -> Result<Vec<String>, WebcamError> {
+fn notes(path: &Path, capture: &VideoCapture) -> Result<Vec<String>, VideoFileError> {
     let mut notes = Vec::new();
-    let open = |source| WebcamError::Open { path: path.to_owned(), source };
+    let open = |source| VideoFileError::Open { path: path.to_owned(), source };
     let tracks = video_tracks(path).map_err(open)?;
     if tracks > 1 {
         notes.push(format!(
@@ -145,7 +158,7 @@ fn notes(path: &Path, capture: &VideoCapture) -> Result<Vec<String>, WebcamError
 
 /// Opens the file at `path` with one of OpenCV's readers, and reads its first picture. Returns
 /// `None` where the reader does not know the file.
-fn open_with(reader: i32, path: &Path) -> Result<Option<(VideoCapture, Picture)>, WebcamError> {
+fn open_with(reader: i32, path: &Path) -> Result<Option<(VideoCapture, Picture)>, VideoFileError> {
     let failed = failed(path);
     let mut capture = VideoCapture::from_file(path, reader).map_err(&failed)?;
     if !capture.is_opened().map_err(&failed)? {

@@ -1,63 +1,105 @@
-//! Webcams through V4L2.
+//! Webcam: a video device, set up, with its pictures decoded and timed.
 
-use std::fs::File;
+use std::io::ErrorKind;
 use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use opencv::videoio::{
-    CAP_PROP_AUTO_EXPOSURE, CAP_PROP_BUFFERSIZE, CAP_PROP_EXPOSURE, CAP_PROP_FOURCC, CAP_PROP_FPS,
-    CAP_PROP_FRAME_HEIGHT, CAP_PROP_FRAME_WIDTH, CAP_PROP_GAIN, CAP_PROP_POS_MSEC, CAP_V4L2,
-    VideoCapture, VideoCaptureTrait, VideoCaptureTraitConst,
-};
+use nix::errno::Errno;
+use plumb_config::quantity::CameraTime;
 use plumb_frame::clock::HostClock;
+use plumb_frame::image::{ColourImage, Image, ImageSize};
+use plumb_pictures::decode::{self, DecodeError};
+use plumb_pictures::raw;
 
+use crate::controls::Controls;
 use crate::error::WebcamError;
-use crate::picture::{Picture, check_size, failed, retrieve};
-use crate::settings::{Mode, Settings};
+use crate::kernel::KernelNode;
+use crate::mode::Mode;
+use crate::node::{Filled, Format, Node};
+use crate::nodes::{capture_nodes, find};
+use crate::settings::{PixelFormat, WebcamSettings};
 
-/// Buffers of the driver. A picture waits in them while the one before it is read.
-const BUFFERS: f64 = 2.0;
-/// V4L2's value of the control `auto_exposure` for an exposure that is set by hand.
-const MANUAL_EXPOSURE: f64 = 1.0;
-/// Units of V4L2's exposure time in a second.
-const EXPOSURE_UNITS: f64 = 10_000.0;
+/// Longest wait for a picture, below that of a capture.
+const SILENCE: Duration = Duration::from_secs(2);
 /// Number of pictures among which one must be whole when a camera is opened.
 const FIRST_PICTURES: usize = 5;
 /// Largest deviation of the rate that a driver sets from the rate that is wanted.
 const RATE_TOLERANCE: f64 = 0.02;
+/// Time in which a camera finds its white balance, seconds.
+const WHITE_BALANCE_S: usize = 2;
+/// Time from exposure to arrival where neither the driver nor the settings state one, seconds: one
+/// and a half periods of 30 Hz, a guess.
+const LATENCY_S: f64 = 0.05;
 
 /// Webcam that delivers pictures.
-#[derive(Debug)]
 pub struct Webcam {
     path: PathBuf,
-    capture: VideoCapture,
+    node: Box<dyn Node>,
+    format: Format,
     mode: Mode,
     notes: Vec<String>,
+    times: PictureTimes,
+    /// Bytes of the last picture.
+    bytes: Vec<u8>,
+}
+
+/// Mapping of the driver's time stamps to the host's clock.
+struct PictureTimes {
+    /// That of the fastest picture.
     clock: HostClock,
-    latency: f64,
+    /// Time from exposure to arrival that the settings state, seconds.
+    latency: Option<f64>,
+    /// Time stamp of the last picture, seconds.
+    last: f64,
 }
 
 impl Webcam {
     /// Opens a camera, sets it, and reads a picture to see what it gives.
     ///
     /// # Errors
-    /// Where the device cannot be opened, or cannot do what `settings` ask for. Another rate is a
-    /// note ([`Webcam::notes`]).
-    pub fn open(settings: &Settings) -> Result<Self, WebcamError> {
-        let path = &settings.device;
-        check_device(path)?;
-        let failed = failed(path);
-        let mut capture = VideoCapture::from_file(path, CAP_V4L2).map_err(&failed)?;
-        if !capture.is_opened().map_err(&failed)? {
-            return Err(refused(path));
+    /// Where the device cannot be opened, or has no picture of the format or the size. Another rate
+    /// and other controls are notes ([`Webcam::notes`]).
+    pub fn open(settings: &WebcamSettings) -> Result<Self, WebcamError> {
+        let path = find(settings.device.as_deref(), &capture_nodes())?;
+        let device = |source| WebcamError::Device { path: path.clone(), source };
+        if !path.metadata().map_err(device)?.file_type().is_char_device() {
+            return Err(WebcamError::NoDevice { path });
         }
-        set_all(&mut capture, settings)?;
-        let Picture { width, height, .. } = first_picture(&mut capture, path)?;
-        let rate = capture.get(CAP_PROP_FPS).map_err(&failed)?.max(0.0);
-        let mode = Mode { width, height, rate };
-        let notes = check_mode(settings.mode, mode, path)?.into_iter().collect();
-        let (path, latency) = (path.clone(), settings.latency);
-        Ok(Self { path, capture, mode, notes, clock: HostClock::new(latency), latency })
+        let node = KernelNode::open(&path).map_err(device)?;
+        Self::with_node(path.clone(), Box::new(node), settings)
+    }
+
+    /// Sets up the device `node` at `path`.
+    pub(crate) fn with_node(
+        path: PathBuf,
+        mut node: Box<dyn Node>,
+        settings: &WebcamSettings,
+    ) -> Result<Self, WebcamError> {
+        let device = |source| WebcamError::Device { path: path.clone(), source };
+        let [width, height] = [settings.width, settings.height].map(usize::from);
+        let wanted = Mode { size: ImageSize { width, height }, rate: settings.rate.into() };
+        let format = set_format(&mut *node, settings.format, wanted.size, &path)?;
+        // A device without rates states none.
+        let rate = node.set_rate(settings.rate).unwrap_or(0.0);
+        let mode = Mode { size: format.size, rate };
+        let notes = check_mode(wanted, mode, &path)?.into_iter().collect();
+        let mut controls = Controls::default();
+        controls.set_all(&*node, settings);
+        node.start().map_err(device)?;
+        let latency = settings.latency.map(CameraTime::get);
+        let clock = HostClock::new(latency.unwrap_or(LATENCY_S));
+        let times = PictureTimes { clock, latency, last: f64::NEG_INFINITY };
+        let mut webcam = Self { path, node, format, mode, notes, times, bytes: Vec::new() };
+        if Controls::finds_white_balance(&*webcam.node) {
+            for _ in 0..WHITE_BALANCE_S * usize::from(settings.rate) {
+                webcam.next_buffer()?;
+            }
+            controls.fix_white_balance(&*webcam.node);
+        }
+        webcam.notes.extend(controls.notes(&webcam.path));
+        webcam.first_picture()?;
+        Ok(webcam)
     }
 
     /// Returns the size and the rate that the camera gives.
@@ -75,109 +117,118 @@ impl Webcam {
         &self.notes
     }
 
-    /// Waits for the next picture. `now` returns the present time, seconds on the host's clock; it
-    /// is called when the picture has arrived.
-    ///
-    /// The driver's time stamps are mapped to that clock. A picture without one is taken to be
-    /// `latency` old.
+    /// Waits for the next picture, for 2 s at most. Returns it with the time at which it was taken.
+    /// `now` returns the present time, seconds on the host's clock; it is called when the picture
+    /// has arrived.
     ///
     /// # Errors
-    /// Where no picture comes any more, or it is damaged or has another size. OpenCV waits for 10 s
-    /// at most.
-    pub fn next_picture(&mut self, now: impl Fn() -> f64) -> Result<Picture, WebcamError> {
-        let failed = failed(&self.path);
-        if !self.capture.grab().map_err(&failed)? {
-            return Err(WebcamError::Lost { path: self.path.clone() });
-        }
+    /// Where no picture comes any more, or it is damaged, has another size, or is not newer than
+    /// the one before.
+    pub fn next_picture(
+        &mut self,
+        now: impl Fn() -> f64,
+    ) -> Result<(f64, ColourImage), WebcamError> {
+        let filled = self.next_buffer()?;
         let arrival = now();
-        let stamp = self.capture.get(CAP_PROP_POS_MSEC).map_err(&failed)? * 1e-3;
-        let has_stamp = stamp.is_finite() && stamp > 0.0;
-        let time =
-            if has_stamp { self.clock.taken(stamp, arrival) } else { arrival - self.latency };
+        let path = || self.path.clone();
+        let time = self
+            .times
+            .taken(filled, arrival)
+            .map_err(|(stamp, last)| WebcamError::NotNewer { path: path(), stamp, last })?;
+        Ok((time, self.decoded(filled)?))
+    }
+
+    /// Decodes the last picture.
+    fn decoded(&self, filled: Filled) -> Result<ColourImage, WebcamError> {
         let damaged = |source| WebcamError::Damaged { path: self.path.clone(), source };
-        let picture = retrieve(&mut self.capture, time)
-            .map_err(|error| damaged(Some(error.into())))?
-            .ok_or_else(|| damaged(None))?;
-        check_size(picture, (self.mode.width, self.mode.height), &self.path)
-    }
-}
-
-/// Reads the first whole picture. Some cameras begin with damaged ones.
-fn first_picture(capture: &mut VideoCapture, path: &Path) -> Result<Picture, WebcamError> {
-    let failed = failed(path);
-    let mut error = refused(path);
-    for _ in 0..FIRST_PICTURES {
-        if !capture.grab().map_err(&failed)? {
-            break;
+        if filled.is_damaged {
+            return Err(damaged(None));
         }
-        match retrieve(capture, 0.0) {
-            Ok(Some(picture)) => return Ok(picture),
-            Ok(None) => {}
-            Err(cause) => error = failed(cause),
+        let Format { pixels, size, stride } = self.format;
+        match pixels {
+            Some(PixelFormat::Yuyv) => {
+                let row = 2 * size.width;
+                let rows = self.bytes.chunks_exact(stride.max(row)).take(size.height);
+                let pixels = rows.flat_map(|bytes| raw::bgr_of_yuyv(&bytes[..row])).collect();
+                Image::new(size.width, size.height, pixels).map_err(DecodeError::from)
+            }
+            _ => decode::of_size(&self.bytes, size, decode::colour),
         }
+        .map_err(|error| damaged(Some(error)))
     }
-    Err(error)
-}
 
-/// Returns the error of a device that OpenCV does not take.
-fn refused(path: &Path) -> WebcamError {
-    WebcamError::Refused { path: path.to_owned(), is_device: true }
-}
-
-/// Checks that `path` is a device that this user may read.
-fn check_device(path: &Path) -> Result<(), WebcamError> {
-    let open = |source| WebcamError::Open { path: path.to_owned(), source };
-    let kind = path.metadata().map_err(open)?.file_type();
-    if !kind.is_char_device() {
-        return Err(WebcamError::NoDevice { path: path.to_owned() });
-    }
-    File::open(path).map_err(open).map(drop)
-}
-
-/// Sets format, size, rate, exposure and gain. The format is first: it decides which sizes and
-/// rates there are. The size is read back from a picture, later.
-fn set_all(capture: &mut VideoCapture, settings: &Settings) -> Result<(), WebcamError> {
-    let path = &settings.device;
-    let failed = failed(path);
-    if let Some(format) = settings.format {
-        // The first character is in the lowest byte.
-        let code = i32::from_le_bytes(format);
-        capture.set(CAP_PROP_FOURCC, f64::from(code)).map_err(&failed)?;
-        if capture.get(CAP_PROP_FOURCC).map_err(&failed)? as i32 != code {
-            let wanted = String::from_utf8_lossy(&format).into_owned();
-            return Err(WebcamError::Format { path: path.clone(), wanted });
+    /// Waits for a buffer of the driver. One that the driver cannot fill is damaged.
+    fn next_buffer(&mut self) -> Result<Filled, WebcamError> {
+        loop {
+            match self.node.next_buffer(SILENCE, &mut self.bytes) {
+                Ok(filled) => return Ok(filled),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                Err(error) if error.raw_os_error() == Some(Errno::EIO as i32) => {
+                    return Ok(Filled { is_damaged: true, ..Filled::default() });
+                }
+                Err(source) => return Err(WebcamError::Lost { path: self.path.clone(), source }),
+            }
         }
     }
-    let Mode { width, height, rate } = settings.mode;
-    let usual = [
-        (CAP_PROP_FRAME_WIDTH, width as f64),
-        (CAP_PROP_FRAME_HEIGHT, height as f64),
-        (CAP_PROP_FPS, rate),
-        (CAP_PROP_BUFFERSIZE, BUFFERS),
-    ];
-    for (property, value) in usual {
-        capture.set(property, value).map_err(&failed)?;
+
+    /// Reads the first whole picture. Some cameras begin with damaged ones.
+    fn first_picture(&mut self) -> Result<(), WebcamError> {
+        let mut result = Ok(());
+        for _ in 0..FIRST_PICTURES {
+            let filled = self.next_buffer()?;
+            result = self.decoded(filled).map(drop);
+            if result.is_ok() {
+                break;
+            }
+        }
+        result
     }
-    let mut require = |property: i32, value: f64, option: &'static str| match capture
-        .set(property, value)
-        .map_err(&failed)?
-    {
-        true => Ok(()),
-        false => Err(WebcamError::Option { path: path.clone(), option }),
-    };
-    if let Some(exposure) = settings.exposure {
-        require(CAP_PROP_AUTO_EXPOSURE, MANUAL_EXPOSURE, "exposure")?;
-        require(CAP_PROP_EXPOSURE, (exposure * EXPOSURE_UNITS).round().max(1.0), "exposure")?;
+}
+
+impl PictureTimes {
+    /// Returns the time of a picture, seconds on the host's clock, that arrived at `arrival`: its
+    /// time stamp, where that is on the computer's monotonic clock and the settings have no
+    /// latency, otherwise as [`HostClock`] maps it.
+    ///
+    /// # Errors
+    /// The time stamp and the last one, where it is not newer.
+    fn taken(&mut self, filled: Filled, arrival: f64) -> Result<f64, (f64, f64)> {
+        let Some(stamp) = filled.stamp else {
+            return Ok(arrival - self.latency.unwrap_or(LATENCY_S));
+        };
+        let last = std::mem::replace(&mut self.last, stamp);
+        if stamp <= last {
+            return Err((stamp, last));
+        }
+        let mapped = self.clock.taken(stamp, arrival);
+        let age = filled.age.filter(|_| self.latency.is_none());
+        Ok(age.map_or(mapped, |age| arrival - age.max(0.0)))
     }
-    if let Some(gain) = settings.gain {
-        require(CAP_PROP_GAIN, gain, "gain")?;
+}
+
+/// Sets format and size. Without a `format`, it is MJPG, or YUYV where the device has no MJPG.
+fn set_format(
+    node: &mut dyn Node,
+    format: Option<PixelFormat>,
+    size: ImageSize,
+    path: &Path,
+) -> Result<Format, WebcamError> {
+    let choice = [PixelFormat::Mjpg, PixelFormat::Yuyv];
+    let wanted = format.as_ref().map_or(&choice[..], std::slice::from_ref);
+    for &format in wanted {
+        let set = node.set_format(format, size);
+        let given = set.map_err(|source| WebcamError::Device { path: path.to_owned(), source })?;
+        if given.pixels == Some(format) {
+            return Ok(given);
+        }
     }
-    Ok(())
+    let wanted = format.map_or("MJPG or YUYV".to_owned(), |it| format!("{it:?}").to_uppercase());
+    Err(WebcamError::Format { path: path.to_owned(), wanted })
 }
 
 /// Compares what a camera gives with what was wanted. Returns a note about another rate.
 fn check_mode(wanted: Mode, given: Mode, path: &Path) -> Result<Option<String>, WebcamError> {
-    if (wanted.width, wanted.height) != (given.width, given.height) {
+    if wanted.size != given.size {
         return Err(WebcamError::Mode { path: path.to_owned(), wanted, given });
     }
     let is_near = (given.rate - wanted.rate).abs() <= RATE_TOLERANCE * wanted.rate;
@@ -190,19 +241,4 @@ fn check_mode(wanted: Mode, given: Mode, path: &Path) -> Result<Option<String>, 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn another_size_is_refused_and_another_rate_is_a_note() {
-        let (path, wanted) = (Path::new("/dev/video0"), Settings::default().mode);
-        assert_eq!(check_mode(wanted, wanted, path).unwrap(), None);
-        let unknown = Mode { rate: 0.0, ..wanted };
-        assert_eq!(check_mode(wanted, unknown, path).unwrap(), None);
-        let slow = check_mode(wanted, Mode { rate: 7.5, ..wanted }, path).unwrap().unwrap();
-        assert!(slow.contains("7.5") && slow.contains("MJPG"), "{slow}");
-        let large = check_mode(wanted, Mode { width: 1280, ..wanted }, path).unwrap_err();
-        let text = large.to_string();
-        assert!(text.contains("1280x480 at 30 Hz where 640x480 at 30 Hz was set"), "{text}");
-    }
-}
+mod tests;

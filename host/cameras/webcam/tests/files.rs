@@ -1,4 +1,4 @@
-//! Video files that the tests write, and what is refused. No camera is needed.
+//! Video files that the tests write, and what is refused.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -8,7 +8,10 @@ use std::path::{Path, PathBuf};
 use opencv::core::{Mat, Scalar, Size, Vec3b};
 use opencv::prelude::*;
 use opencv::videoio::{CAP_FFMPEG, CAP_OPENCV_MJPEG, VideoWriter};
-use plumb_webcam::{Settings, VideoFile, Webcam, WebcamError};
+use plumb_frame::image::ImageSize;
+use plumb_webcam::{VideoFile, VideoFileError};
+
+const SIZE: ImageSize = ImageSize { width: 64, height: 48 };
 
 /// Writes a video of `count` grey pictures, each brighter than the one before.
 fn write(path: &Path, count: u32, size: (i32, i32), rate: f64) {
@@ -51,12 +54,12 @@ fn a_video_file_is_read_to_its_end() {
     write(&path, 8, (64, 48), 20.0);
     let mut file = VideoFile::open(&path).unwrap();
     let mode = file.mode();
-    assert_eq!((mode.width, mode.height, mode.rate), (64, 48, 20.0));
+    assert_eq!((mode.size, mode.rate), (SIZE, 20.0));
     for k in 0..8_u32 {
         let picture = file.next_picture().unwrap().unwrap();
         assert!((picture.time - f64::from(k) / 20.0).abs() < 1e-6, "{k}: {}", picture.time);
-        assert_eq!((picture.width, picture.height, picture.bgr.len()), (64, 48, 64 * 48));
-        let grey = i32::from(picture.bgr[1000][1]);
+        assert_eq!(picture.colour.size(), SIZE);
+        let grey = i32::from(picture.colour.pixels()[1000][1]);
         assert!((grey - 20 * k as i32 - 10).abs() < 5, "{k}: {grey}");
     }
     assert_eq!(file.next_picture().unwrap(), None);
@@ -78,9 +81,9 @@ fn the_pixels_of_a_video_are_as_they_are_stored() {
     bytes[name + MATRIX..][..turned.len()].copy_from_slice(&turned);
     fs::write(&path, bytes).unwrap();
     let mut file = VideoFile::open(&path).unwrap();
-    assert_eq!((file.mode().width, file.mode().height), (64, 48));
+    assert_eq!(file.mode().size, SIZE);
     let pictures = std::iter::from_fn(|| file.next_picture().unwrap());
-    assert!(pictures.map(|picture| (picture.width, picture.height)).eq([(64, 48); 3]));
+    assert!(pictures.map(|picture| picture.colour.size()).eq([SIZE; 3]));
 }
 
 /// Returns an element of a Matroska file (RFC 8794).
@@ -134,7 +137,7 @@ fn further_tracks_and_pixels_that_are_not_square_are_told() {
     let path = folder.path().join("two.mkv");
     fs::write(&path, bytes.concat()).unwrap();
     let file = VideoFile::open(&path).unwrap();
-    assert_eq!((file.mode().width, file.mode().height), (64, 48));
+    assert_eq!(file.mode().size, SIZE);
     let [tracks, shape] = file.notes() else { panic!("{:?}", file.notes()) };
     assert!(tracks.contains("2 video tracks, and only the first one is read"), "{tracks}");
     assert!(shape.contains("2:1 as wide as high"), "{shape}");
@@ -144,10 +147,10 @@ fn further_tracks_and_pixels_that_are_not_square_are_told() {
 fn a_file_that_is_no_video_is_refused() {
     let (_folder, path) = folder_with("text.avi");
     let absent = VideoFile::open(&path).unwrap_err();
-    assert!(matches!(absent, WebcamError::Open { .. }), "{absent:?}");
+    assert!(matches!(absent, VideoFileError::Open { .. }), "{absent:?}");
     fs::write(&path, "this is no video").unwrap();
     let text = VideoFile::open(&path).unwrap_err();
-    assert!(matches!(text, WebcamError::Refused { is_device: false, .. }), "{text:?}");
+    assert!(matches!(text, VideoFileError::Refused { .. }), "{text:?}");
     fs::write(&path, "").unwrap();
     assert!(VideoFile::open(&path).is_err());
 }
@@ -164,22 +167,4 @@ fn a_video_that_was_cut_off_ends_early() {
         count += 1;
     }
     assert!((1..20).contains(&count), "{count}");
-}
-
-#[test]
-fn a_device_that_is_none_is_refused() {
-    let open = |device: &Path| {
-        let device = device.to_owned();
-        Webcam::open(&Settings { device, ..Settings::default() }).unwrap_err()
-    };
-    let (_folder, path) = folder_with("one.avi");
-    let absent = open(&path);
-    assert!(matches!(absent, WebcamError::Open { .. }), "{absent:?}");
-    assert!(absent.to_string().contains("plumb cameras"), "{absent}");
-    write(&path, 2, (64, 48), 20.0);
-    let file = open(&path);
-    assert!(matches!(file, WebcamError::NoDevice { .. }), "{file:?}");
-    // A character device that is no camera.
-    let other = open(Path::new("/dev/null"));
-    assert!(matches!(other, WebcamError::Refused { is_device: true, .. }), "{other:?}");
 }

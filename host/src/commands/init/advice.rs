@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use plumb_cameras::settings::{SourceName, not_built};
 use plumb_config::book::page;
 use plumb_setup::new_rig::{DriverKind, NewCamera, NewRig};
 
@@ -11,9 +10,6 @@ use crate::cli::rig_path::{quoted, rig_option};
 /// Returns what a person must know of the board and its drivers before they get current.
 pub(super) fn notes(rig: &NewRig) -> Vec<String> {
     let mut notes = driver_notes(rig);
-    if rig.camera == NewCamera::Webcam {
-        notes.extend(not_built(SourceName::Webcam).map(|why| why.to_string()));
-    }
     if rig.board.board().chip.has_latching_inputs() {
         notes.push(format!(
             "inputs of an RP2350 may stay at about 2 V with the chip's pull-downs: resistors to \

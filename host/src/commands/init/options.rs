@@ -102,7 +102,7 @@ pub(super) enum CameraName {
     Openni,
     /// An Intel RealSense camera
     Realsense,
-    /// A webcam, without depth; a program that is built with --features webcam reads it
+    /// A webcam, without depth
     Webcam,
     /// Another node of ROS 2; a program that is built with --features ros2 reads it
     Ros2,

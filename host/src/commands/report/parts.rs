@@ -255,7 +255,7 @@ fn features() -> Vec<&'static str> {
         ("foxglove", cfg!(feature = "foxglove")),
         ("import", cfg!(feature = "import")),
         ("ros2", cfg!(feature = "ros2")),
-        ("webcam", cfg!(feature = "webcam")),
+        ("videoio", cfg!(feature = "videoio")),
     ];
     all.into_iter().filter(|(_, is_built)| *is_built).map(|(name, _)| name).collect()
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use plumb_cameras::camera_file;
 use plumb_cameras::recording::{OtherDepthScale, check_kind};
-use plumb_cameras::settings::{CameraSettings, not_built};
+use plumb_cameras::settings::CameraSettings;
 use plumb_config::bounded_read::read_text;
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::toml_file::MAX_BYTES;
@@ -24,10 +24,6 @@ pub(super) fn source(
         let keys = ["camera.source", "camera.recording"];
         let key = if settings.source.is_some() { &keys[..1] } else { &keys[1..] };
         return Some(document.finding(Severity::Error, key, format!("is wrong: {error}")));
-    }
-    if let Some(why) = settings.source(simulation).ok().and_then(not_built) {
-        let problem = format!("cannot be opened: {why}");
-        return Some(document.finding(Severity::Warning, &["camera.source"], problem));
     }
     let recording: &PathBuf = settings.recording.as_ref()?;
     let problem = match check_kind(recording) {

@@ -2,7 +2,6 @@ mod mistakes;
 
 use std::fs;
 
-use plumb_cameras::settings::not_built;
 use plumb_config::toml_file::place;
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::{ConfigField, Refusal};
@@ -284,13 +283,6 @@ fn a_camera_and_a_folder_that_are_no_source_are_errors() {
         let found = findings(&[("[camera]\n", &format!("[camera]\n{line}\n"))]);
         assert!(found.iter().any(|it| it.to_string().contains(says)), "{found:#?}");
     }
-}
-
-#[test]
-fn a_webcam_that_the_program_cannot_read_is_a_warning() {
-    let found = findings(&[("[camera]\n", "[camera]\nsource = \"webcam\"\n")]);
-    let is_told = keys(&found)[1].contains(&"camera.source");
-    assert_eq!(is_told, not_built(SourceName::Webcam).is_some(), "{found:#?}");
 }
 
 #[test]
