@@ -50,15 +50,12 @@ pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};
 pub use motion_limits::{JogSettings, PathSettings};
 pub use motors::{Driver, ModeName, TimingSettings, UartSettings};
-pub use quantity::{FULL_STEPS_PER_REVOLUTION, OutOfRange};
+pub use quantity::{CABLE_PER_TURN_RANGE_M, FULL_STEPS_PER_REVOLUTION, OutOfRange};
 pub use simulation::{MotorPoints, SimulatedMotor, Wiring, WiringError};
 pub use size::{Box3, Size};
 
 /// Reference page of the rig file: every key with its unit, range, default and meaning.
 pub const REFERENCE: &str = include_str!("../../../docs/use/rig-file.md");
-
-/// Lengths of cable that a turn of a motor can wind, metres.
-pub const CABLE_PER_TURN_RANGE_M: [f64; 2] = [0.02, 0.5];
 
 /// Microsteps that the straps of a TMC2209 can set, of those that the board drives (data sheet,
 /// 2.1: pins MS1 and MS2).

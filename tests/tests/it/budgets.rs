@@ -12,7 +12,7 @@ use plumb_tests::source_tree::{code_lines, files, is_test, read, root};
 /// elsewhere.
 const BUDGETS: &[(&str, usize)] = &[
     ("firmware", 2900),
-    ("firmware/core", 7200),
+    ("firmware/core", 7300),
     ("firmware/emulator", 2450),
     ("firmware/image", 450),
     ("host", 7850),
@@ -37,7 +37,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("host/verify", 950),
     ("host/vision", 4500),
     ("host/vision/frame", 1250),
-    ("protocol", 1750),
+    ("protocol", 1800),
     ("tests", 51_500),
 ];
 

@@ -12,6 +12,9 @@ use thiserror::Error;
 /// Full steps of a turn of a common stepper motor (1.8 degrees a step).
 pub const FULL_STEPS_PER_REVOLUTION: f64 = 200.0;
 
+/// Lengths of cable that a turn of a motor can wind, metres.
+pub const CABLE_PER_TURN_RANGE_M: [f64; 2] = [0.02, 0.5];
+
 /// Current that a TMC2209 bears, amperes, root mean square (data sheet, first page).
 pub(super) const LARGEST_CURRENT_A: f64 = 2.0;
 

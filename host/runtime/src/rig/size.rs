@@ -7,9 +7,8 @@ use plumb_protocol::prior::RigPrior;
 use plumb_protocol::units::{Micrometres, Point};
 use serde::Deserialize;
 
-use super::quantity::{CablePerStep, Corner};
+use super::quantity::{CABLE_PER_TURN_RANGE_M, CablePerStep, Corner, FULL_STEPS_PER_REVOLUTION};
 use super::simulation::Simulation;
-use super::{CABLE_PER_TURN_RANGE_M, FULL_STEPS_PER_REVOLUTION};
 
 /// Least area of the triangle of the motors, seen from above, m²: that of a simulated rig
 /// (`LEAST_AREA_M2` of firmware/emulator/src/plant/geometry.rs).
