@@ -1,6 +1,7 @@
 //! Cameras in the network: servers on this computer that send what cameras send, and what they
 //! should not.
 
+use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
 use std::thread;
@@ -88,8 +89,8 @@ fn hang(stream: &mut TcpStream) -> std::io::Result<()> {
 }
 
 /// Returns the level of grey of the next frame, or the reason why there is none.
-fn next(source: &mut HttpSource) -> Result<u8, String> {
-    let frame = source.next_frame().map_err(|error| ErrorChain(&error).to_string())?.unwrap();
+fn next(source: &mut HttpSource) -> Result<u8, SourceError> {
+    let frame = source.next_frame()?.unwrap();
     assert_eq!(frame.intrinsics(), &Intrinsics { depth_scale: 0.0, ..INTRINSICS });
     let corner: Bgr = frame.colour().get(4, 4).unwrap();
     Ok(corner[0])
@@ -106,12 +107,18 @@ fn level(source: &mut HttpSource) -> u8 {
     panic!("no picture comes");
 }
 
+/// Returns whether only no picture has come.
+fn is_silence(error: &SourceError) -> bool {
+    let cause = error.source().and_then(|cause| cause.downcast_ref());
+    matches!(cause, Some(HttpError::Silent(_)))
+}
+
 /// Returns the next loss that is no silence.
 fn loss(source: &mut HttpSource) -> String {
     let begin = Instant::now();
     while begin.elapsed() < LONG {
         match next(source) {
-            Err(error) if !error.contains("no picture for") => return error,
+            Err(error) if !is_silence(&error) => return ErrorChain(&error).to_string(),
             _ => {}
         }
     }
@@ -282,7 +289,7 @@ fn an_outage_is_told_once() {
     let seen = loop {
         match next(&mut source) {
             Ok(level) => break level,
-            Err(error) if error.contains("no picture for") => {}
+            Err(error) if is_silence(&error) => {}
             Err(error) => losses.push(error),
         }
     };
