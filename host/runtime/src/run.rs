@@ -160,7 +160,9 @@ impl<T: Transport> Run<T> {
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
         let cleared = configure(&mut link, wiring, config).map_err(RunError::Connect)?;
         let prior = rig.prior();
-        prior.map_or(Ok(()), |prior| link.know(prior)).map_err(RunError::Connect)?;
+        if let Some(prior) = prior {
+            link.know(prior).map_err(RunError::Connect)?;
+        }
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
         let (workspace, following_turn) = (config.workspace, config.following.turn);
         Ok(Self {

@@ -102,7 +102,7 @@ const EXACT: [&str; 3] = ["A", "B", "C"];
 /// Names of motors whose places are approximate.
 const APPROXIMATE: [&str; 3] = ["A (approximate)", "B (approximate)", "C (approximate)"];
 
-/// Motor points of a rig. No law uses them.
+/// Motor points of a rig, for pictures and checks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorPoints {
     /// Place of each motor, metres in the rig frame.
