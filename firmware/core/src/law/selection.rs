@@ -141,17 +141,17 @@ impl DeferredLaw {
         known: &mut Option<KnownRig>,
     ) -> Self {
         match kind {
-            DeferredLawKind::Adaptive => Self::Adaptive(Adaptive::new(
-                limits,
-                prior.and_then(|prior| match prior {
-                    Prior::Jacobian(prior) => Some(*prior),
-                    Prior::Rig(_) => None,
-                }),
-            )),
+            DeferredLawKind::Adaptive => {
+                let jacobian = match prior {
+                    Some(Prior::Jacobian(jacobian)) => Some(*jacobian),
+                    _ => None,
+                };
+                Self::Adaptive(Adaptive::new(limits, jacobian))
+            }
             DeferredLawKind::Taut => {
-                let measured = || match prior? {
-                    Prior::Rig(rig) => Some(KnownRig::measured(rig)),
-                    Prior::Jacobian(_) => None,
+                let measured = || match prior {
+                    Some(Prior::Rig(rig)) => Some(KnownRig::measured(rig)),
+                    _ => None,
                 };
                 Self::Taut(Taut::new(limits, known.take().or_else(measured)))
             }

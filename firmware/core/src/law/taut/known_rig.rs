@@ -6,7 +6,7 @@ use plumb_protocol::prior::RigPrior;
 use serde::{Deserialize, Serialize};
 
 use super::filter::Filter;
-use super::geometry::{DELAY_SD, N, STEP, length};
+use super::geometry::{DELAY, DELAY_SD, N, STEP, length};
 use super::observation::Observation;
 use crate::vector::per_motor;
 
@@ -51,28 +51,20 @@ const REWOUND: f32 = 0.12;
 impl KnownRig {
     /// Returns the rig of a tape measure: of its steps the mean counts, and of the delay nothing is
     /// known.
+    #[cold]
     pub(crate) fn measured(prior: &RigPrior) -> Self {
         let cables = prior.cable_per_step.iter();
         let cable = cables.map(|nm| *nm as f32 * 1e-6).sum::<f32>() / MOTORS as f32;
-        let (place, ln_step) = (prior.deviation.0 as f32 * 1e-3, f32::from(prior.cable_deviation));
-        let mut rig = Self(Vec::new());
-        rig.push([LAYOUT]);
-        for coordinate in prior.motors.iter().flat_map(|motor| motor.micrometres()) {
-            rig.push((coordinate as f32 * 1e-3).to_le_bytes());
+        let mut state = [0.0; KEPT];
+        let places = prior.motors.iter().flat_map(|motor| motor.micrometres());
+        for (coordinate, um) in state.iter_mut().zip(places) {
+            *coordinate = um as f32 * 1e-3;
         }
-        for number in [libm::logf(cable), 0.0] {
-            rig.push(number.to_le_bytes());
-        }
-        for deviation in [place; STEP - AXES] {
-            rig.push(deviation.to_le_bytes());
-        }
-        for deviation in [ln_step / 1024.0, DELAY_SD] {
-            rig.push(deviation.to_le_bytes());
-        }
-        for _ in pairs() {
-            rig.push(0_i16.to_le_bytes());
-        }
-        rig
+        state[STEP - AXES] = libm::logf(cable);
+        let mut deviations = [prior.deviation.0 as f32 * 1e-3; KEPT];
+        deviations[STEP - AXES] = f32::from(prior.cable_deviation) / 1024.0;
+        deviations[DELAY - AXES] = DELAY_SD;
+        Self::from_parts(&state, &deviations, [0; PAIRS])
     }
 
     /// Returns the geometry of `filter`; `None` while it does not know how the ball moves.
@@ -82,28 +74,37 @@ impl KnownRig {
             return None;
         }
         let (x, p) = filter.state();
-        let deviation = |i: usize| {
+        let deviations = core::array::from_fn(|at| {
+            let i = AXES + at;
             let added = match i {
                 STEP => REWOUND,
                 i if i < STEP => MOVED_MM,
                 _ => 0.0,
             };
             libm::sqrtf(p[i][i] + added * added)
-        };
+        });
+        let mut correlations = [0; PAIRS];
+        for (correlation, (i, k)) in correlations.iter_mut().zip(pairs()) {
+            let full = (deviations[i - AXES] * deviations[k - AXES]).max(f32::MIN_POSITIVE);
+            // The cast saturates.
+            *correlation = (FULL * p[i][k] / full) as i16;
+        }
+        Some(Self::from_parts(&x[AXES..], &deviations, correlations))
+    }
+
+    /// Returns the bytes of these entries of a state, their standard deviations, and the
+    /// correlations of [`pairs`].
+    #[cold]
+    fn from_parts(state: &[f32], deviations: &[f32; KEPT], correlations: [i16; PAIRS]) -> Self {
         let mut rig = Self(Vec::new());
         rig.push([LAYOUT]);
-        for number in &x[AXES..] {
+        for number in state.iter().chain(deviations) {
             rig.push(number.to_le_bytes());
         }
-        for i in AXES..N {
-            rig.push(deviation(i).to_le_bytes());
+        for correlation in correlations {
+            rig.push(correlation.to_le_bytes());
         }
-        for (i, k) in pairs() {
-            let full = (deviation(i) * deviation(k)).max(f32::MIN_POSITIVE);
-            // The cast saturates.
-            rig.push(((FULL * p[i][k] / full) as i16).to_le_bytes());
-        }
-        Some(rig)
+        rig
     }
 
     /// Returns whether the bytes are of this version, with numbers as a filter has them.
