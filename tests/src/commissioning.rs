@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::camera_file;
 use plumb_runtime::link::Link;
-use plumb_setup::commission::{Examination, ExaminationError, ExaminationParts, Report};
+use plumb_setup::commission::{Examination, ExaminationError, Report};
 use plumb_sim::simulated::{Timing, VirtualBoard};
 
 use crate::links::{FixedDetector, TrackingCamera};
@@ -34,7 +34,7 @@ pub fn examine(case: &Case) -> Result<Report, ExaminationError> {
         case.rig.wiring().expect("a wiring"),
         case.rig.config().expect("a rig file in range"),
     )?;
-    let mut parts = ExaminationParts {
+    let mut parts = WatchParts {
         source: &mut source,
         detector: &mut detector,
         observers: &mut [],

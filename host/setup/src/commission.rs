@@ -19,15 +19,13 @@ mod response;
 mod tests;
 
 use plumb_cameras::camera_file::COMPARE_BALL;
-use plumb_frame::detect::DetectError;
-use plumb_frame::source::SourceError;
-use plumb_runtime::board_fault::BoardFault;
 use plumb_runtime::doubt::Doubt;
-use plumb_runtime::link::LinkError;
 use thiserror::Error;
 
+use crate::watch::WatchError;
+
 pub use correction::{NoMotors, corrected};
-pub use examination::{Examination, ExaminationParts};
+pub use examination::Examination;
 pub use explanation::{Explanation, Frame, Sector, Sectors, Wiring};
 pub use fault::{Fault, Output};
 pub use report::Report;
@@ -37,24 +35,9 @@ pub use response::{Motion, Probe, Response};
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ExaminationError {
-    /// The link to the board failed, or the board refused a jog.
-    #[error("link to the board")]
-    Link(#[from] LinkError),
-    /// The camera delivers no frames any more.
-    #[error("camera")]
-    Source(#[from] SourceError),
-    /// The frames ended.
-    #[error("the camera delivers no more frames")]
-    EndOfFrames,
-    /// The source is not live.
-    #[error("the source of the frames is not live: a recording does not show what the motors do")]
-    NotLive,
-    /// The detector failed.
-    #[error("detector")]
-    Detect(#[from] DetectError),
-    /// The simulated rig or another observer failed.
-    #[error("output of the check")]
-    Observer(#[source] plumb_frame::source::BoxedError),
+    /// The board, the camera or an output failed, or somebody interrupted.
+    #[error(transparent)]
+    Watch(#[from] WatchError),
     /// The ball was not seen before a motor turned.
     #[error(
         "the ball is seen in {seen} of {frames} pictures, {with_depth} of them with depth; {}",
@@ -90,12 +73,6 @@ pub enum ExaminationError {
         /// Scatter of the measured positions, millimetres.
         scatter_mm: f64,
     },
-    /// The board stopped by itself.
-    #[error("the board has stopped by itself: {0}")]
-    Stopped(BoardFault),
-    /// Somebody interrupted the examination.
-    #[error("interrupted: the motors have stopped on the way")]
-    Interrupted,
 }
 
 /// Returns what to do about a ball that is not seen.

@@ -2,6 +2,7 @@
 //!
 //! - [`new_rig`]: the rig file and the camera file of a new rig.
 //! - [`commission`]: what is wrong with the wiring or the camera's pose, from small jogs.
+//! - [`watch`]: the board and the camera while motors are jogged.
 //! - [`selftest`]: the pulses, the flash and the clock of a board's chip, without a rig.
 
 #![forbid(unsafe_code)]
@@ -10,3 +11,4 @@
 pub mod commission;
 pub mod new_rig;
 pub mod selftest;
+pub mod watch;

@@ -10,7 +10,7 @@ use plumb_protocol::message::Refusal;
 use plumb_runtime::board_fault::after_fault;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::run::RunError;
-use plumb_setup::commission::ExaminationError;
+use plumb_setup::watch::WatchError;
 
 /// A mistake in a rig file or a camera file.
 const CHECK: &str = "`plumb check --file-only` lists every mistake with its line";
@@ -37,7 +37,7 @@ fn of_fact(error: &(dyn Error + 'static)) -> Option<&'static str> {
         Some(CHECK)
     } else if let Some(LinkError::Fault(fault)) = error.downcast_ref() {
         Some(after_fault(*fault))
-    } else if let Some(ExaminationError::Stopped(fault)) = error.downcast_ref() {
+    } else if let Some(WatchError::Stopped(fault)) = error.downcast_ref() {
         Some(fault.advice())
     } else {
         None

@@ -20,7 +20,7 @@ use plumb_protocol::units::{Acceleration, Micros, Milliseconds, Point, Rate, Ste
 use plumb_runtime::link::{Link, LinkError, Transport};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunError, RunParts};
-use plumb_setup::commission::{Examination, ExaminationParts};
+use plumb_setup::commission::Examination;
 use plumb_sim::memory::Memory;
 use plumb_sim::simulated::{SimClock, Timing, VirtualBoard};
 use plumb_tests::links::{FixedDetector, TrackingCamera};
@@ -280,7 +280,7 @@ fn examination_error(transport: impl Transport, source: &mut dyn CameraSource) -
     let rig = Rig::paper().unwrap();
     let mut link = Link::connect(transport).unwrap();
     link.configure(rig.wiring().unwrap(), rig.config().unwrap()).unwrap();
-    let mut parts = ExaminationParts {
+    let mut parts = WatchParts {
         source,
         detector: &mut FixedDetector(camera_file::paper().unwrap()),
         observers: &mut [],

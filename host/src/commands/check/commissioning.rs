@@ -11,7 +11,7 @@ use plumb_runtime::link::Link;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::wakeups::WakeupCheck;
-use plumb_setup::commission::{Examination, ExaminationParts, Explanation, Report, corrected};
+use plumb_setup::commission::{Examination, Explanation, Report, corrected};
 use serde_json::{Value, json};
 
 use super::options::Args;
@@ -101,7 +101,7 @@ fn jog_and_look(
     }
     let mut observers: Vec<&mut dyn Observer> = Vec::new();
     observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
-    let mut parts = ExaminationParts {
+    let mut parts = WatchParts {
         source: &mut *source,
         detector: &mut *detector(args.detector, &camera),
         observers: &mut observers,
