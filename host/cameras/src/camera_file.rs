@@ -193,6 +193,7 @@ impl From<CameraFile> for Camera {
             pose: file.pose.isometry(),
             ball_diameter: file.ball.diameter_m.get(),
             ball_hue: file.ball.hue.get(),
+            is_planar: false,
         }
     }
 }

@@ -13,7 +13,8 @@
 //! median. As it is added for each pixel, it is right for whatever part of the disc has depth, and
 //! the median of the votes is the centre's depth.
 //!
-//! Without depth, the size of the outline gives the position: see [`localise_by_outline`].
+//! Without depth, the plane of the ball gives the position ([`localise_on_plane`]), or the size of
+//! its outline ([`localise_by_outline`]).
 
 use crate::camera::{Camera, Intrinsics};
 use crate::depth_view::DepthView;
@@ -21,9 +22,11 @@ use crate::frame::RgbdFrame;
 use crate::observation::{BallObservation, Circle, Gaussian3, TwoDepths};
 use propagation::{across, in_rig_frame};
 
+mod on_plane;
 mod outline;
 mod propagation;
 
+pub use on_plane::localise_on_plane;
 pub use outline::localise_by_outline;
 
 /// Parameters of the localisation.
@@ -77,13 +80,13 @@ pub(crate) struct CentreDepth {
 }
 
 /// Returns the observation of a ball that is seen as `circle`, with the position that the frame's
-/// depth gives (see [`localise`]), or of a camera without depth the outline
-/// (see [`localise_by_outline`]).
+/// depth gives (see [`localise`]), or of a camera without depth the ball's plane
+/// (see [`localise_on_plane`]) or the outline (see [`localise_by_outline`]).
 pub fn observe(circle: Circle, score: f64, frame: &RgbdFrame, camera: &Camera) -> BallObservation {
-    let position = if frame.intrinsics().has_depth() {
-        localise(&circle, frame, camera)
-    } else {
-        localise_by_outline(&circle, frame.intrinsics(), camera)
+    let position = match (frame.intrinsics().has_depth(), camera.is_planar) {
+        (true, _) => localise(&circle, frame, camera),
+        (false, true) => localise_on_plane(&circle, frame.intrinsics(), camera),
+        (false, false) => localise_by_outline(&circle, frame.intrinsics(), camera),
     };
     BallObservation { stamp: frame.time(), circle, score, position, depths: None }
 }

@@ -153,6 +153,9 @@ pub struct Camera {
     pub ball_diameter: f64,
     /// Hue of the ball, degrees: 0 red, 60 yellow, 120 green, 180 cyan, 240 blue, 300 magenta.
     pub ball_hue: f64,
+    /// Whether the ball moves in the plane x = 0 of the rig frame: without depth, its place is where
+    /// its ray meets that plane.
+    pub is_planar: bool,
 }
 
 impl Camera {
@@ -160,7 +163,7 @@ impl Camera {
     /// that the intrinsics belong to is not stated.
     pub fn new(intrinsics: Intrinsics, pose: Isometry3<f64>, ball_diameter: f64) -> Self {
         let calibrated_for = CalibratedFor::Unstated;
-        Self { intrinsics, calibrated_for, pose, ball_diameter, ball_hue: 0.0 }
+        Self { intrinsics, calibrated_for, pose, ball_diameter, ball_hue: 0.0, is_planar: false }
     }
 
     /// Returns the depth along the optical axis, metres, of a point in the rig frame.

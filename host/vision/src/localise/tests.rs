@@ -185,3 +185,29 @@ fn a_camera_without_depth_takes_the_position_from_the_outline() {
     let absurd = Circle { radius: f64::NAN, ..seen };
     assert_eq!(observe(absurd, 1.0, &frame, &camera).position, None);
 }
+
+#[test]
+fn a_planar_ball_is_where_its_ray_meets_the_plane() {
+    let lens = Intrinsics { depth_scale: 0.0, ..INTRINSICS };
+    let camera = Camera { is_planar: true, intrinsics: lens, ..camera(0.02) };
+    let place = Point3::new(0.0, -0.9, 0.2);
+    let seen = camera.pose.inverse_transform_point(&place);
+    let Some((u, v)) = lens.project(&seen) else { panic!("{seen} is not in front of the camera") };
+    let found = localise_on_plane(&Circle::rough(u, v, 10.0), &lens, &camera).unwrap();
+    assert!((found.mean - place).norm() < 1e-9, "{found:?}");
+    // The covariance is that of small changes of the pixel.
+    let circle = |du: f64, dv: f64| Circle::rough(u + du, v + dv, 10.0);
+    let moved = |du, dv| localise_on_plane(&circle(du, dv), &lens, &camera).unwrap().mean - place;
+    let derivatives =
+        Matrix3::from_columns(&[moved(1e-3, 0.0), moved(0.0, 1e-3), Vector3::zeros()]);
+    let derivatives = derivatives * 1e3;
+    let expected = derivatives * circle(0.0, 0.0).covariance * derivatives.transpose();
+    for (i, j) in [(1, 1), (1, 2), (2, 2)] {
+        let error = (found.covariance[(i, j)] - expected[(i, j)]).abs();
+        assert!(error < 1e-3 * expected[(1, 1)].max(expected[(2, 2)]), "{expected}");
+    }
+    assert_eq!(found.covariance[(0, 0)], found.covariance[(1, 1)].max(found.covariance[(2, 2)]));
+    // Behind the camera the ray meets nothing.
+    let away = Camera { pose: camera.pose * Isometry3::rotation(Vector3::x() * 3.14), ..camera };
+    assert_eq!(localise_on_plane(&circle(0.0, 0.0), &lens, &away), None);
+}
