@@ -10,6 +10,7 @@ mod motion;
 mod motion_error;
 mod motion_limits;
 mod motors;
+mod picture;
 pub mod quantity;
 mod refused_wiring;
 mod simulation;
@@ -22,9 +23,11 @@ use std::path::Path;
 use plumb_cameras::camera_file::is_camera_file;
 use plumb_cameras::settings::CameraSettings;
 use plumb_config::bounded_read::read_text;
+use plumb_config::mistake::{Kind, Mistake};
 use plumb_config::quantity::{Coordinate, NumberError};
-use plumb_config::toml_file::{MAX_BYTES, TomlFileError, parse_toml};
+use plumb_config::toml_file::{MAX_BYTES, TomlFileError, parse_toml, place};
 use plumb_protocol::config::{Config, Workspace};
+use plumb_protocol::dimension::LEAST_MOTORS;
 use plumb_protocol::prior::Prior;
 use plumb_protocol::units::Point;
 use plumb_protocol::wiring;
@@ -50,6 +53,9 @@ pub use self::simulation::Simulation;
 pub use law::{LawName, UnknownLaw};
 pub use motion_limits::{JogSettings, PathSettings};
 pub use motors::{Driver, ModeName, TimingSettings, UartSettings};
+pub use picture::{
+    NOMINAL_JACOBIAN_M, PictureError, PictureFrame, PlaneSettings, Region, RigPicture, flat,
+};
 pub use quantity::{CABLE_PER_TURN_RANGE_M, FULL_STEPS_PER_REVOLUTION, OutOfRange};
 pub use simulation::{MotorPoints, SimulatedMotor, Wiring, WiringError};
 pub use size::{Box3, Size};
@@ -68,6 +74,7 @@ const PAPER: &str = include_str!("../../rigs/paper.toml");
 #[serde(deny_unknown_fields)]
 pub struct Rig {
     /// Targets of the ball in their order, metres in the rig frame.
+    #[serde(default)]
     pub targets: Vec<[Coordinate; 3]>,
     /// The board and its pins.
     pub board: BoardSettings,
@@ -79,7 +86,9 @@ pub struct Rig {
     pub cables: CableSettings,
     /// The motors' limits.
     pub motors: Motors,
-    /// Box that the ball and the targets must not leave.
+    /// Box that the ball and the targets must not leave. Beside `plane`, the widest one until the
+    /// jogs have measured the picture.
+    #[serde(default)]
     pub workspace: Box3,
     /// Rule by which a target counts as reached.
     #[serde(default)]
@@ -108,6 +117,11 @@ pub struct Rig {
     pub size: Option<Size>,
     /// The simulated rig; absent for a real one.
     pub simulation: Option<Simulation>,
+    /// Places in the picture of a rig that two jogs measure.
+    pub plane: Option<PlaneSettings>,
+    /// The picture, once the jogs have measured it.
+    #[serde(skip)]
+    pub picture: Option<RigPicture>,
 }
 
 impl Rig {
@@ -133,10 +147,26 @@ impl Rig {
             },
             false => with_allowed(error, text),
         })?;
+        rig.widen();
+        if let Some(mistake) = plane_mistakes(text, &rig).into_iter().next() {
+            let error = TomlFileError::Content {
+                path: path.to_owned(),
+                mistake: Box::new(mistake),
+                allowed: String::new(),
+            };
+            return Err(with_allowed(error, text));
+        }
         if let Some(folder) = path.parent() {
             rig.camera.relative_to(folder);
         }
         Ok(rig)
+    }
+
+    /// Gives a rig whose picture is not measured yet the widest workspace.
+    fn widen(&mut self) {
+        if self.plane.is_some() {
+            self.workspace = Box3::WIDEST_PLANE;
+        }
     }
 
     /// Returns the paper's rig, as in `rigs/paper.toml`.
@@ -169,6 +199,7 @@ impl Rig {
             workspace: self.workspace,
             size: self.rough_size(),
             max_rate: self.motors.max_rate.get(),
+            picture: self.picture.clone(),
         }
     }
 
@@ -244,11 +275,15 @@ impl Rig {
         Conversion::first_error(|conversion| self.convert(conversion))
     }
 
-    /// Returns what the law begins with: [`Size::prior`] for the law taut.
+    /// Returns what the law begins with: [`Size::prior`] for the law taut, the Jacobian of the
+    /// picture for the law adaptive.
     #[must_use]
     pub fn prior(&self) -> Option<Prior> {
-        let is_used = self.law.name() == LawName::Taut;
-        self.size.as_ref().filter(|_| is_used)?.prior().map(Prior::Rig)
+        match self.law.name() {
+            LawName::Taut => self.size.as_ref()?.prior().map(Prior::Rig),
+            LawName::Adaptive => self.picture.as_ref().map(RigPicture::prior),
+            LawName::Interval | LawName::Sign => None,
+        }
     }
 
     /// Returns the targets in the board's units.
@@ -288,6 +323,30 @@ impl Rig {
             mean: self.law.convert_mean(self.cables, conversion),
         }
     }
+}
+
+/// Returns the mistakes of a rig file with this text about its plane: what is missing without it, and
+/// what does not go with it.
+fn plane_mistakes(text: &str, rig: &Rig) -> Vec<Mistake> {
+    let mistake = |key: &str, kind, message: &str| {
+        let at = place(text, key);
+        let line = at.as_ref().map_or(text.lines().count(), |at| at.line);
+        let value = String::new();
+        Mistake { line, key: key.to_owned(), value, kind, message: message.to_owned() }
+    };
+    let is_there = |key: &&str| place(text, key).is_some();
+    let frame = ["targets", "workspace"];
+    if rig.plane.is_none() {
+        let missing = frame.into_iter().filter(|key| !is_there(key));
+        return missing.map(|key| mistake(key, Kind::Missing, "")).collect();
+    }
+    let beside = "goes with no `[plane]`, where both are places in the picture";
+    let both = frame.into_iter().filter(is_there);
+    let mut mistakes: Vec<_> = both.map(|key| mistake(key, Kind::Wrong, beside)).collect();
+    if rig.motors.count() != LEAST_MOTORS {
+        mistakes.push(mistake("plane", Kind::Wrong, "needs `motors.count = 2`"));
+    }
+    mistakes
 }
 
 /// Returns the error of a rig file with this text, with what is allowed.

@@ -64,6 +64,10 @@ pub enum CommandRefusal {
     /// The target is outside the triangle of the motors. The board has not received it.
     #[error("the target is outside the triangle of the motors, where a cable is slack")]
     TargetSlack,
+    /// The target is too near to the border of the picture or to the motors. The board has not
+    /// received it.
+    #[error("pixel {0:?} is too near to the border of the picture or to the motors")]
+    TargetBeside([f64; 2]),
     /// The distance or the rate of a jog is not a number, or far out of range.
     #[error("the distance or the rate of the jog is out of range")]
     OutOfRange,
@@ -142,6 +146,7 @@ impl OperatorCommand {
                 let target = rules.target(target.into());
                 Command::Target(target.map_err(|error| match error {
                     MotionError::Workspace(outside) => CommandRefusal::TargetOutside(outside),
+                    MotionError::Picture { pixel } => CommandRefusal::TargetBeside(pixel),
                     _ => CommandRefusal::TargetSlack,
                 })?)
             }

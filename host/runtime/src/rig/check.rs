@@ -22,7 +22,7 @@ use plumb_protocol::message::Refusal;
 
 use super::document::Document;
 use super::quantity::Conversion;
-use super::{REFERENCE, Rig, Simulation};
+use super::{REFERENCE, Rig, Simulation, plane_mistakes};
 use crate::link::other_port;
 
 pub use self::board::BoardCheck;
@@ -120,7 +120,11 @@ pub(crate) fn check_text(
     let diagnosis = diagnose::<Rig>(text, PLACEHOLDERS);
     let mut findings = document.mistakes(&diagnosis.mistakes);
     let Some(mut rig) = diagnosis.contents else { return (findings, None) };
-    let wrong: Vec<String> = diagnosis.mistakes.into_iter().map(|mistake| mistake.key).collect();
+    let about_plane = plane_mistakes(text, &rig);
+    findings.extend(document.mistakes(&about_plane));
+    let mistakes = diagnosis.mistakes.into_iter().chain(about_plane);
+    let wrong: Vec<String> = mistakes.map(|mistake| mistake.key).collect();
+    rig.widen();
     let mut more = values(&document, &rig, board);
     if let Some(folder) = path.parent() {
         rig.camera.relative_to(folder);

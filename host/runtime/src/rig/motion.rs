@@ -5,7 +5,9 @@ use plumb_config::quantity::Coordinate;
 use plumb_protocol::units::Point;
 
 use super::motion_error::{MistakenUnit, MotionError, Outside, Side, WrongTarget};
+use super::picture::RigPicture;
 use super::size::{Box3, RoughSize};
+use crate::rounding::round;
 
 /// Names of the motors.
 const MOTORS: [char; 3] = ['A', 'B', 'C'];
@@ -29,6 +31,8 @@ pub struct MotionRules {
     pub(super) size: Option<RoughSize>,
     /// Highest rate of the motors, full steps/s.
     pub(super) max_rate: f64,
+    /// The picture of two motors, where it is measured.
+    pub(super) picture: Option<RigPicture>,
 }
 
 impl MotionRules {
@@ -37,6 +41,7 @@ impl MotionRules {
     /// # Errors
     /// The first rule that the motion breaks.
     pub fn check(&self, place: Point3<f64>, velocity: Vector3<f64>) -> Result<(), MotionError> {
+        self.check_picture(place)?;
         self.check_workspace(place, 0.0)?;
         self.check_triangle(place)?;
         for (rate, motor) in self.rates(place, velocity).zip(MOTORS) {
@@ -64,6 +69,7 @@ impl MotionRules {
     /// # Errors
     /// Where it is outside the workspace or the triangle of the motors.
     pub(crate) fn target(&self, target: [f64; 3]) -> Result<Point, MotionError> {
+        self.check_picture(target.into())?;
         self.check_workspace(target.into(), ROUNDING_M)?;
         self.check_triangle(target.into())?;
         // A workspace reaches to 4 m, the board's units to 2147 m.
@@ -148,6 +154,16 @@ impl MotionRules {
                 let is_far = |it: &f64| it.is_finite() && !Coordinate::RANGE.contains(*it);
                 place.iter().any(is_far).then_some(MistakenUnit::Millimetres)
             }
+        }
+    }
+
+    /// Checks that a place is in the part of the picture where targets may be.
+    fn check_picture(&self, place: Point3<f64>) -> Result<(), MotionError> {
+        let Some(picture) = &self.picture else { return Ok(()) };
+        let pixel = picture.pixel(place.into());
+        match picture.region.contains(pixel) {
+            true => Ok(()),
+            false => Err(MotionError::Picture { pixel: pixel.map(|it| round(it, 10.0)) }),
         }
     }
 

@@ -15,6 +15,12 @@ pub enum MotionError {
     /// The place is outside the triangle of the motors.
     #[error("that is outside the triangle of the motors, where a cable is slack")]
     Triangle,
+    /// The place is outside the part of the picture where targets may be.
+    #[error("pixel {pixel:?} is too near to the border of the picture or to the motors")]
+    Picture {
+        /// Column and row, pixels.
+        pixel: [f64; 2],
+    },
     /// No place is inside the workspace.
     #[error(
         "the workspace of the rig file has no room along {axis}: `workspace.min` must be below \

@@ -66,6 +66,7 @@ quantities! {
     /// Bound of |dp/du|, metres of ball for a metre of cable.
     JacobianBound = Range::above_zero(7.99, "");
     /// Coordinate of a corner of the workspace, metres.
+    #[derive(Default)]
     Corner = Range::new(-4.0, 4.0, "m");
     /// Speed of a reference, m/s.
     ReferenceSpeed = Range::above_zero(2.0, "m/s");

@@ -18,13 +18,22 @@ const LEAST_AREA_M2: f64 = 1e-6;
 const LEAST_DISTANCE_M: f64 = 1e-3;
 
 /// Box in the rig frame.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Box3 {
     /// Corner of smallest coordinates, metres.
     pub min: [Corner; 3],
     /// Corner of largest coordinates, metres.
     pub max: [Corner; 3],
+}
+
+impl Box3 {
+    /// Largest workspace of two motors that a board takes.
+    pub(super) const WIDEST_PLANE: Self = {
+        let none = Corner::constant(0.0);
+        let (low, high) = (Corner::constant(-4.0), Corner::constant(4.0));
+        Self { min: [none, low, low], max: [none, high, high] }
+    };
 }
 
 /// Standard deviation of a coordinate by tape measure, metres.

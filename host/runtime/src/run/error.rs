@@ -67,6 +67,9 @@ pub enum RunError {
     /// The rig file allows no place at all.
     #[error(transparent)]
     NoPlace(MotionError),
+    /// A target is in a wrong part of the picture.
+    #[error(transparent)]
+    Picture(MotionError),
     /// The rig file has no targets.
     #[error("the rig file has no targets: list them as `targets = [[x, y, z], ...]`, metres")]
     NoTargets,

@@ -69,6 +69,10 @@ pub(super) fn check(wrong: &[WrongTarget]) -> Result<(), RunError> {
     if let Some(wrong) = wrong.iter().find(|wrong| wrong.error.is_of_the_rig()) {
         return Err(RunError::NoPlace(wrong.error));
     }
+    let is_of_picture = |wrong: &&WrongTarget| matches!(wrong.error, MotionError::Picture { .. });
+    if let Some(wrong) = wrong.iter().find(is_of_picture) {
+        return Err(RunError::Picture(wrong.error));
+    }
     let (mut outside, mut slack) = (Vec::new(), Vec::new());
     for WrongTarget { target, error, .. } in wrong {
         let target = target.map(|metres| round(metres, 1e6));

@@ -6,7 +6,7 @@ use crate::rig::{MotionError, Rig, WrongTarget};
 /// Returns the errors of the targets: none at all, or one outside the workspace or the triangle of
 /// the motors.
 pub(super) fn findings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
-    if rig.targets.is_empty() {
+    if rig.targets.is_empty() && rig.plane.is_none() {
         return vec![document.out_of_range(&["targets"], "has no target")];
     }
     if let Some(finding) = no_place(document, rig) {

@@ -32,9 +32,9 @@ struct View<'a> {
 }
 
 /// Returns what is not plausible about the camera of `document` and the workspace of `rig`; nothing
-/// where the intrinsics are to be estimated yet.
+/// where the intrinsics are to be estimated yet, or jogs are to find the pose.
 pub(super) fn findings(document: &Document<'_>, camera: &Camera, rig: &Rig) -> Vec<Finding> {
-    if camera.calibrated_for == CalibratedFor::Nothing {
+    if camera.calibrated_for == CalibratedFor::Nothing || rig.plane.is_some() {
         return Vec::new();
     }
     let view = View::new(document, camera, rig);
