@@ -12,6 +12,7 @@ use std::sync::atomic::AtomicBool;
 use plumb_cameras::camera_file;
 use plumb_runtime::link::Link;
 use plumb_setup::commission::{Examination, ExaminationError, Report};
+use plumb_setup::watch::{WatchError, WatchParts};
 use plumb_sim::simulated::{Timing, VirtualBoard};
 
 use crate::links::{FixedDetector, TrackingCamera};
@@ -29,11 +30,12 @@ pub fn examine(case: &Case) -> Result<Report, ExaminationError> {
     camera.pose.translation.x = CAMERA_X_M;
     let mut source = TrackingCamera::new(board.rig(), camera.clone(), Timing::default());
     let mut detector = NoisyDetector::new(FixedDetector(camera), case.seen(), case.seed);
-    let mut link = Link::connect(board.transport())?;
+    let mut link = Link::connect(board.transport()).map_err(WatchError::from)?;
     link.configure(
         case.rig.wiring().expect("a wiring"),
         case.rig.config().expect("a rig file in range"),
-    )?;
+    )
+    .map_err(WatchError::from)?;
     let mut parts = WatchParts {
         source: &mut source,
         detector: &mut detector,
@@ -41,5 +43,5 @@ pub fn examine(case: &Case) -> Result<Report, ExaminationError> {
         progress: &mut |_| (),
         interrupted: &AtomicBool::new(false),
     };
-    Examination::run(&case.rig, link, &mut parts)
+    Examination::run(&case.rig, &mut link, &mut parts)
 }

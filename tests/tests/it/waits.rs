@@ -21,6 +21,7 @@ use plumb_runtime::link::{Link, LinkError, Transport};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunError, RunParts};
 use plumb_setup::commission::Examination;
+use plumb_setup::watch::WatchParts;
 use plumb_sim::memory::Memory;
 use plumb_sim::simulated::{SimClock, Timing, VirtualBoard};
 use plumb_tests::links::{FixedDetector, TrackingCamera};
@@ -287,7 +288,7 @@ fn examination_error(transport: impl Transport, source: &mut dyn CameraSource) -
         progress: &mut |_| (),
         interrupted: &AtomicBool::new(false),
     };
-    ErrorChain(&Examination::run(&rig, link, &mut parts).unwrap_err()).to_string()
+    ErrorChain(&Examination::run(&rig, &mut link, &mut parts).unwrap_err()).to_string()
 }
 
 #[test]

@@ -12,6 +12,7 @@ use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::wakeups::WakeupCheck;
 use plumb_setup::commission::{Examination, Explanation, Report, corrected};
+use plumb_setup::watch::WatchParts;
 use serde_json::{Value, json};
 
 use super::options::Args;
@@ -93,7 +94,7 @@ fn jog_and_look(
     args: &Args,
     rig: &Rig,
     camera: RunCamera,
-    (link, interrupted): (Link<Port>, &AtomicBool),
+    (mut link, interrupted): (Link<Port>, &AtomicBool),
 ) -> Result<Report, Failure> {
     let RunCamera { mut source, camera, mut follower, .. } = camera;
     if interrupted.load(Ordering::Relaxed) {
@@ -108,7 +109,7 @@ fn jog_and_look(
         progress: &mut |text| note!("{text}"),
         interrupted,
     };
-    Ok(Examination::run(rig, link, &mut parts)?)
+    Ok(Examination::run(rig, &mut link, &mut parts)?)
 }
 
 /// Offers the rig file with the right directions. Returns whether it is written.
