@@ -14,6 +14,7 @@ mod kinematic;
 mod law_controller;
 mod oracle;
 mod paper;
+mod picture;
 mod plan_controller;
 mod report;
 mod simulate;
@@ -37,12 +38,15 @@ use plumb_runtime::rig::OutOfRange;
 use plumb_sim::limits::RigLimits;
 use thiserror::Error;
 
-use simulate::{Leg, Outcome};
+use picture::Jogged;
+use simulate::{Leg, Outcome, View};
+use turned_frame::TurnedFrame;
 
 pub use crate::run_id::RunId;
 pub use controller::ControllerKind;
 pub use following::{Loss, PathReport, PathSuite, Quantiles, follow_paths};
 pub use paper::{PAPER_GAMMAS, PaperSuite, paper};
+pub use picture::{JogReport, Stand};
 pub use report::Report;
 pub use simulate::RunEnd;
 pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RigChange, Rigs, Suite, SuiteName};
@@ -129,6 +133,10 @@ fn check_suitable(controller: &ControllerKind, suite: &Suite) -> Result<(), Benc
             suite.targets > 1 && suite.motors() < MOTORS,
             "has one target only on rigs with two motors: ask for one target",
         ),
+        (
+            suite.stand.is_some() && !controller.can_begin_again(),
+            "drives to no place in a picture: choose a law of the board",
+        ),
     ];
     match refusals.into_iter().find(|(is_unsuitable, _)| *is_unsuitable) {
         Some((_, why)) => Err(BenchError::Unsuitable { controller: controller.to_string(), why }),
@@ -182,6 +190,9 @@ fn run_one(
 ) -> Result<Vec<(Outcome, f64)>, BenchError> {
     let on_error = BenchError::of_rig(id);
     let task = suite.task(id).map_err(on_error)?;
+    if let Some(stand) = suite.stand {
+        return run_in_picture(controller, suite, (stand, task), id);
+    }
     let (mut legs, mut way) = (Vec::new(), task);
     for (number, target) in suite.places(&task, id).into_iter().enumerate() {
         let changed = match number {
@@ -194,8 +205,61 @@ fn run_one(
         way.start = target;
     }
     let mut controller = controller.build(suite, &task, id)?;
-    let outcomes = simulate::run(&mut *controller, suite, &task, id, &legs)?;
+    let view = suite.turned_rad.map(|angle| View::Turned(TurnedFrame::new(angle, &task, id)));
+    let outcomes = simulate::run(&mut *controller, suite, &task, id, (&legs, view))?;
     Ok(outcomes.into_iter().zip(legs.iter().map(|leg| leg.oracle_s)).collect())
+}
+
+/// Runs one rig in the picture of a camera, after two jogs, as [`run_one`].
+fn run_in_picture(
+    controller: &ControllerKind,
+    suite: &Suite,
+    (stand, task): (Stand, Task),
+    id: RunId,
+) -> Result<Vec<(Outcome, f64)>, BenchError> {
+    let on_error = BenchError::of_rig(id);
+    let Some(jogged) = picture::jog(suite, stand, task, id)? else {
+        return Ok(vec![(Outcome { end: RunEnd::NoFrame, ..Outcome::default() }, f64::NAN)]);
+    };
+    let oracle_s = oracle::time_s(&jogged.task, &RigLimits::default(), jogged.threshold_m());
+    let oracle_s = oracle_s.map_err(on_error)?;
+    let Jogged { measured, view, task, suite } = jogged;
+    let mut controller = controller.clone();
+    if let Some(law) = controller.settings_mut() {
+        law.set_delay(measured.latency_s);
+    }
+    let target = view.measured(task.target);
+    let leg = Leg { target, oracle_s, changed: None };
+    let mut controller = controller.build(&suite, &Task { target, ..task }, id)?;
+    let view = Some(View::Picture(view));
+    let outcomes = simulate::run(&mut *controller, &suite, &task, id, (&[leg], view))?;
+    // Millimetres of the report are pixels.
+    let scale = picture::ARRIVED_PX * 1e-3 / suite.threshold_m;
+    let in_pixels = |mut outcome: Outcome| {
+        outcome.hold_m.iter_mut().for_each(|distance| *distance *= scale as f32);
+        (outcome, oracle_s)
+    };
+    Ok(outcomes.into_iter().map(in_pixels).collect())
+}
+
+/// Jogs the motors of the numbered rigs of a suite of pictures, on all cores. Calls `progress` with
+/// the number of rigs done after each rig.
+///
+/// # Errors
+/// If a rig is invalid.
+pub fn jogs(
+    suite: &Suite,
+    rigs: Range<u64>,
+    seed: u64,
+    progress: &mut dyn FnMut(u64),
+) -> Result<JogReport, BenchError> {
+    let stand = suite.stand.unwrap_or(Stand::InFront);
+    let jog = |rig| {
+        let id = RunId { seed, rig };
+        let task = suite.task(id).map_err(BenchError::of_rig(id))?;
+        Ok(picture::jog(suite, stand, task, id)?.map(|jogged| jogged.quality()))
+    };
+    Ok(JogReport::of(&in_parallel(rigs, jog, progress)?))
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use clap::{Parser, value_parser};
 use plumb_bench::control::{
-    self, Clock, ControllerKind, PAPER_GAMMAS, PathReport, PathSuite, Report, Suite, SuiteName,
-    TapeMeasure,
+    self, Clock, ControllerKind, PAPER_GAMMAS, PathReport, PathSuite, Report, Stand, Suite,
+    SuiteName, TapeMeasure,
 };
 use plumb_runtime::rig::LawSettings;
 use plumb_runtime::rig::quantity::{Gain, Mean};
@@ -28,7 +28,8 @@ const MAX_FAILED_LISTED: usize = 12;
 /// unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, stiff, warm800,
 /// warm150, warm-moved, warm-pulleys (each further target is a run of its own), edge, high, fine,
 /// frame5, frame10, frame20 (positions turned about the target), planar, planar800, planar150 (two
-/// motors in a plane; laws interval, sign, adaptive), paper-task.
+/// motors in a plane; laws interval, sign, adaptive), picture, picture800, picture150 (the same, in
+/// the picture of a camera of unknown place, after two jogs), paper-task.
 ///
 /// Columns: converged (share of the runs in which the ball arrived and stayed), median, p90, p99
 /// and max (time to the target over the oracle's), slack (share of the runs with a cable slack for
@@ -57,6 +58,10 @@ pub(crate) struct Args {
     /// turned (motors under other names), feet (read as metres)
     #[arg(long)]
     size: Option<TapeMeasure>,
+    /// Camera of the suites picture, picture800 and picture150: front, mirrored, upside-down, behind
+    /// (the plane), rolled60, rolled90
+    #[arg(long, default_value = "front")]
+    stand: Stand,
     /// Start of the clock: arrival of the first frame (picture), or 1 to 2 frames earlier, when the
     /// target is set (target)
     #[arg(long, default_value = "picture")]
@@ -133,13 +138,23 @@ pub(crate) fn paths(args: &PathsArgs) -> Result<(), Failure> {
 
 /// Runs the controllers on a suite whose rigs have targets, and prints the results.
 fn bench_rigs(name: SuiteName, controllers: &[ControllerKind], args: &Args) -> Result<(), Failure> {
-    let suite = Suite {
+    let mut suite = Suite {
         clock: args.clock,
         targets: args.targets as usize,
         tape: args.size,
         ..Suite::new(name)
     };
+    if let Some(stand) = &mut suite.stand {
+        *stand = args.stand;
+    }
     tell!("{name}: {}\n{}", name.about(), Report::HEADING);
+    if suite.stand.is_some() {
+        let jogs = control::jogs(&suite, args.runs.rigs(), args.runs.seed, &mut |_| ())?;
+        tell!("  jogs: {jogs}");
+        if args.json {
+            output::print(&jogs)?;
+        }
+    }
     for controller in controllers {
         let mut progress = progress(controller, args.runs.rigs);
         let (rigs, seed) = (args.runs.rigs(), args.runs.seed);

@@ -198,11 +198,16 @@ fn place<H: TwoMotors>(hand: &mut H, pictures: usize) -> Result<Place, JogsError
 where
     H::Error: fmt::Debug,
 {
-    let seen = hand.look(pictures).map_err(JogsError::Rig)?;
-    let count = seen.len();
-    if 2 * count <= pictures {
-        return Err(JogsError::Refused(Refusal::NotSeen { seen: count, pictures }));
+    let mut seen = hand.look(pictures).map_err(JogsError::Rig)?;
+    if 2 * seen.len() <= pictures {
+        // Of a few pictures in a row most may be without the ball by chance.
+        seen = hand.look(SWING_PICTURES).map_err(JogsError::Rig)?;
+        if 2 * seen.len() <= SWING_PICTURES {
+            let (seen, pictures) = (seen.len(), SWING_PICTURES);
+            return Err(JogsError::Refused(Refusal::NotSeen { seen, pictures }));
+        }
     }
+    let count = seen.len();
     let mean = seen.iter().sum::<Vector2<f64>>() / count as f64;
     let squares = |axis: usize| seen.iter().map(|at| (at[axis] - mean[axis]).powi(2)).sum::<f64>();
     let scatter = (squares(0).max(squares(1)) / count as f64).sqrt();

@@ -132,6 +132,7 @@ impl ControllerKind {
                     .transpose()
                     .map_err(BenchError::of_rig(id))?;
                 let prior = size.and_then(|size| size.prior()).map(Prior::Rig);
+                let prior = prior.or(suite.prior.filter(|_| law.name() == LawName::Adaptive));
                 Box::new(BoardController::new(config, prior, task.target))
             }
             Self::Broyden { mean } => Box::new(broyden(*mean, suite, task)?),

@@ -9,7 +9,8 @@ use plumb_protocol::units::Micros;
 use plumb_protocol::{MOTORS, PerMotor};
 
 use super::BenchError;
-use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, Suite};
+use super::picture::PictureView;
+use super::suite::{Clock, Suite};
 use super::turned_frame::TurnedFrame;
 use crate::run_id::RunId;
 
@@ -67,6 +68,8 @@ pub enum RunEnd {
     Held,
     /// The hold test ended after the ball had left its target.
     NotHeld,
+    /// The jogs before the run gave no frame.
+    NoFrame,
     /// The controller gave up.
     GaveUp,
     /// The time limit passed.
@@ -80,6 +83,7 @@ impl fmt::Display for RunEnd {
         f.write_str(match self {
             Self::Held => "held its target",
             Self::NotHeld => "left its target",
+            Self::NoFrame => "the jogs gave no frame",
             Self::GaveUp => "gave up",
             Self::TimedOut => "took too long",
             Self::PlantFailed => "the rig could not follow",
@@ -142,8 +146,12 @@ impl Monitor {
     }
 
     /// Measures the plant at `t` seconds. Returns whether the hold test is over.
-    fn step(&mut self, t: f64, plant: &dyn Plant, reached: bool) -> bool {
-        let distance = (plant.ball() - self.target).norm();
+    fn step(&mut self, t: f64, plant: &dyn Plant, view: Option<&View>, reached: bool) -> bool {
+        let distance = match view {
+            Some(View::Picture(view)) => view.measured(plant.ball()) - view.measured(self.target),
+            Some(View::Turned(_)) | None => plant.ball() - self.target,
+        };
+        let distance = distance.norm();
         let inside = distance <= self.threshold_m;
         for (sum, slack) in self.slack_s.iter_mut().zip(plant.slack()) {
             *sum += if slack { STEP_S } else { 0.0 };
@@ -185,7 +193,7 @@ struct Simulation<'a> {
     plant: Box<dyn Plant>,
     camera: CameraMonitor,
     /// Map from true to measured positions; `None` where they are the same.
-    frame: Option<TurnedFrame>,
+    view: Option<View>,
     /// Age of each frame where the board does not get the true one, µs.
     assumed_age_us: u32,
     /// Frames captured so far.
@@ -214,8 +222,8 @@ impl Simulation<'_> {
             (true, Clock::Picture) => None,
             _ => Some(t),
         };
-        let target = self.frame.as_ref();
-        let target = target.map_or(leg.target, |frame| frame.true_position(leg.target));
+        let target = self.view.as_ref();
+        let target = target.map_or(leg.target, |view| view.true_position(leg.target));
         let mut monitor = Monitor::new(self.suite, target, start_s, t + leg.limit_s());
         let end = loop {
             if let Some(end) = self.tick(&mut monitor) {
@@ -271,7 +279,9 @@ impl Simulation<'_> {
             return Some(RunEnd::PlantFailed);
         }
         let t = t + 1e-6 * f64::from(TICK_US);
-        monitor.step(t, &*self.plant, self.controller.reached()).then_some(RunEnd::Held)
+        monitor
+            .step(t, &*self.plant, self.view.as_ref(), self.controller.reached())
+            .then_some(RunEnd::Held)
     }
 
     /// Returns the measured `position` as a host sends it to a board with the rig's number of
@@ -286,7 +296,7 @@ impl Simulation<'_> {
         let due = f64::from(self.frames) * self.camera.period_s() <= t;
         if self.ticks.is_multiple_of(TICKS_PER_STEP) && due {
             let ball = self.plant.ball();
-            let measured = self.frame.as_ref().map_or(ball, |frame| frame.measured(ball));
+            let measured = self.view.as_ref().map_or(ball, |view| view.measured(ball));
             self.camera.observe(t, measured);
             self.frames += 1;
         }
@@ -299,6 +309,33 @@ impl Simulation<'_> {
             };
             let position = observed.position.map(|position| self.in_plane(position));
             self.controller.on_position(now, age_us, position);
+        }
+    }
+}
+
+/// Map from true to measured positions.
+#[derive(Debug, Clone)]
+pub(crate) enum View {
+    /// The camera's pose is wrong.
+    Turned(TurnedFrame),
+    /// Two jogs have given the frame.
+    Picture(PictureView),
+}
+
+impl View {
+    /// Returns the measured position of a true one, metres.
+    fn measured(&self, point: Point3<f64>) -> Point3<f64> {
+        match self {
+            Self::Turned(frame) => frame.measured(point),
+            Self::Picture(view) => view.measured(point),
+        }
+    }
+
+    /// Returns the true position of a measured one, metres.
+    fn true_position(&self, point: Point3<f64>) -> Point3<f64> {
+        match self {
+            Self::Turned(frame) => frame.true_position(point),
+            Self::Picture(view) => view.true_position(point),
         }
     }
 }
@@ -321,7 +358,8 @@ impl Leg {
     }
 }
 
-/// Runs `controller` on a task of `suite`, through these targets. Returns the outcome of each. One
+/// Runs `controller` on a task of `suite`, through these targets, which are measured places of
+/// `view`; `None` where all positions are true ones. Returns the outcome of each target. One
 /// that was not held ends the run, and those after it have its outcome.
 ///
 /// # Errors
@@ -332,15 +370,15 @@ pub(crate) fn run(
     suite: &Suite,
     task: &Task,
     id: RunId,
-    legs: &[Leg],
+    (legs, view): (&[Leg], Option<View>),
 ) -> Result<Vec<Outcome>, BenchError> {
     let on_error = BenchError::of_rig(id);
     let camera_seed = id.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ id.rig;
     let camera = CameraMonitor::new(suite.camera, camera_seed).map_err(on_error)?;
     let mut simulation = Simulation {
         plant: suite.plant(task, id).map_err(on_error)?,
-        assumed_age_us: (ASSUMED_LATENCY_FRAMES * camera.period_s() * 1e6) as u32,
-        frame: suite.turned_rad.map(|angle| TurnedFrame::new(angle, task, id)),
+        assumed_age_us: (suite.assumed_frames * camera.period_s() * 1e6) as u32,
+        view,
         frames: 0,
         ticks: 0,
         motors: [0.0; MOTORS],

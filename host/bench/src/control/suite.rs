@@ -11,12 +11,14 @@ use plumb_emulator::plant::{
 };
 use plumb_protocol::MOTORS;
 use plumb_protocol::dimension::LEAST_MOTORS;
+use plumb_protocol::prior::Prior;
 use plumb_runtime::rig::{CableSettings, Stiffness};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::bounce::Bounce;
 use super::kinematic::Kinematic;
+use super::picture::Stand;
 use super::tape::TapeMeasure;
 use crate::run_id::RunId;
 
@@ -39,8 +41,14 @@ pub struct Suite {
     /// Greatest distance from the target at which the ball counts as arrived, metres.
     pub threshold_m: f64,
     /// Whether the board gets the true age of each position. Otherwise it gets
-    /// [`ASSUMED_LATENCY_FRAMES`].
+    /// [`assumed_frames`](Self::assumed_frames).
     pub ages_known: bool,
+    /// Age that the board gets where the true one is unknown, frames.
+    pub assumed_frames: f64,
+    /// How the camera stands where only two jogs tell the frame of its picture.
+    pub stand: Option<Stand>,
+    /// What the law begins with, by the two jogs.
+    pub prior: Option<Prior>,
     /// Start of a run's clock. That of a further target starts when the board gets it.
     pub clock: Clock,
     /// What the rig file says about the cables.
@@ -144,7 +152,10 @@ impl Suite {
                 SuiteName::Drift => 0.003,
                 _ => 0.010,
             },
-            ages_known: !matches!(name, SuiteName::Ages | SuiteName::Latency),
+            ages_known: !matches!(name, SuiteName::Ages | SuiteName::Latency) && !is_picture(name),
+            assumed_frames: ASSUMED_LATENCY_FRAMES,
+            stand: is_picture(name).then_some(Stand::InFront),
+            prior: None,
             clock: Clock::Picture,
             cables: CableSettings {
                 stiffness: match name {
@@ -250,9 +261,15 @@ impl Suite {
     }
 }
 
+/// Returns whether the rigs of a suite are seen by a camera of unknown place.
+fn is_picture(name: SuiteName) -> bool {
+    matches!(name, SuiteName::Picture | SuiteName::Picture800 | SuiteName::Picture150)
+}
+
 /// Returns the rigs and tasks of a suite.
 fn population(name: SuiteName) -> Rigs {
     match name {
+        _ if is_picture(name) => Rigs::Planar(PlanarPopulation::default()),
         SuiteName::Planar | SuiteName::Planar800 | SuiteName::Planar150 => {
             Rigs::Planar(PlanarPopulation::default())
         }
@@ -298,7 +315,7 @@ fn camera(name: SuiteName) -> CameraMonitorParameters {
 fn physics(name: SuiteName) -> Physics {
     let bounce = |frequency_hz, damping_ratio| Physics::Bounce { frequency_hz, damping_ratio };
     match name {
-        SuiteName::Unilateral | SuiteName::Planar => Physics::Unilateral,
+        SuiteName::Unilateral | SuiteName::Planar | SuiteName::Picture => Physics::Unilateral,
         SuiteName::Bounce4 => bounce(4.0, 0.1),
         SuiteName::Bounce3 => bounce(3.0, 0.1),
         SuiteName::Bounce2 => bounce(2.0, 0.05),
@@ -307,12 +324,15 @@ fn physics(name: SuiteName) -> Physics {
         SuiteName::WarmMoved | SuiteName::WarmPulleys => {
             Physics::Elastic(&[STIFF_N_M, STIFF_N_M, SOFT_N_M, SOFT_N_M])
         }
-        SuiteName::Elastic800 | SuiteName::Stiff | SuiteName::Warm800 | SuiteName::Planar800 => {
-            Physics::Elastic(&[STIFF_N_M])
-        }
-        SuiteName::Elastic150 | SuiteName::Warm150 | SuiteName::Planar150 => {
-            Physics::Elastic(&[SOFT_N_M])
-        }
+        SuiteName::Elastic800
+        | SuiteName::Stiff
+        | SuiteName::Warm800
+        | SuiteName::Planar800
+        | SuiteName::Picture800 => Physics::Elastic(&[STIFF_N_M]),
+        SuiteName::Elastic150
+        | SuiteName::Warm150
+        | SuiteName::Planar150
+        | SuiteName::Picture150 => Physics::Elastic(&[SOFT_N_M]),
         _ => Physics::QuasiStatic,
     }
 }

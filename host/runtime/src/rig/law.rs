@@ -133,6 +133,15 @@ impl LawSettings {
         }
     }
 
+    /// Sets the delay of the frames beyond their age, seconds, of a law that knows one; at most 0.5.
+    pub fn set_delay(&mut self, seconds: f64) {
+        if let Self::Adaptive(law) | Self::Taut(law) = self
+            && let Ok(delay) = Delay::try_from(seconds.clamp(0.0, 0.5))
+        {
+            law.delay = delay;
+        }
+    }
+
     /// Sets the span of the running mean.
     pub fn set_mean(&mut self, span: Mean) {
         match self {

@@ -16,9 +16,9 @@ use plumb_protocol::prior::{JacobianPrior, Prior};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::quantity::{Corner, Delay, Distance};
+use super::Rig;
+use super::quantity::{Corner, Distance};
 use super::size::Box3;
-use super::{LawSettings, Rig};
 
 /// Table `[plane]`: targets and motors are places in the picture.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
@@ -102,7 +102,7 @@ impl PictureFrame {
     }
 
     /// Returns what the law adaptive begins with.
-    fn prior(&self) -> Prior {
+    pub fn prior(&self) -> Prior {
         let micrometres = |metres: f64| (metres * 1e6).round();
         let largest = self.jacobian.amax();
         let row = |axis: usize| match axis {
@@ -255,11 +255,7 @@ impl Rig {
         let mut rig = self.clone();
         rig.workspace = picture.workspace(ball);
         rig.reached.radius = Distance::constant((REACHED_PX * frame.scale).min(1.0));
-        if let LawSettings::Adaptive(law) = &mut rig.law
-            && let Ok(delay) = Delay::try_from(latency_s.max(0.0))
-        {
-            law.delay = delay;
-        }
+        rig.law.set_delay(latency_s);
         let targets: Vec<_> =
             plane.targets.into_iter().map(|pixel| picture.place(pixels(pixel))).collect();
         // A pixel beyond the range of coordinates is beyond the picture too.

@@ -34,5 +34,9 @@ named! {
     Planar "planar" "two motors in a plane, rigid cables that cannot push";
     Planar800 "planar800" "two motors in a plane, 0.1-0.3 kg on 800 N/m";
     Planar150 "planar150" "two motors in a plane, 0.1-0.3 kg on 150 N/m";
+    Picture "picture" "two motors in the picture of a camera of unknown place, after two jogs; \
+                       hold in pixels";
+    Picture800 "picture800" "the same, 0.1-0.3 kg on 800 N/m";
+    Picture150 "picture150" "the same, 0.1-0.3 kg on 150 N/m";
     PaperTask "paper-task" "the paper's rig and task with the default camera";
 }

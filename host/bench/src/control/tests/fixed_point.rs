@@ -101,7 +101,7 @@ fn whole_run(build: Build, suite: &Suite, id: RunId) -> WholeRun {
     let mut controller = Recorded { inner: build(suite, &task, id), rows: Vec::new() };
     let oracle_s = oracle::time_s(&task, &RigLimits::default(), suite.threshold_m).unwrap();
     let leg = Leg { target: task.target, oracle_s, changed: None };
-    let mut outcomes = simulate::run(&mut controller, suite, &task, id, &[leg]).unwrap();
+    let mut outcomes = simulate::run(&mut controller, suite, &task, id, (&[leg], None)).unwrap();
     WholeRun { outcome: outcomes.remove(0), rows: controller.rows, oracle_s }
 }
 

@@ -1,0 +1,344 @@
+//! Rigs of two motors that a camera of unknown place sees: two jogs, and what they measure.
+
+use std::fmt;
+
+use nalgebra::{Isometry3, Matrix2, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
+use plumb_emulator::plant::{CameraMonitor, CameraMonitorParameters, Plant, Task};
+use plumb_protocol::MOTORS;
+use plumb_runtime::rig::PictureFrame;
+use plumb_setup::two_jogs::{JogsError, Measured, Moving, RATE, TwoMotors, two_jogs};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+use super::BenchError;
+use super::report::{quantile, round, sorted};
+use super::simulate::STEP_S;
+use super::suite::Suite;
+use crate::run_id::RunId;
+
+named! {
+    /// How a camera stands before the plane of the motors, in addition to ±30° about each axis.
+    Stand:
+    InFront "front" "in front";
+    Mirrored "mirrored" "its picture mirrored";
+    UpsideDown "upside-down" "upside down";
+    Behind "behind" "behind the plane";
+    Rolled60 "rolled60" "rolled by 60°";
+    Rolled90 "rolled90" "rolled by 90°";
+}
+
+/// Columns of a picture.
+const WIDTH_PX: f64 = 640.0;
+/// Focal length, pixels: a field of view of 56°.
+const FOCAL_PX: f64 = 600.0;
+/// Width of a picture in the plane, metres.
+const WIDTHS_M: std::ops::RangeInclusive<f64> = 0.3..=3.0;
+/// Largest way to a target, as a share of the picture's width.
+const LONGEST_WAY: f64 = 0.6;
+/// Largest angle of the camera about each axis, radians.
+const TILT_RAD: f64 = std::f64::consts::FRAC_PI_6;
+/// Standard deviation of the ball's place in a picture, pixels.
+const NOISE_PX: f64 = 0.2;
+/// Latency of the pictures, frames.
+const LATENCY_FRAMES: f64 = 2.0;
+/// Distance at which the ball counts as arrived, pixels.
+pub(super) const ARRIVED_PX: f64 = 2.0;
+/// Stream of the random numbers that give the camera.
+const CAMERA_STREAM: u64 = 1 << 44;
+/// Time from the end of a jog to the first picture that counts, seconds.
+const SETTLE_S: f64 = 0.4;
+
+/// A pinhole camera and the plane x = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Eye {
+    /// From camera axes into the rig frame.
+    pose: Isometry3<f64>,
+    /// -1 where the picture is mirrored.
+    sign: f64,
+}
+
+impl Eye {
+    /// Returns a camera that looks at `middle` with a picture of `width` metres there.
+    fn new(middle: Point3<f64>, width: f64, stand: Stand, rng: &mut ChaCha8Rng) -> Self {
+        let mut tilt = || TILT_RAD * rng.random_range(-1.0..=1.0);
+        let (roll, pitch, yaw) = (tilt(), tilt(), tilt());
+        let roll = roll
+            + match stand {
+                Stand::Rolled60 => 60_f64.to_radians(),
+                Stand::Rolled90 => 90_f64.to_radians(),
+                Stand::UpsideDown => 180_f64.to_radians(),
+                Stand::InFront | Stand::Mirrored | Stand::Behind => 0.0,
+            };
+        // Camera axes of an upright camera that looks along -x: right is y, down is -z.
+        let upright = Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&[
+            Vector3::y(),
+            -Vector3::z(),
+            -Vector3::x(),
+        ]));
+        let turned = Rotation3::from_euler_angles(pitch, yaw, roll);
+        let about = if stand == Stand::Behind { std::f64::consts::PI } else { 0.0 };
+        let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), about) * upright * turned;
+        let distance = width * FOCAL_PX / WIDTH_PX;
+        let place = middle - rotation * Vector3::z() * distance;
+        let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+        let sign = if stand == Stand::Mirrored { -1.0 } else { 1.0 };
+        Self { pose: Isometry3::from_parts(place.into(), rotation), sign }
+    }
+
+    /// Returns where a point is seen, pixels from the middle of the picture.
+    fn pixel(&self, point: &Point3<f64>) -> Vector2<f64> {
+        let seen = self.pose.inverse_transform_point(point);
+        Vector2::new(self.sign * seen.x, seen.y) * (FOCAL_PX / seen.z)
+    }
+
+    /// Returns the point of the plane x = 0 that is seen at a pixel, metres.
+    fn point(&self, pixel: Vector2<f64>) -> Point3<f64> {
+        let ray = Vector3::new(self.sign * pixel.x, pixel.y, FOCAL_PX);
+        let (ray, from) = (self.pose.rotation * ray, self.pose.translation.vector);
+        Point3::from(from - ray * (from.x / ray.x))
+    }
+}
+
+/// Map from true positions to those that the board gets.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PictureView {
+    eye: Eye,
+    frame: PictureFrame,
+}
+
+impl PictureView {
+    /// Returns the measured position of a true one, metres.
+    pub(super) fn measured(&self, point: Point3<f64>) -> Point3<f64> {
+        let place = self.frame.turn * self.eye.pixel(&point) * self.frame.scale;
+        Point3::new(0.0, place.x, place.y)
+    }
+
+    /// Returns the true position of a measured one, metres.
+    pub(super) fn true_position(&self, point: Point3<f64>) -> Point3<f64> {
+        self.eye.point(self.frame.turn.transpose() * point.coords.yz() / self.frame.scale)
+    }
+}
+
+/// A rig, its camera, and the motors in reach of the jogs.
+struct SimulatedHand {
+    plant: Box<dyn Plant>,
+    eye: Eye,
+    /// Errors of the pictures; positions are (0, column, row) in pixels.
+    camera: CameraMonitor,
+    frames: u32,
+    /// Steps of 1 ms so far.
+    ticks: u64,
+    turned: [f64; MOTORS],
+}
+
+impl SimulatedHand {
+    /// Passes a millisecond. Returns the places of the ball in the pictures that arrive.
+    fn step(&mut self) -> Result<Vec<Option<Vector2<f64>>>, ()> {
+        let now = self.now();
+        if f64::from(self.frames) * self.camera.period_s() <= now {
+            let seen = self.eye.pixel(&self.plant.ball());
+            self.camera.observe(now, Point3::new(0.0, seen.x, seen.y));
+            self.frames += 1;
+        }
+        self.plant.advance(STEP_S, self.turned).map_err(|_| ())?;
+        self.ticks += 1;
+        let arrived = std::iter::from_fn(|| self.camera.delivered(now));
+        Ok(arrived.map(|it| it.position.map(|at| at.coords.yz())).collect())
+    }
+
+    fn now(&self) -> f64 {
+        self.ticks as f64 * STEP_S
+    }
+}
+
+impl TwoMotors for SimulatedHand {
+    type Error = ();
+
+    fn look(&mut self, pictures: usize) -> Result<Vec<Vector2<f64>>, ()> {
+        let (mut taken, mut seen) = (0, Vec::new());
+        while taken < pictures {
+            let arrived = self.step()?;
+            taken += arrived.len();
+            seen.extend(arrived.into_iter().flatten());
+        }
+        Ok(seen)
+    }
+
+    fn jog(&mut self, motor: usize, steps: f64) -> Result<Moving, ()> {
+        let (begin, before) = (self.now(), self.turned[motor]);
+        let end = begin + steps.abs() / RATE + SETTLE_S;
+        let mut moving = Moving::default();
+        while self.now() < end {
+            let steps = (RATE * (self.now() - begin)).min(steps.abs()) * steps.signum();
+            self.turned[motor] = before + steps;
+            let arrived = self.step()?;
+            let now = self.now();
+            // The stamp of a picture is its arrival.
+            moving.pictures.extend(arrived.into_iter().flatten().map(|at| (now, at)));
+            moving.turned.push((now, steps));
+        }
+        Ok(moving)
+    }
+}
+
+/// A rig after its two jogs.
+pub(super) struct Jogged {
+    pub(super) measured: Measured,
+    pub(super) view: PictureView,
+    /// The task from where the ball then hangs.
+    pub(super) task: Task,
+    /// The conditions in the frame of the picture.
+    pub(super) suite: Suite,
+}
+
+impl Jogged {
+    /// Returns the distance in the plane at which the ball counts as arrived, metres.
+    pub(super) fn threshold_m(&self) -> f64 {
+        let eye = &self.view.eye;
+        let target = eye.pixel(&self.task.target);
+        let sides = [Vector2::x(), Vector2::y()]
+            .map(|side| (eye.point(target + side * ARRIVED_PX) - self.task.target).norm());
+        (sides[0] + sides[1]) / 2.0
+    }
+
+    /// Returns the Jacobian at the end of the jogs, pixels a step.
+    fn true_jacobian(&self) -> Matrix2<f64> {
+        let Task { geometry, start, .. } = &self.task;
+        let [a, b, _] = geometry.motors().map(|motor| (start - motor).normalize().yz());
+        let rays = Matrix2::from_rows(&[a.transpose(), b.transpose()]);
+        let [of_a, of_b, _] = geometry.step_lengths_m();
+        let cables = Matrix2::new(of_a, 0.0, 0.0, of_b);
+        let moved = rays.try_inverse().unwrap_or_default() * cables;
+        let eye = &self.view.eye;
+        Matrix2::from_columns(&[0, 1].map(|motor| {
+            let way = Vector3::new(0.0, moved[(0, motor)], moved[(1, motor)]) * 1e-3;
+            (eye.pixel(&(start + way)) - eye.pixel(start)) * 1e3
+        }))
+    }
+
+    /// Returns how good the jogs were.
+    pub(super) fn quality(&self) -> JogQuality {
+        let (found, right) = (self.measured.jacobian_px, self.true_jacobian());
+        let latency_s = LATENCY_FRAMES / CameraMonitorParameters::default().rate_hz;
+        JogQuality {
+            jacobian: (found - right).amax() / right.amax(),
+            moved_px: (right * Vector2::from(self.measured.steps)).norm(),
+            latency_ms: (self.measured.latency_s - latency_s).abs() * 1e3,
+        }
+    }
+}
+
+/// Errors of two jogs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct JogQuality {
+    /// Largest error of an entry of the Jacobian, as a share of its largest entry.
+    pub(super) jacobian: f64,
+    /// Way of the ball by both jogs, pixels.
+    pub(super) moved_px: f64,
+    /// Error of the latency, ms.
+    pub(super) latency_ms: f64,
+}
+
+/// Errors of the jogs of all rigs of a suite.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JogReport {
+    /// Number of rigs.
+    pub rigs: usize,
+    /// Share of the rigs whose jogs gave a frame.
+    pub measured: f64,
+    /// Share of all rigs whose Jacobian is right within 20 % of its largest entry.
+    pub within_20_percent: f64,
+    /// 99th percentile of the ball's way by both jogs, pixels.
+    pub moved_p99_px: f64,
+    /// Median error of the latency, ms.
+    pub latency_median_ms: f64,
+    /// 90th percentile of that error, ms.
+    pub latency_p90_ms: f64,
+}
+
+impl JogReport {
+    /// Summarises the jogs of all rigs; `None` for those that were refused.
+    pub(super) fn of(jogs: &[Option<JogQuality>]) -> Self {
+        let done: Vec<JogQuality> = jogs.iter().flatten().copied().collect();
+        let all = |value: fn(&JogQuality) -> f64| sorted(done.iter().map(value));
+        let share = |count: usize| round(count as f64 / jogs.len() as f64);
+        let (moved, latency) = (all(|jog| jog.moved_px), all(|jog| jog.latency_ms));
+        Self {
+            rigs: jogs.len(),
+            measured: share(done.len()),
+            within_20_percent: share(done.iter().filter(|jog| jog.jacobian <= 0.2).count()),
+            moved_p99_px: round(quantile(&moved, 0.99)),
+            latency_median_ms: round(quantile(&latency, 0.5)),
+            latency_p90_ms: round(quantile(&latency, 0.9)),
+        }
+    }
+}
+
+impl fmt::Display for JogReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} rigs, jogs {:.4}; Jacobian within 20 % {:.4}; ball moved {:.1} px (p99); latency \
+             off by {:.1} ms (median), {:.1} ms (p90)",
+            self.rigs,
+            self.measured,
+            self.within_20_percent,
+            self.moved_p99_px,
+            self.latency_median_ms,
+            self.latency_p90_ms
+        )
+    }
+}
+
+/// Jogs the motors of a rig. `None` where the jogs are refused.
+///
+/// # Errors
+/// If no ball can hang in the rig.
+pub(super) fn jog(
+    suite: &Suite,
+    stand: Stand,
+    task: Task,
+    id: RunId,
+) -> Result<Option<Jogged>, BenchError> {
+    let on_error = BenchError::of_rig(id);
+    let mut rng = ChaCha8Rng::seed_from_u64(id.seed);
+    rng.set_stream(CAMERA_STREAM | id.rig);
+    let width = rng.random_range(WIDTHS_M);
+    let task = nearer(task, LONGEST_WAY * width);
+    let eye = Eye::new(nalgebra::center(&task.start, &task.target), width, stand, &mut rng);
+    let in_pixels = CameraMonitorParameters {
+        noise_sd_m: [0.0, NOISE_PX, NOISE_PX],
+        latency_frames: (LATENCY_FRAMES, LATENCY_FRAMES),
+        ..CameraMonitorParameters::default()
+    };
+    let mut hand = SimulatedHand {
+        plant: suite.plant(&task, id).map_err(on_error)?,
+        eye,
+        camera: CameraMonitor::new(in_pixels, rng.random()).map_err(on_error)?,
+        frames: 0,
+        ticks: 0,
+        turned: [0.0; MOTORS],
+    };
+    let measured = match two_jogs(&mut hand) {
+        Ok(measured) => measured,
+        Err(JogsError::Refused(_) | JogsError::Rig(())) => return Ok(None),
+    };
+    let Some(frame) = PictureFrame::of(&measured.jacobian_px, WIDTH_PX) else { return Ok(None) };
+    let noise_m = NOISE_PX * frame.scale;
+    let suite = Suite {
+        threshold_m: ARRIVED_PX * frame.scale,
+        camera: CameraMonitorParameters { noise_sd_m: [0.0, noise_m, noise_m], ..in_pixels },
+        assumed_frames: 0.0,
+        prior: Some(frame.prior()),
+        ..suite.clone()
+    };
+    let task = Task { start: hand.plant.ball(), ..task };
+    Ok(Some(Jogged { measured, view: PictureView { eye, frame }, task, suite }))
+}
+
+/// Returns the task with a way of at most `longest` metres.
+fn nearer(task: Task, longest: f64) -> Task {
+    let way = task.target - task.start;
+    Task { target: task.start + way * (longest / way.norm()).min(1.0), ..task }
+}
