@@ -46,6 +46,8 @@ const LATENCY_FRAMES: f64 = 2.0;
 pub(super) const ARRIVED_PX: f64 = 2.0;
 /// Stream of the random numbers that give the camera.
 const CAMERA_STREAM: u64 = 1 << 44;
+/// Running mean of the board over the steps of a jog, seconds.
+const MEAN_S: f64 = 0.2;
 /// Time from the end of a jog to the first picture that counts, seconds.
 const SETTLE_S: f64 = 0.4;
 
@@ -167,10 +169,10 @@ impl TwoMotors for SimulatedHand {
 
     fn jog(&mut self, motor: usize, steps: f64) -> Result<Moving, ()> {
         let (begin, before) = (self.now(), self.turned[motor]);
-        let end = begin + steps.abs() / RATE + SETTLE_S;
+        let end = begin + steps.abs() / RATE + MEAN_S + SETTLE_S;
         let mut moving = Moving::default();
         while self.now() < end {
-            let steps = (RATE * (self.now() - begin)).min(steps.abs()) * steps.signum();
+            let steps = smooth_ramp(self.now() - begin, steps.abs() / RATE) * RATE * steps.signum();
             self.turned[motor] = before + steps;
             let arrived = self.step()?;
             let now = self.now();
@@ -180,6 +182,16 @@ impl TwoMotors for SimulatedHand {
         }
         Ok(moving)
     }
+}
+
+/// Returns the mean over the last [`MEAN_S`] at a time (seconds) of a ramp that rises by 1 a second
+/// for `length` seconds.
+fn smooth_ramp(time: f64, length: f64) -> f64 {
+    let integral = |t: f64| {
+        let t = t.max(0.0);
+        if t < length { t * t / 2.0 } else { length * (t - length / 2.0) }
+    };
+    (integral(time) - integral(time - MEAN_S)) / MEAN_S
 }
 
 /// A rig after its two jogs.
