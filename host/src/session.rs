@@ -11,6 +11,7 @@ pub(crate) mod find_ball;
 pub(crate) mod goal;
 pub(crate) mod options;
 pub(crate) mod outputs;
+pub(crate) mod picture;
 pub(crate) mod real_time;
 pub(crate) mod ros2;
 pub(crate) mod viewers;
@@ -23,7 +24,7 @@ use plumb_cameras::record::{Overflow, RecordError, RecordFolder};
 use plumb_frame::source::CameraSource;
 use plumb_log::{FigureSettings, OutputDir, RunLog};
 use plumb_page::Page;
-use plumb_runtime::link::Transport;
+use plumb_runtime::link::{Link, Transport};
 use plumb_runtime::observer::{FrameRecorder, Observer};
 use plumb_runtime::operator::{OperatorReceiver, operator};
 use plumb_runtime::rig::Rig;
@@ -103,7 +104,18 @@ impl Session {
 
     /// Connects to the board at `transport`, configures it, and gives the goal to the run.
     pub(crate) fn connect<T: Transport>(&mut self, transport: T) -> Result<Run<T>, RunError> {
-        let mut run = Run::connect(&self.task.rig, transport)?;
+        let run = Run::connect(&self.task.rig, transport)?;
+        self.ready(run)
+    }
+
+    /// Configures the board of `link`, and gives the goal to the run.
+    pub(crate) fn connect_on<T: Transport>(&mut self, link: Link<T>) -> Result<Run<T>, RunError> {
+        let run = Run::on(&self.task.rig, link)?;
+        self.ready(run)
+    }
+
+    /// Tells what is to be known of a connected run, and gives the goal to it.
+    fn ready<T: Transport>(&mut self, mut run: Run<T>) -> Result<Run<T>, RunError> {
         if let Some(time) = run.answer_time().filter(|time| *time >= SLOW_ANSWER) {
             tell!(
                 "the link to the board is slow: an answer takes {:.1} s. The ball may swing, or be \
@@ -117,7 +129,7 @@ impl Session {
         if let Some(fault) = run.cleared_fault() {
             tell!("an earlier run left the board in a fault, cleared: {fault}");
         }
-        if run.has_prior() {
+        if run.has_prior() && self.task.rig.picture.is_none() {
             tell!("law taut begins with `[size]`, or with the rig of an earlier run");
         }
         self.task.goal.set(&mut run)?;

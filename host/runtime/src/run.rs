@@ -154,10 +154,24 @@ impl<T: Transport> Run<T> {
     /// Where the rig file has no valid targets, or the board does not answer, stands in another
     /// fault or refuses the configuration.
     pub fn connect(rig: &Rig, transport: T) -> Result<Self, RunError> {
+        Self::check(rig)?;
+        Self::on(rig, Link::connect(transport).map_err(RunError::Connect)?)
+    }
+
+    /// Checks the rig file as far as [`connect`](Self::connect) does.
+    fn check(rig: &Rig) -> Result<(Wiring, Config, Route), RunError> {
         let wiring = rig.wiring().map_err(RunError::Config)?;
         let config = rig.config().map_err(RunError::Config)?;
-        let (route, rules) = (route(rig)?, rig.motion_rules());
-        let mut link = Link::connect(transport).map_err(RunError::Connect)?;
+        Ok((wiring, config, route(rig)?))
+    }
+
+    /// Configures the board at the other end of `link`, as [`connect`](Self::connect).
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect).
+    pub fn on(rig: &Rig, mut link: Link<T>) -> Result<Self, RunError> {
+        let (wiring, config, route) = Self::check(rig)?;
+        let rules = rig.motion_rules();
         let cleared = configure(&mut link, wiring, config).map_err(RunError::Connect)?;
         let prior = rig.prior();
         if let Some(prior) = prior {

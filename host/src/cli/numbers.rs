@@ -22,6 +22,8 @@ pub(crate) const SHARE: Range = Range::new(0.0, 1.0, "");
 pub(crate) const PACE: Range = Range::new(0.01, 1000.0, "");
 /// Coordinate in the rig frame.
 pub(crate) const COORDINATE: Range = Coordinate::RANGE;
+/// Coordinate in the rig frame, or of a pixel.
+pub(crate) const PLACE: Range = Range::new(-100.0, 65_535.0, "m or pixels");
 /// Speed along a path.
 pub(crate) const SPEED: Range = ReferenceSpeed::RANGE;
 /// Size of a shape.

@@ -24,7 +24,9 @@ pub(crate) struct Args {
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     args.options.run.check_hold()?;
     let (file, rig) = args.rig.read()?;
-    check_targets(&rig)?;
+    if rig.plane.is_none() {
+        check_targets(&rig)?;
+    }
     args.options.port.note(&file, &rig);
     drive(&file, rig, Goal::PresentPlace, args.options)
 }

@@ -8,6 +8,7 @@ use plumb_cameras::record::Overflow;
 use plumb_cameras::settings::SourceName;
 use plumb_config::bounded_read::read_text;
 use plumb_config::toml_file::{MAX_BYTES, TomlFileError};
+use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::rig::check::wrong_targets;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::{RunError, check_targets};
@@ -15,6 +16,7 @@ use plumb_runtime::run::{RunError, check_targets};
 use crate::cli::choices::{Physics, law};
 use crate::cli::exit::{Failure, Work, failed};
 use crate::cli::interrupt::{interrupt_flag, interrupted_before};
+use crate::cli::old_file::ask;
 use crate::cli::port::Port;
 use crate::cli::port_args::PortArgs;
 use crate::cli::rig_path::RigArg;
@@ -23,6 +25,7 @@ use crate::session::camera::{RunCamera, SimulatedRig, chosen_source, read_camera
 use crate::session::connection::RigBoard;
 use crate::session::goal::Goal;
 use crate::session::options::RunOptions;
+use crate::session::picture;
 use crate::session::real_time::RealTime;
 use crate::session::{Session, Task};
 
@@ -44,25 +47,28 @@ pub(crate) struct RunArgs {
     options: Common,
 }
 
-/// Drive the ball to one target, metres in the rig frame
+/// Drive the ball to one target: metres in the rig frame, or a pixel
+///
+/// A rig file with [plane] takes a pixel of the picture: column and row.
 #[derive(Parser)]
 #[command(
     allow_negative_numbers = true,
     after_help = examples![
         "plumb goto 0.4 0.3 0.2",
         "plumb goto --rig trial/rig.toml 0.4 -0.1 0.2 --timeout 30",
+        "plumb goto --rig wall/rig.toml 412 233",
     ]
 )]
 pub(crate) struct GotoArgs {
-    /// Along the side from motor C to motors A and B, -100 to 100 m
-    #[arg(value_parser = numbers::within(numbers::COORDINATE))]
+    /// Along the side from motor C to motors A and B, -100 to 100 m; or the column, pixels
+    #[arg(value_parser = numbers::within(numbers::PLACE))]
     x: f64,
-    /// Along the line from motor B to motor A, -100 to 100 m
-    #[arg(value_parser = numbers::within(numbers::COORDINATE))]
+    /// Along the line from motor B to motor A, -100 to 100 m; or the row, pixels
+    #[arg(value_parser = numbers::within(numbers::PLACE))]
     y: f64,
     /// Upwards, -100 to 100 m
     #[arg(value_parser = numbers::within(numbers::COORDINATE))]
-    z: f64,
+    z: Option<f64>,
     #[command(flatten)]
     rig: RigArg,
     #[command(flatten)]
@@ -80,6 +86,9 @@ pub(super) struct Common {
     /// Physics of the simulated rig, where the camera is simulated [default: quasi-static]
     #[arg(long, value_enum)]
     physics: Option<Physics>,
+    /// Turn the motors of a rig with [plane] for its two jogs without asking
+    #[arg(long)]
+    yes: bool,
     #[command(flatten)]
     pub(super) run: RunOptions,
 }
@@ -97,8 +106,15 @@ pub(crate) fn run(args: RunArgs) -> Result<Work, Failure> {
 
 pub(crate) fn goto(args: GotoArgs) -> Result<Work, Failure> {
     let (file, mut rig) = args.rig.read()?;
-    rig.set_targets(&[[args.x, args.y, args.z]])?;
-    check_targets(&rig)?;
+    match (&mut rig.plane, args.z) {
+        (Some(plane), None) => plane.targets = vec![[args.x.try_into()?, args.y.try_into()?]],
+        (None, Some(z)) => {
+            rig.set_targets(&[[args.x, args.y, z]])?;
+            check_targets(&rig)?;
+        }
+        (Some(_), Some(_)) => return Err(failed("a rig file with [plane] takes a pixel: u v")),
+        (None, None) => return Err(failed("a rig file without [plane] takes a place: x y z")),
+    }
     args.options.port.note(&file, &rig);
     drive(&file, rig, Goal::Targets, args.options)
 }
@@ -112,6 +128,9 @@ pub(super) fn drive(
 ) -> Result<Work, Failure> {
     if let Some(law) = &options.law {
         rig.law = law.clone();
+    }
+    if rig.plane.is_some() {
+        return drive_in_picture(file, rig, goal, options);
     }
     let (camera_text, camera) = read_camera(file, &rig)?;
     if !rig.motion_rules().know_the_motors() {
@@ -158,4 +177,58 @@ pub(super) fn drive(
         let ended = session.drive(run, camera, None, &interrupted)?;
         ended.conclude(|summary| Ok(print::json(options.run.json, summary)?))
     }))
+}
+
+/// Prepares a drive in the picture of a camera of unknown place, as [`drive`]: asks first, connects
+/// to the board and opens the camera. The jogs are the beginning of the work.
+fn drive_in_picture(file: &Path, rig: Rig, goal: Goal, options: Common) -> Result<Work, Failure> {
+    let goal = goal_in_picture(&rig, goal, options.run.page.page)?;
+    let (camera_text, camera) = read_camera(file, &rig)?;
+    let output_dir = options.run.output_dir("run");
+    output_dir.check()?;
+    let board = RigBoard { file, rig: &rig, port: &options.port };
+    if !options.yes {
+        board.check_state()?;
+        if !ask(picture::QUESTION)? {
+            return Ok(Box::new(|| Err(failed("nothing has moved"))));
+        }
+    }
+    let transport = options.port.open(&rig)?;
+    let interrupted = interrupt_flag(true)?;
+    let led = transport.led_port().cloned();
+    let mut link = board.configured(transport, false)?;
+    let motors = BoardReport::from(&link.status()?).motors;
+    let physics = options.physics.unwrap_or(Physics::QuasiStatic);
+    let simulated = SimulatedRig { physics, motors, led };
+    let mut camera = RunCamera::open_beside_board(board, camera, None, simulated)?;
+    let clear = board.command("clear");
+    Ok(Box::new(move || {
+        if interrupted.load(Ordering::Relaxed) {
+            return Err(interrupted_before("run"));
+        }
+        let seen = (&mut camera, options.run.detector);
+        let rig = picture::measure(&rig, &mut link, seen, &interrupted)?;
+        let overflow = Overflow::Drop;
+        let task = Task { rig, camera_text, goal, output_dir, overflow, clear };
+        let mut session = Session::prepare(task, &camera.camera, &options.run)?;
+        let run = session.connect_on(link)?;
+        let ended = session.drive(run, camera, None, &interrupted)?;
+        ended.conclude(|summary| Ok(print::json(options.run.json, summary)?))
+    }))
+}
+
+/// Returns the goal of a run in a picture: its targets, or the present place.
+fn goal_in_picture(rig: &Rig, goal: Goal, has_page: bool) -> Result<Goal, Failure> {
+    let has_targets = rig.plane.as_ref().is_some_and(|plane| !plane.targets.is_empty());
+    match goal {
+        Goal::PresentPlace => Ok(goal),
+        Goal::Targets if has_targets => Ok(goal),
+        Goal::Targets if has_page => Ok(Goal::PresentPlace),
+        Goal::Targets => Err(failed(
+            "the rig file has no `plane.targets`: click one with `--page`, or `plumb goto U V`",
+        )),
+        Goal::Waypoints(..) | Goal::Path(_) | Goal::Moving(_) => {
+            Err(failed("a rig file with [plane] has no millimetres: no path can be followed"))
+        }
+    }
 }

@@ -161,7 +161,7 @@ impl MotionRules {
     fn check_picture(&self, place: Point3<f64>) -> Result<(), MotionError> {
         let Some(picture) = &self.picture else { return Ok(()) };
         let pixel = picture.pixel(place.into());
-        match picture.region.contains(pixel) {
+        match picture.allows(pixel) {
             true => Ok(()),
             false => Err(MotionError::Picture { pixel: pixel.map(|it| round(it, 10.0)) }),
         }

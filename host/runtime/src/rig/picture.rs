@@ -217,6 +217,8 @@ pub struct RigPicture {
     pub region: Region,
     /// The camera, with the pose of the frame.
     pub camera: Camera,
+    /// Where the ball hung after the jogs, pixels.
+    pub ball: [f64; 2],
 }
 
 impl RigPicture {
@@ -227,6 +229,12 @@ impl RigPicture {
         pixel.map_or([f64::NAN; 2], <[f64; 2]>::from)
     }
 
+    /// Returns whether the ball may be driven to a pixel: in the region, or where it hung.
+    pub(super) fn allows(&self, pixel: [f64; 2]) -> bool {
+        let [u, v] = [0, 1].map(|k| pixel[k] - self.ball[k]);
+        self.region.contains(pixel) || u.hypot(v) < ROOM_PX
+    }
+
     /// Returns the place of a pixel, metres in the rig frame.
     pub fn place(&self, pixel: [f64; 2]) -> [f64; 3] {
         let place = self.frame.place(&self.camera.intrinsics, pixel);
@@ -235,7 +243,7 @@ impl RigPicture {
 }
 
 impl Rig {
-    /// Returns the rig in `frame`: its targets, its workspace and the radius of "reached" are then
+    /// Returns the rig in `frame`: its targets (without any, the place of the ball), its workspace and the radius of "reached" are then
     /// in metres of the frame, and the law begins with the Jacobian. `camera` takes pictures of
     /// this `size`, later than their time stamps by `latency_s`; `ball` is the pixel where the ball
     /// hangs.
@@ -251,13 +259,16 @@ impl Rig {
         let plane = self.plane.clone().unwrap_or_default();
         let pixels = |pixel: [PixelCoordinate; 2]| pixel.map(PixelCoordinate::get);
         let region = Region::of(size, plane.motors.map(|motors| motors.map(pixels)), ball)?;
-        let picture = RigPicture { frame, region, camera: frame.camera(camera) };
+        let picture = RigPicture { frame, region, camera: frame.camera(camera), ball };
         let mut rig = self.clone();
-        rig.workspace = picture.workspace(ball);
+        rig.workspace = picture.workspace();
         rig.reached.radius = Distance::constant((REACHED_PX * frame.scale).min(1.0));
         rig.law.set_delay(latency_s);
-        let targets: Vec<_> =
-            plane.targets.into_iter().map(|pixel| picture.place(pixels(pixel))).collect();
+        let mut targets: Vec<_> = plane.targets.into_iter().map(pixels).collect();
+        if targets.is_empty() {
+            targets.push(ball);
+        }
+        let targets: Vec<_> = targets.into_iter().map(|pixel| picture.place(pixel)).collect();
         // A pixel beyond the range of coordinates is beyond the picture too.
         rig.set_targets(&targets).map_err(|_| PictureError::NoRoom)?;
         rig.picture = Some(picture);
@@ -267,7 +278,8 @@ impl Rig {
 
 impl RigPicture {
     /// Returns the box about the region and the place of the ball, metres.
-    fn workspace(&self, ball: [f64; 2]) -> Box3 {
+    fn workspace(&self) -> Box3 {
+        let ball = self.ball;
         let room = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let about_ball = room.map(|[u, v]| [ball[0] + ROOM_PX * u, ball[1] + ROOM_PX * v]);
         let places = self.region.corners().chain(about_ball).map(|pixel| self.place(pixel));
@@ -325,7 +337,8 @@ mod tests {
         for (angle, mirror) in [(0.4, 1.0), (-1.2, -1.0)] {
             let frame = PictureFrame::of(&jacobian(angle, mirror, 500.0), 640.0).unwrap();
             let region = Region::of(SIZE, None, [320.0, 240.0]).unwrap();
-            let picture = RigPicture { frame, region, camera: frame.camera(&camera) };
+            let ball = [320.0, 240.0];
+            let picture = RigPicture { frame, region, camera: frame.camera(&camera), ball };
             for pixel in [[0.0, 0.0], [412.0, 233.0], [639.0, 479.0]] {
                 let place = picture.place(pixel);
                 let back = picture.pixel(place);
