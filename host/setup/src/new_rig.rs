@@ -2,6 +2,7 @@
 
 mod description;
 mod driver;
+mod planar;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -14,6 +15,7 @@ use self::description::Limits;
 
 pub use self::description::{BALL_RANGE_M, NewCamera, NewRig};
 pub use self::driver::{DriverKind, MicrostepsError, Straps};
+pub use self::planar::NewPlanarRig;
 pub use self::triangle::{HEIGHT_RANGE_M, SIDE_RANGE_M, SizeError, Triangle};
 
 /// Description from which no file can be written.
@@ -53,17 +55,27 @@ impl NewRig {
     /// Where a size is out of its range, the driver cannot have these microsteps, or the board
     /// cannot have the driver.
     pub fn files(&self) -> Result<NewFiles, NewRigError> {
-        let (board, driver) = (self.board, self.driver);
-        if !board.board().has_free_drivers && driver != DriverKind::Tmc2209Uart {
-            return Err(NewRigError::Board { board, driver });
-        }
-        // Nobody straps the drivers that a board has.
-        let straps = driver.straps(self.microsteps)?.filter(|_| board.board().has_free_drivers);
+        let straps = self.driver.straps_on(self.board, self.microsteps)?;
         let limits = Limits::of(self)?;
         Ok(NewFiles {
             rig: text::rig_file(self, &limits, straps.as_ref()),
             camera: text::camera_file(self, &limits),
             straps,
         })
+    }
+}
+
+impl DriverKind {
+    /// Returns the straps of the driver on a board; `None` for drivers without straps.
+    ///
+    /// # Errors
+    /// Where the driver cannot have these microsteps, or the board cannot have the driver.
+    fn straps_on(self, board: BoardName, microsteps: u8) -> Result<Option<Straps>, NewRigError> {
+        let has_free_drivers = board.board().has_free_drivers;
+        if !has_free_drivers && self != Self::Tmc2209Uart {
+            return Err(NewRigError::Board { board, driver: self });
+        }
+        // Nobody straps the drivers that a board has.
+        Ok(self.straps(microsteps)?.filter(|_| has_free_drivers))
     }
 }

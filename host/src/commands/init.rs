@@ -15,7 +15,7 @@ use plumb_cameras::recording::own_camera_file;
 use plumb_cameras::stream::StreamAddress;
 use plumb_config::book::page;
 use plumb_config::whole_writes::write_new;
-use plumb_setup::new_rig::{NewCamera, NewFiles, NewRig};
+use plumb_setup::new_rig::{NewCamera, NewFiles, NewPlanarRig, NewRig};
 use serde_json::json;
 
 use self::advice::{next_step, notes};
@@ -24,6 +24,7 @@ use self::dialogue::Dialogue;
 pub(crate) use self::options::Args;
 use crate::cli::exit::{Exit, Failure, Unwritten, Work, failed};
 use crate::cli::print::{self, Questions};
+use crate::cli::rig_path::rig_option;
 
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     let [rig_path, camera_path] = ["rig.toml", "camera.toml"].map(|name| args.folder.join(name));
@@ -37,10 +38,49 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
         }
     }
     check_writable(&args.folder, &rig_path)?;
+    if args.planar {
+        let files = planar(&args).files()?;
+        return Ok(Box::new(move || write_planar(&args, &files, [&rig_path, &camera_path])));
+    }
     let mut dialogue = Dialogue::new(io::stdin().lock(), Questions, !args.yes);
     let rig = questions::rig(&args, &mut dialogue)?;
     let files = rig.files()?;
     Ok(Box::new(move || write(&args, &rig, &files, [&rig_path, &camera_path])))
+}
+
+/// Returns the rig of two motors of the options.
+fn planar(args: &Args) -> NewPlanarRig {
+    let new = NewPlanarRig::default();
+    NewPlanarRig {
+        port: args.port.clone().unwrap_or(new.port),
+        board: args.board.unwrap_or(new.board),
+        driver: args.driver.unwrap_or(new.driver),
+        microsteps: args.microsteps.unwrap_or(new.microsteps),
+        ball_hue: args.colour.unwrap_or(new.ball_hue),
+        is_simulated: args.simulated,
+    }
+}
+
+/// Writes the files of a rig of two motors, and says what comes next.
+fn write_planar(
+    args: &Args,
+    files: &NewFiles,
+    [rig_path, camera_path]: [&Path; 2],
+) -> Result<Exit, Failure> {
+    write_files(&args.folder, rig_path, camera_path, files)?;
+    note!("written: {} and {}", rig_path.display(), camera_path.display());
+    if let Some(straps) = &files.straps {
+        note!("straps of each driver: {straps}");
+    }
+    let rig = rig_option(rig_path.strip_prefix(".").unwrap_or(rig_path));
+    match args.simulated {
+        true => {
+            note!("next: `plumb emulate --link board &`, then `plumb run{rig} --port board --page`")
+        }
+        false => note!("next: `plumb run{rig} --page`: two jogs, and a click into the picture"),
+    }
+    print::json(args.json, json!({ "rig": rig_path, "camera": camera_path }))?;
+    Ok(Exit::Done)
 }
 
 /// Writes the files of a rig, and says what a person must know of them.

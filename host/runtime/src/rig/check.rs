@@ -136,7 +136,7 @@ pub(crate) fn check_text(
     }
     // A size or a workspace with a placeholder in it tells nothing about the other tables.
     let tables = ["size", "simulation", "workspace"];
-    let knows_size = !tables.iter().any(|table| is_below(table, &wrong));
+    let knows_size = rig.plane.is_none() && !tables.iter().any(|table| is_below(table, &wrong));
     if knows_size && more.iter().all(|finding| finding.severity == Severity::Warning) {
         more.extend(size::findings(&document, &rig));
     }

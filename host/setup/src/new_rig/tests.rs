@@ -129,3 +129,16 @@ fn each_key_has_a_comment() {
         assert!(files.rig.contains(&key.meaning[1..]), "{name}");
     }
 }
+
+#[test]
+fn the_files_of_two_motors_are_right_and_ask_for_jogs() {
+    for is_simulated in [false, true] {
+        let new = NewPlanarRig { is_simulated, ..NewPlanarRig::default() };
+        let NewFiles { rig, camera, .. } = new.files().unwrap();
+        let rig = Rig::parse("rig.toml".as_ref(), &rig).unwrap();
+        assert!(rig.plane.is_some() && rig.simulation.is_some() == is_simulated);
+        rig.config().unwrap();
+        let camera = camera_file::parse("camera.toml".as_ref(), &camera).unwrap();
+        assert!(!camera.intrinsics.has_depth());
+    }
+}

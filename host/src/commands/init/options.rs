@@ -18,7 +18,7 @@ use crate::cli::numbers::sides;
 /// camera.toml with an explanation of each key, and limits that fit the rig's size. Never
 /// overwrites a file. Lengths are in metres.
 #[derive(Parser)]
-#[command(after_help = examples!["plumb init my-rig", "plumb init trial --simulated --yes"])]
+#[command(after_help = examples!["plumb init my-rig", "plumb init trial --simulated --yes", "plumb init wall --planar"])]
 pub(crate) struct Args {
     /// Folder of the files; it is created where it does not exist
     #[arg(default_value = ".")]
@@ -29,6 +29,13 @@ pub(crate) struct Args {
     /// A simulated rig instead of a real one, to try everything without hardware
     #[arg(long, conflicts_with_all = ["camera", "recording", "stream"])]
     pub(super) simulated: bool,
+    /// Two motors above a board, seen by any webcam: nothing is measured, each run begins with two
+    /// jogs
+    #[arg(long, conflicts_with_all = [
+        "sides", "height", "steps_per_turn", "cable_per_turn", "cables", "ball", "camera",
+        "recording", "stream",
+    ])]
+    pub(super) planar: bool,
     /// Kind of the board
     #[arg(long, value_enum, ignore_case = true)]
     pub(super) board: Option<BoardName>,
