@@ -203,14 +203,21 @@ impl Rig {
         }
     }
 
-    /// Returns the rough size by the table `[size]`, or else that of the simulated rig.
+    /// Returns the rough size by the table `[size]`, or else that of the simulated rig; `None` for
+    /// a rig in a picture, whose frame is not that of a tape measure.
     fn rough_size(&self) -> Option<RoughSize> {
+        if self.plane.is_some() {
+            return None;
+        }
         RoughSize::of(self.size.as_ref(), self.simulation.as_ref())
     }
 
     /// Returns the motor points, by the table `[simulation]` of a simulated rig, or else by
-    /// `[size]`; `None` where the rig file has neither.
+    /// `[size]`; `None` where the rig file has neither, or the rig is one in a picture.
     pub fn motor_points(&self) -> Option<MotorPoints> {
+        if self.plane.is_some() {
+            return None;
+        }
         let exact = self.simulation.as_ref().map(Simulation::motors);
         let exact = exact.map(|places| MotorPoints { places, is_approximate: false });
         let rough = || {

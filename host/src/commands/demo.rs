@@ -1,6 +1,7 @@
 //! `plumb demo`: the paper's task, closed loop, without any hardware; with `--compare` with every
 //! law, and their errors in one figure.
 
+mod planar;
 mod task;
 
 use std::sync::atomic::Ordering;
@@ -18,6 +19,9 @@ pub(crate) use task::Args;
 pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     if args.compare {
         return prepare_comparison(args);
+    }
+    if args.planar {
+        return Ok(Box::new(move || planar::run(&args, &*interrupt_flag(true)?)));
     }
     let law = chosen(&args)?;
     let mut curve = LawCurve::new(law.title());

@@ -107,7 +107,7 @@ pub(crate) fn run(args: RunArgs) -> Result<Work, Failure> {
 pub(crate) fn goto(args: GotoArgs) -> Result<Work, Failure> {
     let (file, mut rig) = args.rig.read()?;
     match (&mut rig.plane, args.z) {
-        (Some(plane), None) => plane.targets = vec![[args.x.try_into()?, args.y.try_into()?]],
+        (Some(plane), None) => plane.set(vec![[args.x, args.y]], plane.motors_px())?,
         (None, Some(z)) => {
             rig.set_targets(&[[args.x, args.y, z]])?;
             check_targets(&rig)?;

@@ -8,7 +8,7 @@
 //! picture has one place in the plane, so that all that follows needs no other camera model.
 
 use nalgebra::{Isometry3, Matrix2, Matrix3, Point2, Rotation3, Translation3, Vector2};
-use plumb_config::quantity::PixelCoordinate;
+use plumb_config::quantity::{NumberError, PixelCoordinate};
 use plumb_frame::camera::{Camera, Intrinsics};
 use plumb_frame::image::ImageSize;
 use plumb_protocol::MotorList;
@@ -29,6 +29,29 @@ pub struct PlaneSettings {
     pub targets: Vec<[PixelCoordinate; 2]>,
     /// Where the cables leave motors A and B: column and row, pixels.
     pub motors: Option<[[PixelCoordinate; 2]; 2]>,
+}
+
+impl PlaneSettings {
+    /// Returns the motors' places, pixels.
+    pub fn motors_px(&self) -> Option<[[f64; 2]; 2]> {
+        self.motors.map(|motors| motors.map(|pixel| pixel.map(PixelCoordinate::get)))
+    }
+
+    /// Sets targets and motors: column and row, pixels.
+    ///
+    /// # Errors
+    /// Where a number is below 0 or above 65535.
+    pub fn set(
+        &mut self,
+        targets: Vec<[f64; 2]>,
+        motors: Option<[[f64; 2]; 2]>,
+    ) -> Result<(), NumberError> {
+        let pixel = |[u, v]: [f64; 2]| Ok([u.try_into()?, v.try_into()?]);
+        self.targets = targets.into_iter().map(pixel).collect::<Result<_, _>>()?;
+        let motors = motors.map(|[a, b]| Ok([pixel(a)?, pixel(b)?]));
+        self.motors = motors.transpose()?;
+        Ok(())
+    }
 }
 
 /// Jacobian at which the laws' gains are meant, metres a step: rows y, z; columns motors A, B.
@@ -258,7 +281,7 @@ impl Rig {
     ) -> Result<Self, PictureError> {
         let plane = self.plane.clone().unwrap_or_default();
         let pixels = |pixel: [PixelCoordinate; 2]| pixel.map(PixelCoordinate::get);
-        let region = Region::of(size, plane.motors.map(|motors| motors.map(pixels)), ball)?;
+        let region = Region::of(size, plane.motors_px(), ball)?;
         let picture = RigPicture { frame, region, camera: frame.camera(camera), ball };
         let mut rig = self.clone();
         rig.workspace = picture.workspace();

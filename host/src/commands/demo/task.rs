@@ -36,27 +36,33 @@ use crate::session::{Session, Task};
     "plumb demo",
     "plumb demo --virtual-time --law interval --gamma 100",
     "plumb demo --compare",
+    "plumb demo --planar --page",
     "plumb demo --virtual-time --no-depth",
     "plumb demo --follow eight --upright",
 ])]
 pub(crate) struct Args {
     /// As quick as the computer is, instead of in real time at most; the same for the same seed
     #[arg(long, conflicts_with_all = ["page", "foxglove", "ros2"])]
-    virtual_time: bool,
+    pub(super) virtual_time: bool,
     /// Render into the first frame of this TUM RGB-D folder instead of a room
     #[arg(long, value_name = "FOLDER")]
     background: Option<PathBuf>,
     /// Seed of the camera's noise, 0 to 1e15
     #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = numbers::seed())]
-    seed: u64,
+    pub(super) seed: u64,
     /// Control law, with its usual parameters: interval (the paper's), sign, adaptive or taut
     /// [default: taut]
     #[arg(long, value_parser = law)]
-    law: Option<LawSettings>,
+    pub(super) law: Option<LawSettings>,
     /// The law interval with this gain at 0.471 mm of cable a step, above 0, to 7539 1/s; the
     /// paper's is 30
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::within(numbers::GAMMA))]
     gamma: Option<f64>,
+    /// Two motors, both wired the wrong way, before a tilted camera whose picture is mirrored: two
+    /// jogs, and the ball goes to a pixel
+    #[arg(long)]
+    #[arg(conflicts_with_all = ["compare", "gamma", "background", "no_depth", "what"])]
+    pub(super) planar: bool,
     /// Every law in turn, and their errors over time in one figure, laws.svg; a line of JSON for
     /// each run comes at the end
     #[arg(long)]
@@ -67,7 +73,7 @@ pub(crate) struct Args {
     no_depth: bool,
     /// Physics of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static")]
-    physics: Physics,
+    pub(super) physics: Physics,
     /// Follow this: circle, line, eight, square, spline, or a file with places
     #[arg(long = "follow", value_name = "WHAT", help_heading = "Path")]
     what: Option<What>,
