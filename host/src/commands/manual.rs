@@ -106,7 +106,7 @@ mod tests {
         for option in ["[--timeout <TIMEOUT>]", "[--json]", "[--out <FOLDER>]", "[--quiet]"] {
             assert!(run.contains(option), "{run}");
         }
-        assert!(synopsis_of("goto").ends_with("] <X> <Y> <Z>"));
+        assert!(synopsis_of("goto").ends_with("] <X> <Y> [Z]"));
     }
 
     #[test]

@@ -235,10 +235,13 @@ fn a_target_that_is_mistyped_is_explained_before_the_port_is_opened() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     for (words, named) in [
-        (&["0,4", "0.2", "0.3"][..], "'0,4' for '<X>': must be a number, -100 to 100 m"),
-        (&["0.4", "0.2"], "required arguments were not provided:\n  <Z>\n"),
-        (&["0.4"], "required arguments were not provided:\n  <Y>\n  <Z>\n"),
-        (&[], "required arguments were not provided:\n  <X>\n  <Y>\n  <Z>\n"),
+        (
+            &["0,4", "0.2", "0.3"][..],
+            "'0,4' for '<X>': must be a number, -100 to 65535 m or pixels",
+        ),
+        (&["0.4", "0.2"], "a rig file without [plane] takes a place: x y z"),
+        (&["0.4"], "required arguments were not provided:\n  <Y>\n"),
+        (&[], "required arguments were not provided:\n  <X>\n  <Y>\n"),
         (&["0.4", "0.2", "-1"], "z = -1 m is below the 0.05 m of `workspace.min`"),
         (&["0.9", "0.2", "0.3"], "x = 0.9 m is above the 0.8 m of `workspace.max`"),
     ] {
@@ -346,7 +349,7 @@ fn a_target_at_the_border_of_the_workspace_is_named() {
 fn the_help_has_what_is_needed_in_the_brackets_of_the_usage() {
     let help = plumb(&["goto", "--help"], folder().path());
     let text = String::from_utf8(help.stdout).unwrap();
-    for line in ["Usage: plumb goto [OPTIONS] <X> <Y> <Z>", "  <X>", "  <Y>", "  <Z>"] {
+    for line in ["Usage: plumb goto [OPTIONS] <X> <Y> [Z]", "  <X>", "  <Y>", "  [Z]"] {
         assert!(text.lines().any(|it| it == line), "{line}: {text}");
     }
 }

@@ -26,6 +26,7 @@ mod no_ball;
 mod output;
 mod page;
 mod path;
+mod picture;
 mod plot;
 mod program;
 mod record;

@@ -11,8 +11,9 @@ use super::description::{Limits, NewCamera, NewRig};
 use super::driver::Straps;
 use super::triangle::WorkspaceBox;
 
-/// Tables that [`rig_file`] writes key by key. It writes the other tables with their defaults.
-const OWN_TABLES: [&str; 10] = [
+/// Tables that [`rig_file`] writes key by key or leaves out. It writes the others with their
+/// defaults.
+const OWN_TABLES: [&str; 11] = [
     "targets",
     "board",
     "law",
@@ -23,6 +24,7 @@ const OWN_TABLES: [&str; 10] = [
     "size",
     "camera",
     "simulation",
+    "plane",
 ];
 
 /// Text of a TOML file under construction.

@@ -1,0 +1,81 @@
+//! Two cables in the picture of a camera whose place is unknown.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::{Emulator, folder, json, plumb, refusal, stderr};
+
+/// Writes the files of a simulated rig of two motors. Returns the path of the rig file.
+fn wall(folder: &Path) -> String {
+    let written = plumb(&["init", "wall", "--planar", "--simulated"], folder);
+    assert!(written.status.success(), "{}", stderr(&written));
+    folder.join("wall/rig.toml").to_str().unwrap().to_owned()
+}
+
+#[test]
+fn two_jogs_and_the_ball_goes_to_a_pixel() {
+    let folder = folder();
+    let rig = wall(folder.path());
+    let emulator = Emulator::start();
+    let goto = ["goto", "389", "303", "--rig", &rig, "--port", &emulator.port, "--yes", "--json"];
+    let output = plumb(&goto, folder.path());
+    let line = json(&output);
+    assert_eq!(line["ending"], "reached", "{line} {}", stderr(&output));
+    let told = stderr(&output);
+    assert!(told.contains("motor A: +2 steps") && told.contains("ms late"), "{told}");
+    assert!(told.contains("`plane.motors` is not set"), "{told}");
+}
+
+#[test]
+fn the_demo_of_two_cables_reaches_its_pixel_with_each_law() {
+    let folder = folder();
+    for law in ["adaptive", "sign"] {
+        let demo = ["demo", "--planar", "--virtual-time", "--law", law, "--out", law];
+        let output = plumb(&demo, folder.path());
+        let line = json(&output);
+        assert_eq!(line["ending"], "reached", "{law}: {line} {}", stderr(&output));
+        // Within the two pixels of "reached", measured in the true picture.
+        assert!(line["true_error_px"].as_f64().unwrap() < 2.0, "{law}: {line}");
+    }
+}
+
+#[test]
+fn nothing_moves_before_a_yes_or_towards_a_wrong_target() {
+    let folder = folder();
+    let rig = wall(folder.path());
+    let emulator = Emulator::start();
+    let with = |options: &[&str]| {
+        let base = ["goto", "--rig", &rig, "--port", &emulator.port];
+        refusal(&[&base, options].concat(), folder.path())
+    };
+    let asked = with(&["389", "303"]);
+    assert!(asked.contains("Two jogs come first"), "{asked}");
+    assert!(with(&["0.4", "0.2", "0.1"]).contains("takes a pixel: u v"));
+    // The jogs alone tell that this pixel is beside the region.
+    let base = ["goto", "--rig", &rig, "--port", &emulator.port, "20", "303", "--yes"];
+    let at_border = plumb(&base, folder.path());
+    assert_eq!(at_border.status.code(), Some(1), "{}", stderr(&at_border));
+    assert!(stderr(&at_border).contains("too near to the border"), "{}", stderr(&at_border));
+}
+
+#[test]
+fn a_plane_beside_metres_or_three_motors_is_refused_with_its_key() {
+    let folder = folder();
+    let rig = wall(folder.path());
+    let text = fs::read_to_string(&rig).unwrap();
+    for (from, to, key) in [
+        ("[board]", "targets = [[0.0, 0.4, 0.2]]\n\n[board]", "targets"),
+        ("[camera]", "[workspace]\nmin = [0, 0, 0]\nmax = [0, 1, 1]\n\n[camera]", "workspace"),
+        ("count = 2", "count = 3", "motors.count"),
+    ] {
+        fs::write(&rig, text.replacen(from, to, 1)).unwrap();
+        let found = refusal(&["check", "--rig", &rig, "--file-only"], folder.path());
+        assert!(found.contains(key) && found.contains("plane"), "{key}: {found}");
+    }
+    fs::write(&rig, text.replace("[plane]", "# no plane")).unwrap();
+    let missing = refusal(&["check", "--rig", &rig, "--file-only"], folder.path());
+    assert!(missing.contains("`targets` is missing"), "{missing}");
+    assert!(missing.contains("`workspace` is missing"), "{missing}");
+}
