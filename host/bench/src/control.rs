@@ -46,7 +46,7 @@ pub use crate::run_id::RunId;
 pub use controller::ControllerKind;
 pub use following::{Loss, PathReport, PathSuite, Quantiles, follow_paths};
 pub use paper::{PAPER_GAMMAS, PaperSuite, paper};
-pub use picture::{JogReport, Stand};
+pub use picture::{Defect, JogReport, Stand};
 pub use report::Report;
 pub use simulate::RunEnd;
 pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RigChange, Rigs, Suite, SuiteName};
@@ -228,7 +228,7 @@ fn run_in_picture(
     if let Some(law) = controller.settings_mut() {
         law.set_delay(measured.latency_s);
     }
-    let target = view.measured(task.target);
+    let target = view.measured(0.0, task.target);
     let leg = Leg { target, oracle_s, changed: None };
     let mut controller = controller.build(&suite, &Task { target, ..task }, id)?;
     let view = Some(View::Picture(view));

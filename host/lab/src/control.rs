@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use clap::{Parser, value_parser};
 use plumb_bench::control::{
-    self, Clock, ControllerKind, PAPER_GAMMAS, PathReport, PathSuite, Report, Stand, Suite,
+    self, Clock, ControllerKind, Defect, PAPER_GAMMAS, PathReport, PathSuite, Report, Stand, Suite,
     SuiteName, TapeMeasure,
 };
 use plumb_runtime::rig::LawSettings;
@@ -62,6 +62,10 @@ pub(crate) struct Args {
     /// (the plane), rolled60, rolled90
     #[arg(long, default_value = "front")]
     stand: Stand,
+    /// What breaks 0.5 s after the start of such a run: stuck (motor A stands), caught (the ball is
+    /// held), reversed (motor A), knocked (the camera is turned by 5°)
+    #[arg(long)]
+    defect: Option<Defect>,
     /// Start of the clock: arrival of the first frame (picture), or 1 to 2 frames earlier, when the
     /// target is set (target)
     #[arg(long, default_value = "picture")]
@@ -146,6 +150,7 @@ fn bench_rigs(name: SuiteName, controllers: &[ControllerKind], args: &Args) -> R
     };
     if let Some(stand) = &mut suite.stand {
         *stand = args.stand;
+        suite.defect = args.defect;
     }
     tell!("{name}: {}\n{}", name.about(), Report::HEADING);
     if suite.stand.is_some() {
@@ -162,6 +167,9 @@ fn bench_rigs(name: SuiteName, controllers: &[ControllerKind], args: &Args) -> R
         for report in &reports {
             tell!("{report}");
             list("failed", report.failed.iter().map(|(rig, why)| format!("{rig} {why}")));
+            for (fault, count, median_s) in &report.faults {
+                tell!("  stopped by {fault}: {count}, after {median_s:.2} s (median)");
+            }
             if report.resumed > 0 {
                 let count = report.resumed;
                 tell!("  stopped for a lost position and were started again: {count}");

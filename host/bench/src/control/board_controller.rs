@@ -121,6 +121,13 @@ impl Controller for BoardController {
             && !is_between_runs
     }
 
+    fn fault(&self) -> Option<Fault> {
+        match self.harness.board.state() {
+            State::Fault(fault) => Some(fault),
+            _ => None,
+        }
+    }
+
     fn resumed(&self) -> bool {
         self.resumed
     }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use nalgebra::{Isometry3, Matrix2, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
-use plumb_emulator::plant::{CameraMonitor, CameraMonitorParameters, Plant, Task};
+use plumb_emulator::plant::{CameraMonitor, CameraMonitorParameters, Plant, RigError, Task};
 use plumb_protocol::MOTORS;
 use plumb_runtime::rig::PictureFrame;
 use plumb_setup::two_jogs::{JogsError, Measured, Moving, RATE, TwoMotors, two_jogs};
@@ -26,6 +26,62 @@ named! {
     Behind "behind" "behind the plane";
     Rolled60 "rolled60" "rolled by 60°";
     Rolled90 "rolled90" "rolled by 90°";
+}
+
+named! {
+    /// What breaks in the run of a rig in a picture.
+    Defect:
+    Stuck "stuck" "motor A stands, and its steps are counted";
+    Caught "caught" "the ball is held where it is";
+    Reversed "reversed" "motor A turns the wrong way";
+    Knocked "knocked" "the camera is turned by 5° about a random axis";
+}
+
+/// Time of the run from which a defect acts, seconds: in the middle of most drives.
+const ONSET_S: f64 = 0.5;
+/// Angle by which a camera is knocked, radians.
+const KNOCK_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// Rig that breaks at [`ONSET_S`].
+pub(super) struct Broken {
+    plant: Box<dyn Plant>,
+    defect: Defect,
+    time_s: f64,
+    /// Turns of the motors at the onset, full steps.
+    onset: [f64; MOTORS],
+}
+
+impl Broken {
+    /// Returns `plant` with this defect.
+    pub(super) fn new(plant: Box<dyn Plant>, defect: Defect) -> Self {
+        Self { plant, defect, time_s: 0.0, onset: [0.0; MOTORS] }
+    }
+}
+
+impl Plant for Broken {
+    fn advance(&mut self, dt_s: f64, motors: [f64; MOTORS]) -> Result<(), RigError> {
+        self.time_s += dt_s;
+        if self.time_s < ONSET_S {
+            self.onset = motors;
+            return self.plant.advance(dt_s, motors);
+        }
+        let [a, b, c] = motors;
+        let [at_onset, ..] = self.onset;
+        match self.defect {
+            Defect::Stuck => self.plant.advance(dt_s, [at_onset, b, c]),
+            Defect::Reversed => self.plant.advance(dt_s, [2.0 * at_onset - a, b, c]),
+            Defect::Knocked => self.plant.advance(dt_s, motors),
+            Defect::Caught => Ok(()),
+        }
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.plant.ball()
+    }
+
+    fn slack(&self) -> [bool; MOTORS] {
+        self.plant.slack()
+    }
 }
 
 /// Columns of a picture.
@@ -88,6 +144,14 @@ impl Eye {
         Self { pose: Isometry3::from_parts(place.into(), rotation), sign }
     }
 
+    /// Returns the camera turned by [`KNOCK_RAD`] about a random axis.
+    fn knocked(&self, rng: &mut ChaCha8Rng) -> Self {
+        let axis = Vector3::from_fn(|_, _| rng.random_range(-1.0..=1.0)).normalize();
+        let turn = UnitQuaternion::from_scaled_axis(axis * KNOCK_RAD);
+        let rotation = self.pose.rotation * turn;
+        Self { pose: Isometry3::from_parts(self.pose.translation, rotation), ..*self }
+    }
+
     /// Returns where a point is seen, pixels from the middle of the picture.
     fn pixel(&self, point: &Point3<f64>) -> Vector2<f64> {
         let seen = self.pose.inverse_transform_point(point);
@@ -107,12 +171,15 @@ impl Eye {
 pub(super) struct PictureView {
     eye: Eye,
     frame: PictureFrame,
+    /// The camera from [`ONSET_S`] on, where it is knocked.
+    knocked: Option<Eye>,
 }
 
 impl PictureView {
-    /// Returns the measured position of a true one, metres.
-    pub(super) fn measured(&self, point: Point3<f64>) -> Point3<f64> {
-        let place = self.frame.turn * self.eye.pixel(&point) * self.frame.scale;
+    /// Returns the measured position of a true one (metres) at a time of the run, seconds.
+    pub(super) fn measured(&self, time_s: f64, point: Point3<f64>) -> Point3<f64> {
+        let eye = self.knocked.as_ref().filter(|_| time_s >= ONSET_S).unwrap_or(&self.eye);
+        let place = self.frame.turn * eye.pixel(&point) * self.frame.scale;
         Point3::new(0.0, place.x, place.y)
     }
 
@@ -346,7 +413,8 @@ pub(super) fn jog(
         ..suite.clone()
     };
     let task = Task { start: hand.plant.ball(), ..task };
-    Ok(Some(Jogged { measured, view: PictureView { eye, frame }, task, suite }))
+    let knocked = (suite.defect == Some(Defect::Knocked)).then(|| eye.knocked(&mut rng));
+    Ok(Some(Jogged { measured, view: PictureView { eye, frame, knocked }, task, suite }))
 }
 
 /// Returns the task with a way of at most `longest` metres.

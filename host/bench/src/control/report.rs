@@ -1,5 +1,6 @@
 //! Statistics over all runs of a controller.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
@@ -58,9 +59,21 @@ pub struct Report {
     /// Number and end of each failed run.
     #[serde(skip)]
     pub failed: Vec<(u64, RunEnd)>,
+    /// Faults with which boards gave up: name, number of runs, median time, seconds.
+    pub faults: Vec<(String, usize, f64)>,
     /// Number of runs that stopped for a lost position and were started again.
     #[serde(skip)]
     pub resumed: usize,
+}
+
+/// Returns the faults with which boards gave up, each with its number and its median time, seconds.
+fn faults(runs: &[(Outcome, f64)]) -> Vec<(String, usize, f64)> {
+    let mut times: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for (fault, time) in runs.iter().filter_map(|(run, _)| run.fault) {
+        times.entry(format!("{fault:?}")).or_default().push(time);
+    }
+    let median = |times: Vec<f64>| round(quantile(&sorted(times.into_iter()), 0.5));
+    times.into_iter().map(|(name, times)| (name, times.len(), median(times))).collect()
 }
 
 /// Returns the `q` quantile (0 to 1) of `sorted` values; NaN if there are none.
@@ -129,6 +142,7 @@ impl Report {
             false_reached: share(runs.iter().filter(|(run, _)| run.false_reached).count()),
             median_s: quantile(&times, 0.5),
             failed,
+            faults: faults(runs),
             resumed: runs.iter().filter(|(run, _)| run.resumed).count(),
         }
     }

@@ -5,11 +5,12 @@ use std::fmt;
 use nalgebra::Point3;
 use plumb_core::TICK_US;
 use plumb_emulator::plant::{CameraMonitor, Geometry, Plant, Task};
+use plumb_protocol::message::Fault;
 use plumb_protocol::units::Micros;
 use plumb_protocol::{MOTORS, PerMotor};
 
 use super::BenchError;
-use super::picture::PictureView;
+use super::picture::{Broken, PictureView};
 use super::suite::{Clock, Suite};
 use super::turned_frame::TurnedFrame;
 use crate::run_id::RunId;
@@ -54,6 +55,10 @@ pub(crate) trait Controller {
     fn begin_run(&mut self, _now: Micros, _target: Point3<f64>) {}
     /// Returns whether the controller has given up.
     fn failed(&self) -> bool;
+    /// Returns the fault in which the controller stands.
+    fn fault(&self) -> Option<Fault> {
+        None
+    }
     /// Returns whether the controller stopped for a lost position and was started again.
     fn resumed(&self) -> bool {
         false
@@ -109,6 +114,8 @@ pub(crate) struct Outcome {
     pub(crate) resumed: bool,
     /// End of the run.
     pub(crate) end: RunEnd,
+    /// Fault with which a board gave up, and when, seconds on the suite's clock.
+    pub(crate) fault: Option<(Fault, f64)>,
 }
 
 /// Measurements of a run in progress.
@@ -148,7 +155,9 @@ impl Monitor {
     /// Measures the plant at `t` seconds. Returns whether the hold test is over.
     fn step(&mut self, t: f64, plant: &dyn Plant, view: Option<&View>, reached: bool) -> bool {
         let distance = match view {
-            Some(View::Picture(view)) => view.measured(plant.ball()) - view.measured(self.target),
+            Some(View::Picture(view)) => {
+                view.measured(t, plant.ball()) - view.measured(0.0, self.target)
+            }
             Some(View::Turned(_)) | None => plant.ball() - self.target,
         };
         let distance = distance.norm();
@@ -263,6 +272,8 @@ impl Simulation<'_> {
         let now = self.now();
         let t = now.0 as f64 * 1e-6;
         if self.controller.failed() {
+            let since = t - monitor.start_s.unwrap_or(0.0);
+            monitor.outcome.fault = self.controller.fault().map(|fault| (fault, since));
             return Some(RunEnd::GaveUp);
         }
         if t > monitor.limit_s {
@@ -296,7 +307,7 @@ impl Simulation<'_> {
         let due = f64::from(self.frames) * self.camera.period_s() <= t;
         if self.ticks.is_multiple_of(TICKS_PER_STEP) && due {
             let ball = self.plant.ball();
-            let measured = self.view.as_ref().map_or(ball, |view| view.measured(ball));
+            let measured = self.view.as_ref().map_or(ball, |view| view.measured(t, ball));
             self.camera.observe(t, measured);
             self.frames += 1;
         }
@@ -323,11 +334,11 @@ pub(crate) enum View {
 }
 
 impl View {
-    /// Returns the measured position of a true one, metres.
-    fn measured(&self, point: Point3<f64>) -> Point3<f64> {
+    /// Returns the measured position of a true one (metres) at a time of the run, seconds.
+    fn measured(&self, time_s: f64, point: Point3<f64>) -> Point3<f64> {
         match self {
             Self::Turned(frame) => frame.measured(point),
-            Self::Picture(view) => view.measured(point),
+            Self::Picture(view) => view.measured(time_s, point),
         }
     }
 
@@ -358,6 +369,14 @@ impl Leg {
     }
 }
 
+/// Returns the plant with the defect of the suite.
+fn broken(suite: &Suite, plant: Box<dyn Plant>) -> Box<dyn Plant> {
+    match suite.defect {
+        Some(defect) => Box::new(Broken::new(plant, defect)),
+        None => plant,
+    }
+}
+
 /// Runs `controller` on a task of `suite`, through these targets, which are measured places of
 /// `view`; `None` where all positions are true ones. Returns the outcome of each target. One
 /// that was not held ends the run, and those after it have its outcome.
@@ -376,7 +395,7 @@ pub(crate) fn run(
     let camera_seed = id.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ id.rig;
     let camera = CameraMonitor::new(suite.camera, camera_seed).map_err(on_error)?;
     let mut simulation = Simulation {
-        plant: suite.plant(task, id).map_err(on_error)?,
+        plant: broken(suite, suite.plant(task, id).map_err(on_error)?),
         assumed_age_us: (suite.assumed_frames * camera.period_s() * 1e6) as u32,
         view,
         frames: 0,

@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::bounce::Bounce;
 use super::kinematic::Kinematic;
-use super::picture::Stand;
+use super::picture::{Defect, Stand};
 use super::tape::TapeMeasure;
 use crate::run_id::RunId;
 
@@ -47,6 +47,8 @@ pub struct Suite {
     pub assumed_frames: f64,
     /// How the camera stands where only two jogs tell the frame of its picture.
     pub stand: Option<Stand>,
+    /// What breaks in the run after the two jogs.
+    pub defect: Option<Defect>,
     /// What the law begins with, by the two jogs.
     pub prior: Option<Prior>,
     /// Start of a run's clock. That of a further target starts when the board gets it.
@@ -155,6 +157,7 @@ impl Suite {
             ages_known: !matches!(name, SuiteName::Ages | SuiteName::Latency) && !is_picture(name),
             assumed_frames: ASSUMED_LATENCY_FRAMES,
             stand: is_picture(name).then_some(Stand::InFront),
+            defect: None,
             prior: None,
             clock: Clock::Picture,
             cables: CableSettings {

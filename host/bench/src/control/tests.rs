@@ -78,6 +78,42 @@ fn two_motors_bring_the_ball_to_its_target() {
     }
 }
 
+/// Returns the report of the law adaptive with a mean of 0.2 s on these first rigs of `suite`.
+fn in_picture(suite: &Suite, rigs: u64) -> Report {
+    let mut controller = controller("adaptive");
+    controller.settings_mut().unwrap().set_mean(0.2.try_into().unwrap());
+    run(&controller, suite, 0..rigs, 1, &mut |_| ()).unwrap().remove(0)
+}
+
+/// Two jogs and the law adaptive: the demands on 1000 rigs and cameras, which are run with
+/// `PLUMB_LONG` set; a few rigs otherwise.
+#[test]
+fn two_jogs_bring_the_ball_to_a_pixel_wherever_the_camera_stands() {
+    let rigs = if std::env::var_os("PLUMB_LONG").is_some() { 1000 } else { 25 };
+    for stand in Stand::ALL {
+        let suite = Suite { stand: Some(stand), ..Suite::new(SuiteName::Picture) };
+        let report = in_picture(&suite, rigs);
+        assert!(report.converged >= 0.998, "{stand}: {report}");
+        assert!(report.median <= 1.25 && report.p90 <= 2.0 && report.p99 <= 3.5, "{report}");
+        assert!(report.slack <= 0.015 && report.hold_mean_mm <= 0.2, "{stand}: {report}");
+    }
+    let jogs = jogs(&Suite::new(SuiteName::Picture), 0..rigs, 1, &mut |_| ()).unwrap();
+    assert!(jogs.within_20_percent >= 0.98 && jogs.moved_p99_px <= 12.0, "{jogs}");
+    assert!(jogs.latency_p90_ms <= 15.0, "{jogs}");
+}
+
+/// No run with a broken rig tells "reached" elsewhere, and most are stopped by name.
+#[test]
+fn a_rig_that_breaks_in_a_picture_is_stopped_by_name() {
+    for defect in [Defect::Stuck, Defect::Caught, Defect::Reversed] {
+        let suite = Suite { defect: Some(defect), ..Suite::new(SuiteName::Picture) };
+        let report = in_picture(&suite, 20);
+        let stopped: usize = report.faults.iter().map(|(_, count, _)| count).sum();
+        assert!(stopped >= 16, "{defect}: {:?}", report.faults);
+        assert_eq!(report.false_reached, 0.0, "{defect}: {report}");
+    }
+}
+
 #[test]
 fn two_motors_are_driven_to_one_target_by_a_law_that_knows_a_plane() {
     let planar = Suite::new(SuiteName::Planar);
