@@ -114,8 +114,8 @@ fn check(plain: &[u8]) -> Result<&[u8], FrameError> {
 ///
 /// It removes COBS run by run while the bytes arrive. The `cobs` crate has an incremental decoder
 /// (`DecoderState::feed`), which takes one byte at a time. With that decoder, the time from a
-/// position's last byte to the new rate is 7 µs longer at worst, beyond the target of 300 µs, and
-/// its median 215 µs (here 199 µs), measured with `make bench-chip`.
+/// position's last byte to the new rate is 7 µs longer at worst and 16 µs in the median, measured
+/// with `make bench-chip`.
 #[derive(Debug, Clone)]
 pub struct Accumulator {
     /// Decoded bytes of the current frame.

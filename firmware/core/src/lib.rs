@@ -3,7 +3,8 @@
 //! The crate is synchronous and has no clock, executor or HAL. The chip and the emulator give a
 //! [`Board`] the bytes that arrive and the time, call [`Board::tick`] every [`TICK_US`], and carry
 //! out what it returns. The crate allocates nothing. The same input gives the same output, to the
-//! bit: the arithmetic is fixed point, and in one law f32 within IEEE 754.
+//! bit: the arithmetic is fixed point, and in the law `taut` and the reference of a path f32 within
+//! IEEE 754.
 //!
 //! ```text
 //! bytes -> Board::receive -> servo::Servo -> law -> Setpoint   (on every position)
