@@ -3,7 +3,7 @@
 
 use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
 
-use crate::law::fixed_point::signs;
+use crate::law::sign::signs;
 use crate::vector::{per_axis, per_motor};
 
 pub(super) use crate::vector::{Vector, dot, length, scaled};
