@@ -1,10 +1,10 @@
-//! The board: commands, states, and when each part runs. Its inputs are bytes and time.
+//! The board: commands, states, and when each part runs. Its inputs are frames and time.
 //!
 //! ```text
-//! bytes -> Session -> on_command -> admit -> State, Setup, Servo
-//!                  -> on_position ---------> Servo -> setpoint
-//! time  -> plan -> Schedule -> run_due: deadlines, setpoint of the State -> Planner -> pulses
-//!       -> report: progress, law requests, telemetry
+//! frames -> on_command -> admit -> State, Setup, Servo
+//!        -> on_position ---------> Servo -> setpoint
+//! time   -> plan -> Schedule -> run_due: deadlines, setpoint of the State -> Planner -> pulses
+//!        -> report: progress, law requests, telemetry
 //! ```
 //!
 //! # States
@@ -46,7 +46,7 @@ mod ticks;
 
 use plumb_protocol::config::Config;
 use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement, Diagnostics, Measurement};
-use plumb_protocol::frame::{self, FrameError};
+use plumb_protocol::frame::FrameError;
 use plumb_protocol::message::{
     self, DriverFault, DriverReading, DriverReport, Fault, FaultReport, FromBoard, Refusal,
     StartCause, Telemetry, ToBoard,
@@ -211,18 +211,7 @@ impl Board {
 
 /// Events.
 impl Board {
-    /// Takes in bytes that arrived at `now`, in any pieces. Answers go to `out`.
-    pub fn receive(&mut self, now: Micros, mut bytes: &[u8], out: &mut Outbox) {
-        while !bytes.is_empty() {
-            let decoded = self.session.decoder.take(&mut bytes);
-            if let Some(message) = decoded.map(|message| message.and_then(frame::read)) {
-                self.on_frame(now, message.as_ref().map_err(|error| *error), out);
-            }
-        }
-    }
-
-    /// Takes in a frame that arrived at `now`: [`receive`](Self::receive) for a caller that decodes
-    /// frames itself.
+    /// Takes in a frame that arrived at `now`. Answers go to `out`.
     #[inline(never)]
     pub fn on_frame(
         &mut self,

@@ -58,6 +58,9 @@ pub struct Harness {
     request: Option<LawRequest>,
     /// Response that the last tick was given.
     response: Option<LawResponse>,
+    /// Decoder of the host's bytes.
+    decoder: Accumulator,
+    /// Decoder of the board's bytes.
     accumulator: Accumulator,
     /// Id of the last request of [`send`](Self::send).
     id: u16,
@@ -76,6 +79,7 @@ impl Harness {
             in_progress: None,
             request: None,
             response: None,
+            decoder: Accumulator::new(),
             accumulator: Accumulator::new(),
             id: 0,
         }
@@ -107,9 +111,15 @@ impl Harness {
         }
     }
 
-    /// Passes bytes of the host to the board.
-    pub fn receive(&mut self, now: Micros, bytes: &[u8]) {
-        self.board.receive(now, bytes, &mut self.outbox);
+    /// Passes bytes of the host, in any pieces, as frames to the board.
+    pub fn receive(&mut self, now: Micros, mut bytes: &[u8]) {
+        while !bytes.is_empty() {
+            let decoded = self.decoder.take(&mut bytes);
+            if let Some(message) = decoded.map(|message| message.and_then(frame::read)) {
+                let message = message.as_ref().map_err(|error| *error);
+                self.board.on_frame(now, message, &mut self.outbox);
+            }
+        }
     }
 
     /// Passes a command as a frame to the board. Returns its id, which counts from 1.

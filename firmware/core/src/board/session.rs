@@ -2,7 +2,6 @@
 //! is not carried out again.
 
 use plumb_protocol::Config;
-use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::{Command, Hello, Jog, Refusal, StartCause, ToBoard};
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micros, Point};
@@ -15,8 +14,6 @@ const SECOND_US: u64 = 1_000_000;
 /// State of the conversation with the host.
 #[derive(Debug)]
 pub(super) struct Session {
-    /// Decoder of the bytes that arrive.
-    pub(super) decoder: Accumulator,
     /// Frames that were torn, corrupted, overlong or not a command, since the start; saturating.
     pub(super) bad_frames: u16,
     /// Ticks since the start that came late while motors turned; saturates.
@@ -54,7 +51,6 @@ impl Session {
     /// Creates the session of a board that has just started.
     pub(super) fn new() -> Self {
         Self {
-            decoder: Accumulator::new(),
             bad_frames: 0,
             late_ticks: 0,
             late_in_second: 0,
