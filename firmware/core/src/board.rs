@@ -143,7 +143,7 @@ impl Board {
     /// for this board, both are ignored.
     pub fn restore(&mut self, wiring: &Wiring, config: &Config) {
         if let Ok(params) = self.setup.check(wiring, config) {
-            self.apply_config(params, wiring, config);
+            self.apply_config(params, wiring);
         }
     }
 

@@ -152,12 +152,12 @@ impl Board {
         admit_position(&self.state)?;
         let params = self.setup.require()?;
         self.session.check_order(position.sequence)?;
-        if u64::from(position.age_us) > limit_us(params.deadlines.max_age) {
+        if u64::from(position.age_us) > limit_us(params.config.deadlines.max_age) {
             return Err(Refusal::PositionStale);
         }
         self.session.sequence = Some(position.sequence);
         let Some(ball) = position.ball else { return Ok(()) };
-        if !params.workspace.contains(ball) {
+        if !params.config.workspace.contains(ball) {
             self.ball_outside(now, out);
             return Err(Refusal::BallOutside);
         }
@@ -220,22 +220,22 @@ impl Board {
     fn configure(&mut self, id: u16, config: &Config) -> Result<(), Refusal> {
         let wiring = self.setup.staged.ok_or(Refusal::NotWired)?;
         let params = self.setup.check(&wiring, config)?;
-        self.apply_config(params, &wiring, config);
+        self.apply_config(params, &wiring);
         self.session.configuration = Some(id);
         Ok(())
     }
 
-    /// Puts `params`, which were made from `wiring` and `config`, into force; at standstill. Where
-    /// pins and drivers do not change, the motors keep their current.
+    /// Puts `params`, which were made with `wiring`, into force; at standstill. Where pins and
+    /// drivers do not change, the motors keep their current.
     #[cold]
-    pub(super) fn apply_config(&mut self, params: Params, wiring: &Wiring, config: &Config) {
+    pub(super) fn apply_config(&mut self, params: Params, wiring: &Wiring) {
         self.planner.configure(&params);
         // A command has time to build the law, a position has not.
         self.servo.configure(match params.law() {
             LawSelection::Inline(law) => Some(law),
             LawSelection::Deferred(_) => None,
         });
-        if self.setup.apply(params, wiring, config) {
+        if self.setup.apply(params, wiring) {
             // New drivers are switched off first.
             self.schedule.drivers_on = false;
             let first = wiring.drivers.tmc2209().map(|_| DriverSetup::First);
@@ -262,13 +262,13 @@ impl Board {
         target: Point,
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
-        if !self.setup.require()?.workspace.contains(target) {
+        if !self.setup.require()?.config.workspace.contains(target) {
             if self.state.goal().is_some() {
                 self.fault(now, Fault::TargetOutside, out);
             }
             return Err(Refusal::TargetOutside);
         }
-        self.setup.check_travel(self.travel_positions())?;
+        self.setup.require()?.check_travel(self.travel_positions())?;
         self.drive_to(now, State::Seeking(Goal { target, command: Some(id) }));
         Ok(())
     }
@@ -284,8 +284,8 @@ impl Board {
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
         let params = self.setup.require()?;
-        let checked = check_reference(reference, &params.workspace);
-        let limit_us = limit_us(params.deadlines.position);
+        let checked = check_reference(reference, &params.config.workspace);
+        let limit_us = limit_us(params.config.deadlines.position);
         if checked == Err(Refusal::ReferenceOutside) && self.state.goal().is_some() {
             self.fault(now, Fault::TargetOutside, out);
         }
@@ -299,7 +299,7 @@ impl Board {
             goal.command = Some(id);
             return Ok(());
         }
-        self.setup.check_travel(self.travel_positions())?;
+        self.setup.require()?.check_travel(self.travel_positions())?;
         let start = match self.state {
             State::Holding(goal) => goal.target,
             _ => Point(self.fresh_ball(now, limit_us)?.map(Micrometres)),
@@ -319,9 +319,9 @@ impl Board {
     /// Holds the ball where it is. While motors turn, they ramp down first: a law that is to bring
     /// a moving ball back would overshoot.
     fn hold(&mut self, now: Micros, id: u16) -> Result<(), Refusal> {
-        let limit_us = limit_us(self.setup.require()?.deadlines.position);
-        self.setup.check_travel(self.travel_positions())?;
-        let here = self.fresh_ball(now, limit_us)?;
+        let params = self.setup.require()?;
+        params.check_travel(self.travel_positions())?;
+        let here = self.fresh_ball(now, limit_us(params.config.deadlines.position))?;
         if self.planner.moving() {
             self.state = State::Settling(Settling::new(id));
             self.schedule.check_due = true;
@@ -354,10 +354,10 @@ impl Board {
         let params = self.setup.require()?;
         let motor = usize::from(jog.motor);
         let limits = params.motor(motor).ok_or(Refusal::NoSuchMotor)?;
-        if !(1..=limits.max_rate.min(params.jog.max_rate).0).contains(&jog.rate.0) {
+        if !(1..=limits.max_rate.min(params.config.jog.max_rate).0).contains(&jog.rate.0) {
             return Err(Refusal::JogRate);
         }
-        if jog.distance.0.unsigned_abs() > params.jog.max_distance.0.unsigned_abs() {
+        if jog.distance.0.unsigned_abs() > params.config.jog.max_distance.0.unsigned_abs() {
             return Err(Refusal::JogDistance);
         }
         let position = self.travel_positions()[motor];
@@ -399,7 +399,7 @@ impl Board {
     #[cold]
     fn measure(&mut self, id: u16) -> Result<(), Refusal> {
         admit(&self.state, &Command::Measure)?;
-        if self.setup.params().is_some_and(|params| params.drivers.step_dir().is_none()) {
+        if self.setup.wiring().is_some_and(|wiring| wiring.drivers.step_dir().is_none()) {
             return Err(Refusal::CoilsConfigured);
         }
         self.session.measurement = Some(id);

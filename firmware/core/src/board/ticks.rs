@@ -135,9 +135,8 @@ impl Board {
 
     #[cold]
     fn switch_drivers(&mut self, now: Micros, on: bool) {
-        let params = self.setup.params().filter(|_| on);
         self.schedule.drivers_on = on;
-        self.schedule.drivers_ready = params.map(|params| Micros(now.0 + params.enable_us()));
+        self.schedule.drivers_ready = on.then(|| Micros(now.0 + self.setup.enable_us()));
     }
 
     #[inline(always)]

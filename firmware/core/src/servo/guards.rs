@@ -77,11 +77,11 @@ impl Guards {
     pub fn update(&mut self, now: Micros, state: &DriveState, params: &Params) -> Option<Fault> {
         let DriveState { ball, target, error, motors, .. } = *state;
         let here = Nearest { position: ball, target, error };
-        let radius = params.reached.radius.0.unsigned_abs();
-        let diverged = self.divergence.update(now, state, &params.growth);
+        let radius = params.config.reached.radius.0.unsigned_abs();
+        let diverged = self.divergence.update(now, state, &params.config.growth);
         let left_behind =
-            self.motion_without_ball.update(ball, motors.present, &params.motion_without_ball);
-        let stuck = self.progress.update(now, here, radius, &params.progress);
+            self.motion_without_ball.update(ball, motors.present, &params.config.following);
+        let stuck = self.progress.update(now, here, radius, &params.config.progress);
         match (diverged, left_behind, stuck) {
             (true, ..) => Some(Fault::ErrorGrowing),
             (_, true, _) => Some(Fault::NotFollowing),
