@@ -9,6 +9,7 @@ use core::cell::RefCell;
 
 use critical_section::Mutex;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use plumb_core::board::FlashTask;
 use plumb_core::config_store::Stored;
 use plumb_core::tmc2209::Event;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
@@ -238,8 +239,8 @@ impl Stepping {
         if self.board.wiring_generation() != self.generation {
             self.change_wiring();
         }
-        if tick.store || tick.test_flash {
-            self.write_flash(tick.test_flash);
+        if let Some(task) = tick.flash {
+            self.write_flash(task);
         }
         if tick.measure {
             self.board.on_measured(
@@ -377,13 +378,15 @@ impl Stepping {
 
     /// Has the configuration written, or the flash tested, and reports the result to the board.
     #[inline(never)]
-    fn write_flash(&mut self, is_test: bool) {
+    fn write_flash(&mut self, task: FlashTask) {
         if let Some(written) = flash::written() {
             self.storing = false;
             self.board.on_stored(self.now, written, &mut self.outbox);
         } else if !self.storing {
-            let wanted =
-                if is_test { Some(FlashWrite::Test) } else { self.stored().map(FlashWrite::Setup) };
+            let wanted = match task {
+                FlashTask::Store => self.stored().map(FlashWrite::Setup),
+                FlashTask::Test => Some(FlashWrite::Test),
+            };
             self.storing = wanted.is_some();
             wanted.into_iter().for_each(flash::write);
         }

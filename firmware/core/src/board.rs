@@ -19,8 +19,8 @@
 //!                         | +-----> Jogging ----------------------> Stopping { then: Ready }
 //!                         |         Seeking, Holding ---Stop------> Stopping { then: Ready }
 //!                         |                                           | at rest: Ready
-//!                         | Store                        Target, Hold | Seeking, Holding
-//!                         +-----> Storing { id } ---written or not--> Ready
+//!                         | Store, TestFlash             Target, Hold | Seeking, Holding
+//!                         +-----> Storing { job } ---written or not--> Ready
 //!
 //! Ready, Seeking, Holding, Settling, Stopping ---Follow---> Following ---end of path---> Holding
 //!
@@ -64,9 +64,10 @@ use crate::vector::per_motor;
 use schedule::{DriverSetup, EMERGENCY_TICKS, Schedule};
 use session::{MAX_LATE_TICKS, Session};
 use setup::Setup;
-use state::State;
+use state::{FlashJob, State};
 
 pub use outbox::Outbox;
+pub use state::FlashTask;
 
 /// A board without its chip. The [module's front page](self) draws its states.
 #[derive(Debug)]
@@ -89,15 +90,13 @@ pub struct Tick {
     pub drivers_enabled: bool,
     /// Restart into the bootloader now; the motors stand still.
     pub bootloader: bool,
-    /// Write wiring and configuration now ([`Board::wiring`], [`Board::config`]) and report the
-    /// result ([`Board::on_stored`]); the motors stand still.
-    pub store: bool,
+    /// Write wiring and configuration ([`Board::wiring`], [`Board::config`]), or test the flash,
+    /// now and report the result ([`Board::on_stored`]); the motors stand still.
+    pub flash: Option<FlashTask>,
     /// Report the chip's counts ([`Board::on_diagnosed`]).
     pub diagnose: bool,
     /// Report a measurement ([`Board::on_measured`]).
     pub measure: bool,
-    /// Test the flash now and report the result ([`Board::on_stored`]); the motors stand still.
-    pub test_flash: bool,
     /// Set up the motor drivers over their UART, unless that is under way, and report the result
     /// ([`Board::on_drivers_ready`], [`Board::on_driver_failure`]); the motors stand still.
     pub set_up_drivers: bool,
@@ -233,12 +232,10 @@ impl Board {
         }
     }
 
-    /// Takes in the result of [`Tick::store`] or [`Tick::test_flash`]: whether the flash was
-    /// written.
+    /// Takes in the result of [`Tick::flash`]: whether the flash was written.
     pub fn on_stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
         self.schedule.dirty = true;
-        let Some(id) = self.state.storing() else { return };
-        self.session.tests_flash = false;
+        let Some(FlashJob { id, .. }) = self.state.flash_job() else { return };
         self.state = self.state.stored();
         if !written {
             // A repetition tries again.

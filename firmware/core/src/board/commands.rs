@@ -10,7 +10,7 @@ use plumb_protocol::wiring::Wiring;
 use super::admit::{admit, admit_position};
 use super::schedule::DriverSetup;
 use super::session::LastRequest;
-use super::state::{AfterStop, Goal, Settling, State};
+use super::state::{AfterStop, FlashJob, FlashTask, Goal, Settling, State};
 use super::{Board, Outbox};
 use crate::law::LawSelection;
 use crate::params::Params;
@@ -90,7 +90,7 @@ impl Board {
             self.session.last_request = Some(request);
         }
         let is_pending = matches!(message.command, Command::Store | Command::TestFlash)
-            && self.state.storing() == Some(message.id);
+            && self.state.flash_job().is_some_and(|job| job.id == message.id);
         if !is_pending {
             out.answer(now, message.id, result);
         }
@@ -110,9 +110,9 @@ impl Board {
             Command::Hold => self.hold(now, id),
             Command::Jog(jog) => self.jog(now, jog),
             Command::ClearFault => self.clear_fault(),
-            Command::Store => self.store(id),
+            Command::Store => self.use_flash(id, FlashTask::Store),
             Command::Home => self.home(),
-            Command::TestFlash => self.test_flash(id),
+            Command::TestFlash => self.use_flash(id, FlashTask::Test),
             Command::Follow(ref reference) => self.follow(now, id, reference, out),
             Command::Prior(ref prior) => {
                 self.setup.check_prior(prior)?;
@@ -246,12 +246,13 @@ impl Board {
         }
     }
 
-    /// Has the configuration written. A board that stands in a fault may store, too.
+    /// Has the configuration written, or the flash tested. A board that stands in a fault may store,
+    /// too.
     #[cold]
-    fn store(&mut self, id: u16) -> Result<(), Refusal> {
+    fn use_flash(&mut self, id: u16, task: FlashTask) -> Result<(), Refusal> {
         self.setup.require()?;
         self.require_rest()?;
-        self.state = self.state.storing_for(id);
+        self.state = self.state.storing(FlashJob { id, task });
         Ok(())
     }
 
@@ -403,15 +404,6 @@ impl Board {
             return Err(Refusal::CoilsConfigured);
         }
         self.session.measurement = Some(id);
-        Ok(())
-    }
-
-    /// Has the flash tested.
-    #[cold]
-    fn test_flash(&mut self, id: u16) -> Result<(), Refusal> {
-        self.require_rest()?;
-        self.session.tests_flash = true;
-        self.state = self.state.storing_for(id);
         Ok(())
     }
 

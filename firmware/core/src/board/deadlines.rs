@@ -33,7 +33,7 @@ impl Board {
             | State::Settling(_)
             | State::Stopping { then: AfterStop::Bootloader } => true,
             State::Fault { then: AfterStop::Bootloader, .. } => true,
-            state => state.storing().is_some(),
+            state => state.flash_job().is_some(),
         };
         if each_tick {
             return 0;

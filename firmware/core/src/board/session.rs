@@ -37,8 +37,6 @@ pub(super) struct Session {
     pub(super) diagnosis: Option<u16>,
     /// Id of an accepted Measure command that is not answered.
     pub(super) measurement: Option<u16>,
-    /// Whether the write to flash under way is a test.
-    pub(super) tests_flash: bool,
     /// Last request that was carried out, since the last matching Hello.
     pub(super) last_request: Option<LastRequest>,
     /// Id of the Configure command in force; `None` where it was of an earlier session.
@@ -63,7 +61,6 @@ impl Session {
             provenance: Provenance::EMULATED,
             diagnosis: None,
             measurement: None,
-            tests_flash: false,
             last_request: None,
             configuration: None,
             sequence: None,

@@ -102,14 +102,12 @@ impl Board {
         self.schedule.emergency_ticks = self.schedule.emergency_ticks.saturating_sub(1);
         (self.schedule.dirty, self.schedule.idle_ticks) = (self.schedule.emergency_ticks > 0, 0);
         self.plan_pulses(now, out);
-        let writes = self.state.storing().is_some();
         Tick {
             drivers_enabled,
             bootloader: self.state.leaves() && !self.planner.moving(),
-            store: writes && !self.session.tests_flash,
+            flash: self.state.flash_job().map(|job| job.task),
             diagnose: self.session.diagnosis.is_some(),
             measure: self.session.measurement.is_some(),
-            test_flash: writes && self.session.tests_flash,
             set_up_drivers: self.schedule.driver_setup != DriverSetup::Done
                 && !matches!(self.state, State::Fault { .. }),
         }
