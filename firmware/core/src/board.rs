@@ -49,7 +49,7 @@ use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement, Diagnostics, Meas
 use plumb_protocol::frame::FrameError;
 use plumb_protocol::message::{
     self, DriverFault, DriverReading, DriverReport, Fault, FaultReport, FromBoard, Refusal,
-    StartCause, Telemetry, ToBoard,
+    Request, StartCause, Telemetry,
 };
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
@@ -212,16 +212,11 @@ impl Board {
 impl Board {
     /// Takes in a frame that arrived at `now`. Answers go to `out`.
     #[inline(never)]
-    pub fn on_frame(
-        &mut self,
-        now: Micros,
-        message: Result<&ToBoard, FrameError>,
-        out: &mut Outbox,
-    ) {
-        match message {
-            Ok(message) => {
+    pub fn on_frame(&mut self, now: Micros, frame: Result<&Request, FrameError>, out: &mut Outbox) {
+        match frame {
+            Ok(request) => {
                 self.schedule.dirty = true;
-                self.on_command(now, message, out);
+                self.on_command(now, request, out);
             }
             Err(error) => {
                 self.session.bad_frames = self.session.bad_frames.saturating_add(1);
@@ -235,13 +230,13 @@ impl Board {
     /// Takes in the result of [`Tick::flash`]: whether the flash was written.
     pub fn on_stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
         self.schedule.dirty = true;
-        let Some(FlashJob { id, .. }) = self.state.flash_job() else { return };
+        let Some(FlashJob { request, .. }) = self.state.flash_job() else { return };
         self.state = self.state.stored();
         if !written {
             // A repetition tries again.
-            self.session.last_request.take_if(|last| last.writes_flash(id));
+            self.session.last_request.take_if(|last| *last == request);
         }
-        out.answer(now, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
+        out.answer(now, request.id, if written { Ok(()) } else { Err(Refusal::NotStored) });
     }
 
     /// Takes in the chip's counts, for [`Tick::diagnose`], and reports them.

@@ -18,7 +18,7 @@
 //! use plumb_core::law::LawTicks;
 //! use plumb_core::{Board, BuildLimits, LawWorker, Outbox};
 //! use plumb_protocol::boards::Chip;
-//! use plumb_protocol::message::{Command, Hello, State, ToBoard};
+//! use plumb_protocol::message::{Command, Hello, Request, State, ToBoard};
 //! use plumb_protocol::units::Micros;
 //!
 //! let mut board = Board::new(BuildLimits {
@@ -28,7 +28,8 @@
 //!     law_ticks: LawTicks::RP2040,
 //! });
 //! let (mut law_worker, mut out) = (LawWorker::new(), Outbox::new());
-//! let hello = ToBoard { id: 1, command: Command::Hello(Hello::OURS) };
+//! let message = ToBoard { id: 1, command: Command::Hello(Hello::OURS) };
+//! let hello = Request { message, crc: 0 };
 //! board.on_frame(Micros(0), Ok(&hello), &mut out);
 //! board.tick(Micros(0), &mut law_worker, &mut out);
 //! assert!(!out.bytes().is_empty());

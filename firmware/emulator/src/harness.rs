@@ -7,7 +7,7 @@ use plumb_core::{Board, BuildLimits, LawWorker, Outbox, Tick};
 use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement};
 use plumb_protocol::frame::{self, Accumulator, FrameError};
 use plumb_protocol::message::{
-    Command, DriverFault, DriverReading, FromBoard, Hello, StartCause, ToBoard,
+    Command, DriverFault, DriverReading, FromBoard, Hello, Request, StartCause, ToBoard,
 };
 use plumb_protocol::units::{Micros, Rate, Steps16};
 use plumb_protocol::{Config, MOTORS, PerMotor, Wiring};
@@ -115,9 +115,9 @@ impl Harness {
     pub fn receive(&mut self, now: Micros, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             let decoded = self.decoder.take(&mut bytes);
-            if let Some(message) = decoded.map(|message| message.and_then(frame::read)) {
-                let message = message.as_ref().map_err(|error| *error);
-                self.board.on_frame(now, message, &mut self.outbox);
+            if let Some(request) = decoded.map(|message| message.and_then(Request::read)) {
+                let request = request.as_ref().map_err(|error| *error);
+                self.board.on_frame(now, request, &mut self.outbox);
             }
         }
     }

@@ -80,12 +80,14 @@ mod tests {
     use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
     use plumb_protocol::{Config, Wiring};
 
+    use super::super::session::RequestKey;
     use super::super::state::{FlashJob, FlashTask, Goal, Settling};
     use super::*;
     use crate::plan::Jogging;
 
     const FAULT: Fault = Fault::PositionLost;
-    const JOB: FlashJob = FlashJob { id: 1, task: FlashTask::Store };
+    const JOB: FlashJob =
+        FlashJob { request: RequestKey { id: 1, crc: 0 }, task: FlashTask::Store };
     const GOAL: Goal = Goal { target: Point([Micrometres(0); 3]), command: Some(1) };
 
     /// Every state, in the order of the columns of [`EXPECTED`].

@@ -2,14 +2,15 @@
 
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::{
-    BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Reference, Refusal, ToBoard,
+    BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Reference, Refusal, Request,
+    ToBoard,
 };
 use plumb_protocol::units::{Micrometres, Micros, Point, Speed};
 use plumb_protocol::wiring::Wiring;
 
 use super::admit::{admit, admit_position};
 use super::schedule::DriverSetup;
-use super::session::LastRequest;
+use super::session::RequestKey;
 use super::state::{AfterStop, FlashJob, FlashTask, Goal, Settling, State};
 use super::{Board, Outbox};
 use crate::law::LawSelection;
@@ -31,6 +32,12 @@ const KNOT_INTERVAL_US: core::ops::RangeInclusive<u32> = 10_000..=500_000;
 /// Highest velocity of a knot along an axis, µm/s.
 const MAX_KNOT_SPEED: u32 = 2_000_000;
 
+/// Returns whether a repetition of `command` is answered and not carried out again. The others leave
+/// the board in the same state, or count themselves.
+fn is_once(command: &Command) -> bool {
+    !matches!(command, Command::Follow(_) | Command::Wire(_) | Command::Prior(_))
+}
+
 /// Checks the interval and the velocities of a reference, and its knots against the workspace.
 #[inline(never)]
 fn check_reference(reference: &Reference, workspace: &Workspace) -> Result<(), Refusal> {
@@ -46,9 +53,9 @@ fn check_reference(reference: &Reference, workspace: &Workspace) -> Result<(), R
 
 impl Board {
     /// Executes a command and answers it.
-    pub(super) fn on_command(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
+    pub(super) fn on_command(&mut self, now: Micros, request: &Request, out: &mut Outbox) {
         self.session.last_rx = now;
-        let ToBoard { id, ref command } = *message;
+        let ToBoard { id, ref command } = request.message;
         let result = match *command {
             Command::Hello(hello) => return self.hello(id, hello, out),
             Command::Stop => {
@@ -73,33 +80,31 @@ impl Board {
                 Ok(()) => return,
                 refused => refused,
             },
-            _ => return self.on_request(now, message, out),
+            _ => return self.on_request(now, request, out),
         };
         out.answer(now, id, result);
     }
 
     /// Executes a command that must not be executed twice. A repetition of the last one, with its
     /// id and content, is only answered again. A Store is answered once it is written.
-    fn on_request(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
-        let repeated = self
-            .session
-            .last_request
-            .is_some_and(|last| last.is_repeated_by(message, self.setup.config()));
-        let result = if repeated { Ok(()) } else { self.execute(now, message, out) };
-        if let (Ok(()), Some(request)) = (result, LastRequest::of(message)) {
-            self.session.last_request = Some(request);
+    fn on_request(&mut self, now: Micros, request: &Request, out: &mut Outbox) {
+        let ToBoard { id, ref command } = request.message;
+        let key = RequestKey::of(request);
+        let is_repetition = self.session.last_request == Some(key);
+        let result = if is_repetition { Ok(()) } else { self.execute(now, request, out) };
+        if result.is_ok() && is_once(command) {
+            self.session.last_request = Some(key);
         }
-        let is_pending = matches!(message.command, Command::Store | Command::TestFlash)
-            && self.state.flash_job().is_some_and(|job| job.id == message.id);
+        let is_pending = self.state.flash_job().is_some_and(|job| job.request == key);
         if !is_pending {
-            out.answer(now, message.id, result);
+            out.answer(now, id, result);
         }
     }
 
-    fn execute(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) -> Result<(), Refusal> {
-        let ToBoard { id, ref command } = *message;
-        let writes = matches!(command, Command::Store | Command::TestFlash);
-        if writes && !self.setup.build.storage {
+    fn execute(&mut self, now: Micros, request: &Request, out: &mut Outbox) -> Result<(), Refusal> {
+        let ToBoard { id, ref command } = request.message;
+        let uses_flash = matches!(command, Command::Store | Command::TestFlash);
+        if uses_flash && !self.setup.build.storage {
             return Err(Refusal::Unsupported);
         }
         admit(&self.state, command)?;
@@ -110,9 +115,9 @@ impl Board {
             Command::Hold => self.hold(now, id),
             Command::Jog(jog) => self.jog(now, jog),
             Command::ClearFault => self.clear_fault(),
-            Command::Store => self.use_flash(id, FlashTask::Store),
+            Command::Store => self.use_flash(request, FlashTask::Store),
             Command::Home => self.home(),
-            Command::TestFlash => self.use_flash(id, FlashTask::Test),
+            Command::TestFlash => self.use_flash(request, FlashTask::Test),
             Command::Follow(ref reference) => self.follow(now, id, reference, out),
             Command::Prior(ref prior) => {
                 self.setup.check_prior(prior)?;
@@ -249,10 +254,10 @@ impl Board {
     /// Has the configuration written, or the flash tested. A board that stands in a fault may store,
     /// too.
     #[cold]
-    fn use_flash(&mut self, id: u16, task: FlashTask) -> Result<(), Refusal> {
+    fn use_flash(&mut self, request: &Request, task: FlashTask) -> Result<(), Refusal> {
         self.setup.require()?;
         self.require_rest()?;
-        self.state = self.state.storing(FlashJob { id, task });
+        self.state = self.state.storing(FlashJob { request: RequestKey::of(request), task });
         Ok(())
     }
 

@@ -3,6 +3,7 @@
 use plumb_protocol::message::{self, Fault};
 use plumb_protocol::units::{Micros, Point};
 
+use super::session::RequestKey;
 use crate::plan::Jogging;
 
 /// State of the board. The [module's front page](super) draws the transitions.
@@ -59,8 +60,8 @@ pub enum FlashTask {
 /// A write to flash that a command has asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct FlashJob {
-    /// Id of the command.
-    pub(super) id: u16,
+    /// The command.
+    pub(super) request: RequestKey,
     pub(super) task: FlashTask,
 }
 

@@ -287,7 +287,8 @@ fn a_full_outbox_does_not_stop_the_board() {
     let mut bench = Bench::seeking();
     let mut unread = Outbox::new();
     for _ in 0..100 {
-        let status = ToBoard { id: 1, command: Command::Status };
+        let message = ToBoard { id: 1, command: Command::Status };
+        let status = Request { message, crc: 0 };
         bench.harness.board.on_frame(Micros(bench.now), Ok(&status), &mut unread);
     }
     assert!(unread.dropped() > 0);
