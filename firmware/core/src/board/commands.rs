@@ -32,8 +32,8 @@ const KNOT_INTERVAL_US: core::ops::RangeInclusive<u32> = 10_000..=500_000;
 /// Highest velocity of a knot along an axis, µm/s.
 const MAX_KNOT_SPEED: u32 = 2_000_000;
 
-/// Returns whether a repetition of `command` is answered and not carried out again. The others leave
-/// the board in the same state, or count themselves.
+/// Returns whether a repetition of `command` is answered and not carried out again. The others
+/// leave the board in the same state, or count themselves.
 fn is_once(command: &Command) -> bool {
     !matches!(command, Command::Follow(_) | Command::Wire(_) | Command::Prior(_))
 }
@@ -251,8 +251,8 @@ impl Board {
         }
     }
 
-    /// Has the configuration written, or the flash tested. A board that stands in a fault may store,
-    /// too.
+    /// Has the configuration written, or the flash tested. A board that stands in a fault may
+    /// store, too.
     #[cold]
     fn use_flash(&mut self, request: &Request, task: FlashTask) -> Result<(), Refusal> {
         self.setup.require()?;
