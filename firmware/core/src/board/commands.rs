@@ -86,7 +86,7 @@ impl Board {
     }
 
     /// Executes a command that must not be executed twice. A repetition of the last one, with its
-    /// id and content, is only answered again. A Store is answered once it is written.
+    /// id and CRC, is only answered again. A Store is answered once it is written.
     fn on_request(&mut self, now: Micros, request: &Request, out: &mut Outbox) {
         let ToBoard { id, ref command } = request.message;
         let key = RequestKey::of(request);
