@@ -32,7 +32,8 @@ impl PinNames {
     }
 }
 
-/// Every pin that the firmware uses (docs/use/board.md): GP0 to GP17, and the LED.
+/// Pins of the default wiring of a Pico (docs/use/board.md): GP0 to GP17, and the LED. A rig may be
+/// wired to others.
 static PINS: PinNames = PinNames::new(
     0x3_ffff | 1 << 25,
     c"UART TX|UART RX|A STEP or A1+|A DIR or A1-|B STEP or A2+|B DIR or A2-|C STEP or B1+|\

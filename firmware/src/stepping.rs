@@ -5,12 +5,11 @@
 //! the board's behaviour depends only on which bytes came before which tick. Where a tick is late
 //! (while the flash is written), all later ticks are late by as much.
 
-pub(crate) mod driver_event;
-
 use core::cell::RefCell;
 
 use critical_section::Mutex;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use plumb_core::board::FlashTask;
 use plumb_core::config_store::Stored;
 use plumb_core::tmc2209::Event;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
@@ -50,14 +49,13 @@ const BUILD: BuildLimits = BuildLimits {
     law_ticks: chip::LAW_TICKS,
 };
 
-/// What the firmware does for the drivers once a tick, besides the pulses: commutation, or what
-/// their UART tells.
+/// What the drivers get and tell once a tick besides their pulses.
 #[derive(Clone, Copy)]
-enum Commutated {
+enum DriverLink {
     /// Nothing: the drivers have STEP inputs.
     None,
     /// Drivers with STEP inputs on a UART, whose events go to the board.
-    Watched,
+    Uart,
     /// Coils on the chip's own pulse-width modulation.
     Coils,
     /// Coils on the Motor HATs, and their last command.
@@ -98,7 +96,7 @@ pub(crate) struct Stepping {
     watchdog: TickWatchdog,
     /// The board's wiring generation for which pins and drivers were set up.
     generation: u32,
-    commutated: Commutated,
+    driver_link: DriverLink,
     /// The board's time: the beginning of the coming tick.
     now: Micros,
     /// The same on the timer, µs; wraps.
@@ -167,7 +165,7 @@ impl Stepping {
             enable,
             watchdog,
             generation: 0,
-            commutated: Commutated::None,
+            driver_link: DriverLink::None,
             now: Micros(0),
             beginning: timer().wrapping_add(AHEAD_US),
             running: false,
@@ -193,10 +191,23 @@ impl Stepping {
         }
     }
 
-    /// Runs a tick, from the next message to the words for the state machines.
+    /// Runs a tick.
     #[inline(never)]
     fn tick(&mut self) {
         self.watchdog.tick();
+        self.take_events();
+        if let Some(tick) = self.board.plan(self.now, &mut self.outbox) {
+            self.carry_out(tick);
+        }
+        self.give_words();
+        self.report();
+        self.now.0 += u64::from(TICK_US);
+        self.beginning = self.beginning.wrapping_add(TICK_US);
+    }
+
+    /// Gives the board what has happened since the last tick.
+    #[inline(always)]
+    fn take_events(&mut self) {
         if self.generator.check_estop() {
             self.handle_estop();
         }
@@ -206,16 +217,16 @@ impl Stepping {
         if let Some(response) = law_worker::response() {
             self.board.on_law_response(&response);
         }
-        if let Some(tick) = self.board.plan(self.now, &mut self.outbox) {
-            self.carry_out(tick);
-        }
-        self.give_words();
-        // The rest of the tick is not urgent.
+    }
+
+    /// Runs the rest of a tick, which is not urgent: its words are given.
+    #[inline(always)]
+    fn report(&mut self) {
         if self.generator.ran_dry() {
             self.on_late_tick();
         }
-        if !matches!(self.commutated, Commutated::None) {
-            self.turn_fields();
+        if !matches!(self.driver_link, DriverLink::None) {
+            self.serve_drivers();
         }
         self.board.report(self.now, &mut self.outbox);
         if let Some(request) = self.board.take_law_request() {
@@ -228,8 +239,6 @@ impl Stepping {
         if self.watchdog.has_checked() {
             link::set_moving(self.board.rates() != [0; MOTORS]);
         }
-        self.now.0 += u64::from(TICK_US);
-        self.beginning = self.beginning.wrapping_add(TICK_US);
     }
 
     /// Carries out the requests of a tick besides its pulses.
@@ -241,8 +250,8 @@ impl Stepping {
         if self.board.wiring_generation() != self.generation {
             self.change_wiring();
         }
-        if tick.store || tick.test_flash {
-            self.write_flash(tick.test_flash);
+        if let Some(task) = tick.flash {
+            self.write_flash(task);
         }
         if tick.measure {
             self.board.on_measured(
@@ -264,13 +273,13 @@ impl Stepping {
     /// theirs is switched off first.
     #[cold]
     fn leave(&mut self) {
-        match self.commutated {
-            Commutated::Hats(last) => {
-                self.commutated = Commutated::Leaving;
+        match self.driver_link {
+            DriverLink::Hats(last) => {
+                self.driver_link = DriverLink::Leaving;
                 hats::leave(last);
             }
-            Commutated::Leaving => {}
-            Commutated::None | Commutated::Watched | Commutated::Coils => link::reset::restart(),
+            DriverLink::Leaving => {}
+            DriverLink::None | DriverLink::Uart | DriverLink::Coils => link::reset::restart(),
         }
     }
 
@@ -281,7 +290,7 @@ impl Stepping {
     fn change_wiring(&mut self) {
         self.generation = self.board.wiring_generation();
         self.enable.set(false);
-        self.turn_fields();
+        self.serve_drivers();
         if self.running {
             self.generator.finish();
             self.running = false;
@@ -291,7 +300,7 @@ impl Stepping {
         witness::stop();
         self.enable.disconnect();
         watchdog::set_led(None);
-        self.commutated = Commutated::None;
+        self.driver_link = DriverLink::None;
         self.connect();
     }
 
@@ -311,22 +320,18 @@ impl Stepping {
         self.generator.connect(&wiring.pins);
         self.enable.connect(&wiring.pins);
         restart::keep_hats(matches!(wiring.drivers, Drivers::MotorHats(_)));
-        driver_event::clear();
         tmc2209::begin(wiring, microsteps);
-        match wiring.drivers {
-            Drivers::StepDir(_) => {}
-            Drivers::Tmc2209(_) => self.commutated = Commutated::Watched,
+        self.driver_link = match wiring.drivers {
+            Drivers::StepDir(_) => DriverLink::None,
+            Drivers::Tmc2209(_) => DriverLink::Uart,
             Drivers::Coils(coils) => {
                 self.coils.begin(coils.duty_percent, microsteps);
-                self.commutated = Commutated::Coils;
+                DriverLink::Coils
             }
             Drivers::MotorHats(coils) => {
-                let duty_percent = coils.duty_percent;
-                let hats = hats::needed(wiring.pins.motors.len());
-                let command = HatCommand { duty_percent, microsteps, hats, positions: None };
-                self.commutated = Commutated::Hats(command);
+                DriverLink::Hats(HatCommand::off(coils, microsteps, wiring.pins.motors.len()))
             }
-        }
+        };
     }
 
     /// Returns what is in force, to be stored.
@@ -335,17 +340,17 @@ impl Stepping {
         Some(Stored { wiring, config })
     }
 
-    /// Turns the fields to the motor positions, or switches the current off while the drivers are
-    /// off.
+    /// Passes the events of drivers on to the board. Turns the fields of coils to the motor
+    /// positions, or switches their current off while the drivers are off.
     #[inline(never)]
-    fn turn_fields(&mut self) {
+    fn serve_drivers(&mut self) {
         let enabled = self.enable.is_on();
-        match self.commutated {
-            Commutated::None | Commutated::Leaving => {}
-            Commutated::Watched => self.take_driver_event(),
-            Commutated::Coils if enabled => self.coils.show(self.board.positions()),
-            Commutated::Coils => self.coils.release(),
-            Commutated::Hats(last) => {
+        match self.driver_link {
+            DriverLink::None | DriverLink::Leaving => {}
+            DriverLink::Uart => self.take_driver_event(),
+            DriverLink::Coils if enabled => self.coils.show(self.board.positions()),
+            DriverLink::Coils => self.coils.release(),
+            DriverLink::Hats(last) => {
                 if last.positions.is_some() && hats::failed() {
                     let fault = DriverFault::Hat;
                     self.board.on_driver_failure(self.now, fault, &mut self.outbox);
@@ -356,7 +361,7 @@ impl Stepping {
                         hats::begin();
                     }
                     let command = HatCommand { positions, ..last };
-                    self.commutated = Commutated::Hats(command);
+                    self.driver_link = DriverLink::Hats(command);
                     hats::command(command);
                 }
             }
@@ -366,7 +371,7 @@ impl Stepping {
     /// Passes an event of drivers on a UART on to the board.
     #[inline(never)]
     fn take_driver_event(&mut self) {
-        match driver_event::take() {
+        match tmc2209::event::take() {
             None => {}
             Some(Event::Ready) => self.board.on_drivers_ready(),
             Some(Event::Failed(fault)) => {
@@ -381,13 +386,15 @@ impl Stepping {
 
     /// Has the configuration written, or the flash tested, and reports the result to the board.
     #[inline(never)]
-    fn write_flash(&mut self, is_test: bool) {
+    fn write_flash(&mut self, task: FlashTask) {
         if let Some(written) = flash::written() {
             self.storing = false;
             self.board.on_stored(self.now, written, &mut self.outbox);
         } else if !self.storing {
-            let wanted =
-                if is_test { Some(FlashWrite::Test) } else { self.stored().map(FlashWrite::Setup) };
+            let wanted = match task {
+                FlashTask::Store => self.stored().map(FlashWrite::Setup),
+                FlashTask::Test => Some(FlashWrite::Test),
+            };
             self.storing = wanted.is_some();
             wanted.into_iter().for_each(flash::write);
         }

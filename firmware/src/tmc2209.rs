@@ -4,6 +4,8 @@
 //! interrupt is used: the task gives the request, sleeps for [`EXCHANGE_US`], and takes what has
 //! arrived, its own echo first. The stepping interrupt, above it, gets the events.
 
+pub(crate) mod event;
+
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_rp::pac;
@@ -16,7 +18,7 @@ use plumb_protocol::dimension::{MotorList, PerMotor};
 use plumb_protocol::wiring::{Pin, Wiring};
 
 use crate::pins;
-use crate::stepping::driver_event::{self, wiring_in_force};
+use event::wiring_in_force;
 
 /// Time after which the task looks whether a driver that failed is to be set up again.
 const PAUSE: Duration = Duration::from_millis(5);
@@ -39,7 +41,7 @@ static SET_UP: AtomicBool = AtomicBool::new(false);
 /// of the last one. Called by the stepping interrupt, with the drivers off; never waits.
 #[cold]
 pub(crate) fn begin(wiring: &Wiring, microsteps: u8) {
-    let number = driver_event::begin_wiring();
+    let number = event::begin_wiring();
     let settings = wiring.drivers.tmc2209().and_then(|driver| Settings::new(driver, microsteps));
     if let Some(settings) = settings {
         let directions = wiring.pins.motors.map(|motor| motor.direction);
@@ -86,8 +88,8 @@ async fn watch(drivers: &Drivers) {
         receive();
         send(exchange.bytes());
         Timer::after_micros(EXCHANGE_US.into()).await;
-        if let Some(event) = monitor.take(&receive()) {
-            driver_event::report(drivers.number, event);
+        if let Some(news) = monitor.take(&receive()) {
+            event::report(drivers.number, news);
         }
     }
 }

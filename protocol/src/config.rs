@@ -169,11 +169,12 @@ pub struct Deadlines {
     pub max_age: Milliseconds,
 }
 
-/// Limit of the error's growth: the board stops when |e| has been more than `margin` above its
-/// minimum for `time`.
+/// Limit of the error's growth: the board stops when |e| has been more than `margin` above that of
+/// the nearest position for `time`.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Growth {
-    /// Margin above the smallest |e| since the target was set.
+    /// Margin above the distance from the target to the nearest position of the drive so far. A
+    /// change of the target does not forget that position.
     pub margin: Micrometres,
     /// Duration.
     pub time: Milliseconds,

@@ -38,7 +38,7 @@
 //!   [`ClearFault`](message::Command::ClearFault), [`Store`](message::Command::Store),
 //!   [`Home`](message::Command::Home), [`TestFlash`](message::Command::TestFlash): safe to repeat
 //!   with the same [`id`](ToBoard::id). The board remembers the last of these commands that it
-//!   executed. It answers a request with the same id and content again, but does not execute it
+//!   executed. It answers a request with the same id and bytes again, but does not execute it
 //!   again: a repeated Jog moves once, a repeated ClearFault clears no later fault. A host must
 //!   give every new request a new id. Ids may wrap, because a repetition directly follows its
 //!   request.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::Config;
 use crate::diagnostics::{Diagnostics, Measurement};
 use crate::dimension::{MotorList, PerAxis};
+use crate::frame::{self, FrameError};
 use crate::prior::Prior;
 use crate::provenance::Provenance;
 use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
@@ -54,6 +55,27 @@ impl ToBoard {
             }
             _ => None,
         }
+    }
+}
+
+/// A [`ToBoard`] with the CRC of its frame. By both numbers a board knows a repetition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Request {
+    /// The command with its number.
+    pub message: ToBoard,
+    /// The CRC.
+    pub crc: u32,
+}
+
+impl Request {
+    /// Decodes a request from its postcard bytes.
+    ///
+    /// # Errors
+    /// [`FrameError::Malformed`] if the bytes are not a command of this schema.
+    #[inline]
+    pub fn read(message: &[u8]) -> Result<Self, FrameError> {
+        let crc = frame::checksum(message);
+        frame::read(message).map(|message| Self { message, crc })
     }
 }
 

@@ -60,7 +60,8 @@ impl Pin {
     }
 }
 
-/// Pins of a motor's driver. DIR is high to reel in, unless the motor or the pin is reversed.
+/// Pins of a motor's driver. DIR is high to pay out, unless the motor is reversed or the pin
+/// is inverted.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MotorPins {
     /// STEP: a pulse is high.

@@ -112,7 +112,7 @@ pub struct Outcome {
     pub end: End,
     /// Time from the first target to the end, s.
     pub after_s: f64,
-    /// Time after which the divergence guard without old ways would have stopped the drive, s.
+    /// Time after which the divergence guard without run-outs would have stopped the drive, s.
     pub plain_s: Option<f64>,
     /// Time of the first reversal, s.
     pub reversed_s: Option<f64>,

@@ -1,10 +1,10 @@
-//! The board: commands, states, and when each part runs. Its inputs are bytes and time.
+//! The board: commands, states, and when each part runs. Its inputs are frames and time.
 //!
 //! ```text
-//! bytes -> Session -> on_command -> admit -> State, Setup, Servo
-//!                  -> on_position ---------> Servo -> setpoint
-//! time  -> plan -> Schedule -> run_due: deadlines, setpoint of the State -> Planner -> pulses
-//!       -> report: progress, law requests, telemetry
+//! frames -> on_command -> admit -> State, Setup, Servo
+//!        -> on_position ---------> Servo -> setpoint
+//! time   -> plan -> Schedule -> run_due: deadlines, setpoint of the State -> Planner -> pulses
+//!        -> report: progress, law requests, telemetry
 //! ```
 //!
 //! # States
@@ -19,8 +19,8 @@
 //!                         | +-----> Jogging ----------------------> Stopping { then: Ready }
 //!                         |         Seeking, Holding ---Stop------> Stopping { then: Ready }
 //!                         |                                           | at rest: Ready
-//!                         | Store                        Target, Hold | Seeking, Holding
-//!                         +-----> Storing { id } ---written or not--> Ready
+//!                         | Store, TestFlash             Target, Hold | Seeking, Holding
+//!                         +-----> Storing { job } ---written or not--> Ready
 //!
 //! Ready, Seeking, Holding, Settling, Stopping ---Follow---> Following ---end of path---> Holding
 //!
@@ -46,10 +46,10 @@ mod ticks;
 
 use plumb_protocol::config::Config;
 use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement, Diagnostics, Measurement};
-use plumb_protocol::frame::{self, FrameError};
+use plumb_protocol::frame::FrameError;
 use plumb_protocol::message::{
     self, DriverFault, DriverReading, DriverReport, Fault, FaultReport, FromBoard, Refusal,
-    StartCause, Telemetry, ToBoard,
+    Request, StartCause, Telemetry,
 };
 use plumb_protocol::provenance::Provenance;
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
@@ -64,9 +64,10 @@ use crate::vector::per_motor;
 use schedule::{DriverSetup, EMERGENCY_TICKS, Schedule};
 use session::{MAX_LATE_TICKS, Session};
 use setup::Setup;
-use state::State;
+use state::{FlashJob, State};
 
 pub use outbox::Outbox;
+pub use state::FlashTask;
 
 /// A board without its chip. The [module's front page](self) draws its states.
 #[derive(Debug)]
@@ -89,15 +90,13 @@ pub struct Tick {
     pub drivers_enabled: bool,
     /// Restart into the bootloader now; the motors stand still.
     pub bootloader: bool,
-    /// Write wiring and configuration now ([`Board::wiring`], [`Board::config`]) and report the
-    /// result ([`Board::on_stored`]); the motors stand still.
-    pub store: bool,
+    /// Write wiring and configuration ([`Board::wiring`], [`Board::config`]), or test the flash,
+    /// now and report the result ([`Board::on_stored`]); the motors stand still.
+    pub flash: Option<FlashTask>,
     /// Report the chip's counts ([`Board::on_diagnosed`]).
     pub diagnose: bool,
     /// Report a measurement ([`Board::on_measured`]).
     pub measure: bool,
-    /// Test the flash now and report the result ([`Board::on_stored`]); the motors stand still.
-    pub test_flash: bool,
     /// Set up the motor drivers over their UART, unless that is under way, and report the result
     /// ([`Board::on_drivers_ready`], [`Board::on_driver_failure`]); the motors stand still.
     pub set_up_drivers: bool,
@@ -143,7 +142,7 @@ impl Board {
     /// for this board, both are ignored.
     pub fn restore(&mut self, wiring: &Wiring, config: &Config) {
         if let Ok(params) = self.setup.check(wiring, config) {
-            self.apply_config(params, wiring, config);
+            self.apply_config(params, wiring);
         }
     }
 
@@ -211,29 +210,13 @@ impl Board {
 
 /// Events.
 impl Board {
-    /// Takes in bytes that arrived at `now`, in any pieces. Answers go to `out`.
-    pub fn receive(&mut self, now: Micros, mut bytes: &[u8], out: &mut Outbox) {
-        while !bytes.is_empty() {
-            let decoded = self.session.decoder.take(&mut bytes);
-            if let Some(message) = decoded.map(|message| message.and_then(frame::read)) {
-                self.on_frame(now, message.as_ref().map_err(|error| *error), out);
-            }
-        }
-    }
-
-    /// Takes in a frame that arrived at `now`: [`receive`](Self::receive) for a caller that decodes
-    /// frames itself.
+    /// Takes in a frame that arrived at `now`. Answers go to `out`.
     #[inline(never)]
-    pub fn on_frame(
-        &mut self,
-        now: Micros,
-        message: Result<&ToBoard, FrameError>,
-        out: &mut Outbox,
-    ) {
-        match message {
-            Ok(message) => {
+    pub fn on_frame(&mut self, now: Micros, frame: Result<&Request, FrameError>, out: &mut Outbox) {
+        match frame {
+            Ok(request) => {
                 self.schedule.dirty = true;
-                self.on_command(now, message, out);
+                self.on_command(now, request, out);
             }
             Err(error) => {
                 self.session.bad_frames = self.session.bad_frames.saturating_add(1);
@@ -244,18 +227,16 @@ impl Board {
         }
     }
 
-    /// Takes in the result of [`Tick::store`] or [`Tick::test_flash`]: whether the flash was
-    /// written.
+    /// Takes in the result of [`Tick::flash`]: whether the flash was written.
     pub fn on_stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
         self.schedule.dirty = true;
-        let Some(id) = self.state.storing() else { return };
-        self.session.tests_flash = false;
+        let Some(FlashJob { request, .. }) = self.state.flash_job() else { return };
         self.state = self.state.stored();
         if !written {
             // A repetition tries again.
-            self.session.last_request.take_if(|last| last.writes_flash(id));
+            self.session.last_request.take_if(|last| *last == request);
         }
-        out.answer(now, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
+        out.answer(now, request.id, if written { Ok(()) } else { Err(Refusal::NotStored) });
     }
 
     /// Takes in the chip's counts, for [`Tick::diagnose`], and reports them.

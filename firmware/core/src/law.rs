@@ -4,8 +4,6 @@
 //! configured law; docs/understand/method.md describes each with its equations.
 
 mod adaptive;
-mod axis_kalman;
-mod fixed_point;
 mod interval;
 mod io;
 mod selection;

@@ -1,14 +1,15 @@
 //! The board without hardware: control laws, step plans, the state machine and its stops.
 //!
 //! The crate is synchronous and has no clock, executor or HAL. The chip and the emulator give a
-//! [`Board`] the bytes that arrive and the time, call [`Board::tick`] every [`TICK_US`], and carry
+//! [`Board`] the frames that arrive and the time, call [`Board::tick`] every [`TICK_US`], and carry
 //! out what it returns. The crate allocates nothing. The same input gives the same output, to the
-//! bit: the arithmetic is fixed point, and in one law f32 within IEEE 754.
+//! bit: the arithmetic is fixed point, and in the law `taut` and the reference of a path f32 within
+//! IEEE 754.
 //!
 //! ```text
-//! bytes -> Board::receive -> servo::Servo -> law -> Setpoint   (on every position)
-//!                                         -> LawWorker         (a deferred law, ticks later)
-//! time  -> Board::tick -> plan::Planner -> StepPlan            (every 200 µs)
+//! frame -> Board::on_frame -> servo::Servo -> law -> Setpoint   (on every position)
+//!                                          -> LawWorker         (a deferred law, ticks later)
+//! time  -> Board::tick -> plan::Planner -> StepPlan             (every 200 µs)
 //! ```
 //!
 //! A board answers a host's Hello and reports its state:
@@ -17,8 +18,7 @@
 //! use plumb_core::law::LawTicks;
 //! use plumb_core::{Board, BuildLimits, LawWorker, Outbox};
 //! use plumb_protocol::boards::Chip;
-//! use plumb_protocol::frame::encode;
-//! use plumb_protocol::message::{Command, Hello, State, ToBoard};
+//! use plumb_protocol::message::{Command, Hello, Request, State, ToBoard};
 //! use plumb_protocol::units::Micros;
 //!
 //! let mut board = Board::new(BuildLimits {
@@ -28,12 +28,12 @@
 //!     law_ticks: LawTicks::RP2040,
 //! });
 //! let (mut law_worker, mut out) = (LawWorker::new(), Outbox::new());
-//! let hello = ToBoard { id: 1, command: Command::Hello(Hello::OURS) };
-//! board.receive(Micros(0), &encode(&hello)?, &mut out);
+//! let message = ToBoard { id: 1, command: Command::Hello(Hello::OURS) };
+//! let hello = Request { message, crc: 0 };
+//! board.on_frame(Micros(0), Ok(&hello), &mut out);
 //! board.tick(Micros(0), &mut law_worker, &mut out);
 //! assert!(!out.bytes().is_empty());
 //! assert_eq!(board.state(), State::Unconfigured);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]

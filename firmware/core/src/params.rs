@@ -1,12 +1,9 @@
 //! A configuration that was checked, and the limits of the build.
 
 use plumb_protocol::boards::Chip;
-use plumb_protocol::config::{
-    self, Config, Deadlines, Following, Growth, JogLimits, Law, Motor, PathLimits, Progress,
-    Reached, Workspace,
-};
+use plumb_protocol::config::{self, Config, Deadlines, Law, Motor, PathLimits, Workspace};
 use plumb_protocol::dimension::{AXES, LEAST_MOTORS, MOTORS, MotorList, PerMotor};
-use plumb_protocol::message::ConfigField;
+use plumb_protocol::message::{ConfigField, Refusal};
 use plumb_protocol::units::{Micrometres, Point, Steps16};
 use plumb_protocol::wiring::{Coils, Drivers, Tmc2209};
 
@@ -31,25 +28,11 @@ pub struct BuildLimits {
 /// A configuration within its ranges. [`Params::check`] is the only way to one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Params {
-    pub(crate) law: Law,
+    pub(crate) config: Config,
     /// Limits of each motor; [`absent`] ones where the rig has fewer.
     pub(crate) motors: PerMotor<Motor>,
-    /// Number of the motors that the rig has.
-    pub(crate) motor_count: u8,
-    pub(crate) microsteps: u8,
-    pub(crate) workspace: Workspace,
-    pub(crate) reached: Reached,
-    pub(crate) deadlines: Deadlines,
-    pub(crate) growth: Growth,
-    pub(crate) motion_without_ball: Following,
-    pub(crate) progress: Progress,
-    pub(crate) jog: JogLimits,
-    pub(crate) path: PathLimits,
-    pub(crate) drivers: Drivers,
-    /// Pulse timing of the step generator for `drivers`.
+    /// Pulse timing of the step generator for the drivers.
     pub(crate) timing: DriverTiming,
-    /// Span of the moving average over the step plan, ms; 0 is none.
-    pub(crate) mean_ms: u16,
     /// Ticks of the law, where it is a deferred one.
     pub(crate) law_ticks: Option<DeferredTicks>,
 }
@@ -114,21 +97,9 @@ impl Params {
     ) -> Result<Self, ConfigField> {
         let timing = check_fields(config, drivers, build, &mut Err)?;
         Ok(Self {
-            law: config.law,
+            config: *config,
             motors: config.motors.steppable(absent(&config.motors)),
-            motor_count: config.motors.len() as u8,
-            microsteps: config.microsteps,
-            workspace: config.workspace,
-            reached: config.reached,
-            deadlines: config.deadlines,
-            growth: config.growth,
-            motion_without_ball: config.following,
-            progress: config.progress,
-            jog: config.jog,
-            path: config.path,
-            drivers: *drivers,
             timing,
-            mean_ms: config.mean.0,
             law_ticks: DeferredLawKind::of(&config.law).map(|law| law.ticks(&build.law_ticks)),
         })
     }
@@ -151,27 +122,27 @@ impl Params {
 
     /// Returns the configured law before its first measurement.
     pub fn law(&self) -> LawSelection {
-        LawSelection::new(&self.law, self.motor_count)
-    }
-
-    /// Returns the time from ENABLE to the first pulse, µs.
-    pub(crate) fn enable_us(&self) -> u64 {
-        self.drivers.step_dir().map_or(0, |times| u64::from(times.enable.0) * 1000)
+        LawSelection::new(&self.config.law, self.motor_count())
     }
 
     /// Returns the kind of a deferred law; `None` where an inline one is configured.
     pub fn deferred_law(&self) -> Option<DeferredLawKind> {
-        DeferredLawKind::of(&self.law)
+        DeferredLawKind::of(&self.config.law)
+    }
+
+    /// Returns the number of the motors that the rig has.
+    fn motor_count(&self) -> u8 {
+        self.config.motors.len() as u8
     }
 
     /// Returns the least of the motors' limits.
     pub fn limits(&self) -> MotorLimits {
-        MotorLimits::of(&self.motors, self.motor_count)
+        MotorLimits::of(&self.motors, self.motor_count())
     }
 
     /// Returns the interval law; `None` where another one is configured.
     pub fn interval(&self) -> Option<Interval> {
-        match &self.law {
+        match &self.config.law {
             Law::Interval(law) => Some(Interval::new(law)),
             _ => None,
         }
@@ -179,7 +150,7 @@ impl Params {
 
     /// Returns the delay of positions beyond their age, µs.
     pub(crate) fn delay_us(&self) -> u32 {
-        match &self.law {
+        match &self.config.law {
             Law::Interval(_) | Law::Sign(_) => 0,
             Law::Adaptive(law) | Law::Taut(law) => u32::from(law.delay.0) * 1000,
         }
@@ -192,12 +163,25 @@ impl Params {
 
     /// Returns the limits of a motor; `None` where the rig has none of this index.
     pub(crate) fn motor(&self, index: usize) -> Option<&Motor> {
-        self.motors[..usize::from(self.motor_count)].get(index)
+        self.config.motors.get(index)
+    }
+
+    /// Checks that no motor stands outside its travel; `positions` in 1/16 steps from its zero.
+    ///
+    /// # Errors
+    /// [`Refusal::OutsideTravel`] with the first such motor.
+    pub(crate) fn check_travel(&self, positions: PerMotor<i32>) -> Result<(), Refusal> {
+        let outside = self
+            .motors
+            .iter()
+            .zip(positions)
+            .position(|(motor, at)| !(motor.travel_min.0..=motor.travel_max.0).contains(&at));
+        outside.map_or(Ok(()), |motor| Err(Refusal::OutsideTravel(motor as u8)))
     }
 
     /// Returns `values` for the motors that the rig has.
     pub(crate) fn of_motors<T: Copy>(&self, values: PerMotor<T>) -> MotorList<T> {
-        MotorList::new(values).up_to(self.motor_count.into())
+        MotorList::new(values).up_to(self.config.motors.len())
     }
 }
 

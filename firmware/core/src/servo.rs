@@ -288,9 +288,9 @@ impl<L: Law> Servo<L> {
             at_capture: planner.positions_ago(age_us(now, captured)),
         };
         let state = DriveState::new(captured, filtered, target, motors);
-        self.arrival.observe(error(self.tracker.inlier(), place), &params.reached);
+        self.arrival.observe(error(self.tracker.inlier(), place), &params.config.reached);
         DriveProgress {
-            reached: is_final && self.arrival.has_arrived(&params.reached),
+            reached: is_final && self.arrival.has_arrived(&params.config.reached),
             fault: self.guards.update(now, &state, params),
         }
     }
@@ -298,11 +298,11 @@ impl<L: Law> Servo<L> {
     /// Returns the setpoint at `now`. While positions fail to come, it is the setpoint of the
     /// moment when that began to count, at reduced rates; after their deadline it is standstill.
     pub fn setpoint(&self, now: Micros, params: &Params) -> Setpoint {
-        let coasting = Micros(self.last_seen().0 + coasting_us(params.deadlines.position));
+        let coasting = Micros(self.last_seen().0 + coasting_us(params.config.deadlines.position));
         if now <= coasting {
             return self.setpoint.after(now.since(self.setpoint_since));
         }
-        if now.since(self.last_seen()) > limit_us(params.deadlines.position) {
+        if now.since(self.last_seen()) > limit_us(params.config.deadlines.position) {
             return Setpoint::default();
         }
         let setpoint = self.setpoint.after(coasting.since(self.setpoint_since));
@@ -431,7 +431,9 @@ impl<L: Law> Servo<L> {
 
     /// Returns when the reference needs its next step; `None` while the drive follows none.
     pub(crate) fn next_reference_step(&self, params: &Params) -> Option<Micros> {
-        self.reference.as_ref().map(|reference| reference.next_step(mean_lag_us(params.mean_ms)))
+        self.reference
+            .as_ref()
+            .map(|reference| reference.next_step(mean_lag_us(params.config.mean.0)))
     }
 
     /// Makes a part of the next state of the reference, where it is due at `now`. Call in every
@@ -444,10 +446,10 @@ impl<L: Law> Servo<L> {
         params: &Params,
     ) -> Option<Point> {
         let is_due = self.next_reference_step(params)? <= now;
-        let is_seen = now.since(self.last_seen()) <= coasting_us(params.deadlines.position);
+        let is_seen = now.since(self.last_seen()) <= coasting_us(params.config.deadlines.position);
         let filtered = self.tracker.filtered().filter(|_| is_seen && can_move);
         let reference = self.reference.as_mut()?;
-        if is_due && (!is_busy || reference.is_late(now, mean_lag_us(params.mean_ms))) {
+        if is_due && (!is_busy || reference.is_late(now, mean_lag_us(params.config.mean.0))) {
             let deviation = filtered.map(|ball| magnitude(error(ball, reference.smoothed())));
             reference.step(now, deviation, params);
         }
@@ -477,7 +479,7 @@ impl<L: Law> Servo<L> {
     /// Returns the longest time without a position before the drive is given up, µs: their
     /// deadline, and more along a path, which waits at standstill.
     pub(crate) fn patience_us(&self, params: &Params) -> u64 {
-        let deadline = limit_us(params.deadlines.position);
+        let deadline = limit_us(params.config.deadlines.position);
         if self.reference.is_some() { deadline + PATIENCE_US } else { deadline }
     }
 }

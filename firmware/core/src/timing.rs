@@ -4,7 +4,7 @@ use plumb_protocol::boards::{Chip, WIDEST_PULSE_CLOCKS};
 use plumb_protocol::units::Nanoseconds;
 use plumb_protocol::wiring::StepDir;
 
-/// Length of a tick, µs. Short enough that a new position changes the rates within 300 µs; long
+/// Length of a tick, µs. Short enough that a new position changes the rates within 325 µs; long
 /// enough that planning takes a few percent of the chip.
 pub const TICK_US: u32 = 200;
 

@@ -7,7 +7,7 @@ use plumb_core::{Board, BuildLimits, LawWorker, Outbox, Tick};
 use plumb_protocol::diagnostics::{ChipCounts, ChipMeasurement};
 use plumb_protocol::frame::{self, Accumulator, FrameError};
 use plumb_protocol::message::{
-    Command, DriverFault, DriverReading, FromBoard, Hello, StartCause, ToBoard,
+    Command, DriverFault, DriverReading, FromBoard, Hello, Request, StartCause, ToBoard,
 };
 use plumb_protocol::units::{Micros, Rate, Steps16};
 use plumb_protocol::{Config, MOTORS, PerMotor, Wiring};
@@ -58,6 +58,9 @@ pub struct Harness {
     request: Option<LawRequest>,
     /// Response that the last tick was given.
     response: Option<LawResponse>,
+    /// Decoder of the host's bytes.
+    decoder: Accumulator,
+    /// Decoder of the board's bytes.
     accumulator: Accumulator,
     /// Id of the last request of [`send`](Self::send).
     id: u16,
@@ -76,6 +79,7 @@ impl Harness {
             in_progress: None,
             request: None,
             response: None,
+            decoder: Accumulator::new(),
             accumulator: Accumulator::new(),
             id: 0,
         }
@@ -107,9 +111,15 @@ impl Harness {
         }
     }
 
-    /// Passes bytes of the host to the board.
-    pub fn receive(&mut self, now: Micros, bytes: &[u8]) {
-        self.board.receive(now, bytes, &mut self.outbox);
+    /// Passes bytes of the host, in any pieces, as frames to the board.
+    pub fn receive(&mut self, now: Micros, mut bytes: &[u8]) {
+        while !bytes.is_empty() {
+            let decoded = self.decoder.take(&mut bytes);
+            if let Some(request) = decoded.map(|message| message.and_then(Request::read)) {
+                let request = request.as_ref().map_err(|error| *error);
+                self.board.on_frame(now, request, &mut self.outbox);
+            }
+        }
     }
 
     /// Passes a command as a frame to the board. Returns its id, which counts from 1.

@@ -10,8 +10,8 @@ use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::spsc::{Consumer, Producer, Queue};
 use plumb_protocol::ToBoard;
-use plumb_protocol::frame::{self, Accumulator, FrameError};
-use plumb_protocol::message::PositionCommand;
+use plumb_protocol::frame::{Accumulator, FrameError};
+use plumb_protocol::message::{PositionCommand, Request};
 use static_cell::StaticCell;
 
 /// Time without an intact frame after which the other link may become the master.
@@ -130,19 +130,19 @@ pub(crate) struct Inbox {
     /// Messages in their order.
     pub(crate) messages: Consumer<'static, Message>,
     /// The commands among them.
-    pub(crate) commands: Consumer<'static, ToBoard>,
+    pub(crate) commands: Consumer<'static, Request>,
 }
 
 /// The links' end of the inbox.
 pub(crate) struct InboxWriter {
     messages: Producer<'static, Message>,
-    commands: Producer<'static, ToBoard>,
+    commands: Producer<'static, Request>,
 }
 
 /// Creates the inbox; call once.
 pub(crate) fn inbox() -> (InboxWriter, Inbox) {
     static MESSAGES: StaticCell<Queue<Message, QUEUE_LENGTH>> = StaticCell::new();
-    static COMMANDS: StaticCell<Queue<ToBoard, QUEUE_LENGTH>> = StaticCell::new();
+    static COMMANDS: StaticCell<Queue<Request, QUEUE_LENGTH>> = StaticCell::new();
     let (message_writer, messages) = MESSAGES.init(Queue::new()).split();
     let (command_writer, commands) = COMMANDS.init(Queue::new()).split();
     let writer = InboxWriter { messages: message_writer, commands: command_writer };
@@ -167,14 +167,14 @@ impl InboxWriter {
     }
 
     /// Puts in a command. There is room for it where there is room for a message.
-    fn put_decoded(&mut self, command: ToBoard) {
-        let _ = self.commands.enqueue(command);
+    fn put_decoded(&mut self, message: ToBoard) {
+        let _ = self.commands.enqueue(Request { message, crc: 0 });
         let _ = self.messages.enqueue(Message::Command);
     }
 
     #[inline(never)]
     fn put_command(&mut self, frame: Result<&[u8], FrameError>) -> Message {
-        match frame.and_then(frame::read) {
+        match frame.and_then(Request::read) {
             Ok(command) => {
                 let _ = self.commands.enqueue(command);
                 Message::Command

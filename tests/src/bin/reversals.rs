@@ -1,6 +1,6 @@
 //! Table of drives whose target is replaced on the way by one in the opposite direction, with every
 //! law: on rigs with right wiring, which are not to be stopped, and on rigs with wrong wiring,
-//! which are to be stopped as soon as without the allowance for old ways. Exits with 1 if the
+//! which are to be stopped as soon as without the allowance for run-outs. Exits with 1 if the
 //! divergence guard stops a rig with right wiring.
 //!
 //! Usage: `reversals [--seeds N]`.
@@ -30,8 +30,8 @@ fn main() -> ExitCode {
         }
     };
     println!(
-        "| wiring | reversed | law | runs | ErrorGrowing | so without old ways | stopped | seconds \
-         from the reversal, median | 9 of 10 | so without old ways | 9 of 10 | ball, m, worst |"
+        "| wiring | reversed | law | runs | ErrorGrowing | so without run-outs | stopped | seconds \
+         from the reversal, median | 9 of 10 | so without run-outs | 9 of 10 | ball, m, worst |"
     );
     println!("|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
     let mut is_good = true;

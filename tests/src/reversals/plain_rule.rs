@@ -1,4 +1,4 @@
-//! The rule of the divergence guard without old ways, for comparison.
+//! The rule of the divergence guard without run-outs, for comparison.
 
 use plumb_core::servo::{BallTracker, error, magnitude};
 use plumb_protocol::config::{Config, Growth};

@@ -1,5 +1,5 @@
 //! A target that is reversed on the way is no divergence, and a wrong wiring is found as soon as
-//! without the allowance for old ways (`tests/src/reversals.rs`). The binary `reversals` prints the
+//! without the allowance for run-outs (`tests/src/reversals.rs`). The binary `reversals` prints the
 //! same as a table, with more seeds.
 
 use plumb_runtime::rig::LawName;
@@ -34,7 +34,7 @@ fn moment(seed: u64) -> u32 {
 }
 
 /// Checks that no run has ended with an error that grows, where at least `least` would without the
-/// allowance for old ways.
+/// allowance for run-outs.
 fn assert_none_is_growing(runs: &[(ReversalRun, Outcome)], least: usize) {
     for (run, outcome) in runs {
         assert!(!outcome.is_growing(), "{run:?}: {outcome:?}");
@@ -87,7 +87,7 @@ fn a_wrong_wiring_is_found_at_the_same_time_where_no_target_is_reversed() {
     assert!(growing * 4 > runs.len() * 3, "{growing} of {}", runs.len());
 }
 
-/// Without the allowance for old ways some boards stop earlier, while the ball is on one: as they
+/// Without the allowance for run-outs some boards stop earlier, while the ball is in one: as they
 /// do with the right wiring.
 #[test]
 fn a_wrong_wiring_is_found_soon_after_a_reversal() {

@@ -80,11 +80,14 @@ mod tests {
     use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
     use plumb_protocol::{Config, Wiring};
 
-    use super::super::state::{Goal, Settling};
+    use super::super::session::RequestKey;
+    use super::super::state::{FlashJob, FlashTask, Goal, Settling};
     use super::*;
     use crate::plan::Jogging;
 
     const FAULT: Fault = Fault::PositionLost;
+    const JOB: FlashJob =
+        FlashJob { request: RequestKey { id: 1, crc: 0 }, task: FlashTask::Store };
     const GOAL: Goal = Goal { target: Point([Micrometres(0); 3]), command: Some(1) };
 
     /// Every state, in the order of the columns of [`EXPECTED`].
@@ -101,10 +104,10 @@ mod tests {
             State::Settling(Settling::new(1)),
             State::Stopping { then: Ready },
             State::Stopping { then: Bootloader },
-            State::Storing { id: 1, then: Ready },
-            State::Storing { id: 1, then: Bootloader },
+            State::Storing { job: JOB, then: Ready },
+            State::Storing { job: JOB, then: Bootloader },
             fault(None, Ready),
-            fault(Some(1), Ready),
+            fault(Some(JOB), Ready),
             fault(None, Bootloader),
         ]
     }

@@ -2,15 +2,16 @@
 
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::{
-    BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Reference, Refusal, ToBoard,
+    BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Reference, Refusal, Request,
+    ToBoard,
 };
 use plumb_protocol::units::{Micrometres, Micros, Point, Speed};
 use plumb_protocol::wiring::Wiring;
 
 use super::admit::{admit, admit_position};
 use super::schedule::DriverSetup;
-use super::session::LastRequest;
-use super::state::{AfterStop, Goal, Settling, State};
+use super::session::RequestKey;
+use super::state::{AfterStop, FlashJob, FlashTask, Goal, Settling, State};
 use super::{Board, Outbox};
 use crate::law::LawSelection;
 use crate::params::Params;
@@ -31,6 +32,12 @@ const KNOT_INTERVAL_US: core::ops::RangeInclusive<u32> = 10_000..=500_000;
 /// Highest velocity of a knot along an axis, µm/s.
 const MAX_KNOT_SPEED: u32 = 2_000_000;
 
+/// Returns whether a repetition of `command` is answered and not carried out again. The others
+/// leave the board in the same state, or count themselves.
+fn is_once(command: &Command) -> bool {
+    !matches!(command, Command::Follow(_) | Command::Wire(_) | Command::Prior(_))
+}
+
 /// Checks the interval and the velocities of a reference, and its knots against the workspace.
 #[inline(never)]
 fn check_reference(reference: &Reference, workspace: &Workspace) -> Result<(), Refusal> {
@@ -46,9 +53,9 @@ fn check_reference(reference: &Reference, workspace: &Workspace) -> Result<(), R
 
 impl Board {
     /// Executes a command and answers it.
-    pub(super) fn on_command(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
+    pub(super) fn on_command(&mut self, now: Micros, request: &Request, out: &mut Outbox) {
         self.session.last_rx = now;
-        let ToBoard { id, ref command } = *message;
+        let ToBoard { id, ref command } = request.message;
         let result = match *command {
             Command::Hello(hello) => return self.hello(id, hello, out),
             Command::Stop => {
@@ -73,33 +80,31 @@ impl Board {
                 Ok(()) => return,
                 refused => refused,
             },
-            _ => return self.on_request(now, message, out),
+            _ => return self.on_request(now, request, out),
         };
         out.answer(now, id, result);
     }
 
     /// Executes a command that must not be executed twice. A repetition of the last one, with its
-    /// id and content, is only answered again. A Store is answered once it is written.
-    fn on_request(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
-        let repeated = self
-            .session
-            .last_request
-            .is_some_and(|last| last.is_repeated_by(message, self.setup.config()));
-        let result = if repeated { Ok(()) } else { self.execute(now, message, out) };
-        if let (Ok(()), Some(request)) = (result, LastRequest::of(message)) {
-            self.session.last_request = Some(request);
+    /// id and CRC, is only answered again. A Store is answered once it is written.
+    fn on_request(&mut self, now: Micros, request: &Request, out: &mut Outbox) {
+        let ToBoard { id, ref command } = request.message;
+        let key = RequestKey::of(request);
+        let is_repetition = self.session.last_request == Some(key);
+        let result = if is_repetition { Ok(()) } else { self.execute(now, request, out) };
+        if result.is_ok() && is_once(command) {
+            self.session.last_request = Some(key);
         }
-        let is_pending = matches!(message.command, Command::Store | Command::TestFlash)
-            && self.state.storing() == Some(message.id);
+        let is_pending = self.state.flash_job().is_some_and(|job| job.request == key);
         if !is_pending {
-            out.answer(now, message.id, result);
+            out.answer(now, id, result);
         }
     }
 
-    fn execute(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) -> Result<(), Refusal> {
-        let ToBoard { id, ref command } = *message;
-        let writes = matches!(command, Command::Store | Command::TestFlash);
-        if writes && !self.setup.build.storage {
+    fn execute(&mut self, now: Micros, request: &Request, out: &mut Outbox) -> Result<(), Refusal> {
+        let ToBoard { id, ref command } = request.message;
+        let uses_flash = matches!(command, Command::Store | Command::TestFlash);
+        if uses_flash && !self.setup.build.storage {
             return Err(Refusal::Unsupported);
         }
         admit(&self.state, command)?;
@@ -110,9 +115,9 @@ impl Board {
             Command::Hold => self.hold(now, id),
             Command::Jog(jog) => self.jog(now, jog),
             Command::ClearFault => self.clear_fault(),
-            Command::Store => self.store(id),
+            Command::Store => self.use_flash(request, FlashTask::Store),
             Command::Home => self.home(),
-            Command::TestFlash => self.test_flash(id),
+            Command::TestFlash => self.use_flash(request, FlashTask::Test),
             Command::Follow(ref reference) => self.follow(now, id, reference, out),
             Command::Prior(ref prior) => {
                 self.setup.check_prior(prior)?;
@@ -152,12 +157,12 @@ impl Board {
         admit_position(&self.state)?;
         let params = self.setup.require()?;
         self.session.check_order(position.sequence)?;
-        if u64::from(position.age_us) > limit_us(params.deadlines.max_age) {
+        if u64::from(position.age_us) > limit_us(params.config.deadlines.max_age) {
             return Err(Refusal::PositionStale);
         }
         self.session.sequence = Some(position.sequence);
         let Some(ball) = position.ball else { return Ok(()) };
-        if !params.workspace.contains(ball) {
+        if !params.config.workspace.contains(ball) {
             self.ball_outside(now, out);
             return Err(Refusal::BallOutside);
         }
@@ -220,22 +225,22 @@ impl Board {
     fn configure(&mut self, id: u16, config: &Config) -> Result<(), Refusal> {
         let wiring = self.setup.staged.ok_or(Refusal::NotWired)?;
         let params = self.setup.check(&wiring, config)?;
-        self.apply_config(params, &wiring, config);
+        self.apply_config(params, &wiring);
         self.session.configuration = Some(id);
         Ok(())
     }
 
-    /// Puts `params`, which were made from `wiring` and `config`, into force; at standstill. Where
-    /// pins and drivers do not change, the motors keep their current.
+    /// Puts `params`, which were made with `wiring`, into force; at standstill. Where pins and
+    /// drivers do not change, the motors keep their current.
     #[cold]
-    pub(super) fn apply_config(&mut self, params: Params, wiring: &Wiring, config: &Config) {
+    pub(super) fn apply_config(&mut self, params: Params, wiring: &Wiring) {
         self.planner.configure(&params);
         // A command has time to build the law, a position has not.
         self.servo.configure(match params.law() {
             LawSelection::Inline(law) => Some(law),
             LawSelection::Deferred(_) => None,
         });
-        if self.setup.apply(params, wiring, config) {
+        if self.setup.apply(params, wiring) {
             // New drivers are switched off first.
             self.schedule.drivers_on = false;
             let first = wiring.drivers.tmc2209().map(|_| DriverSetup::First);
@@ -246,12 +251,13 @@ impl Board {
         }
     }
 
-    /// Has the configuration written. A board that stands in a fault may store, too.
+    /// Has the configuration written, or the flash tested. A board that stands in a fault may
+    /// store, too.
     #[cold]
-    fn store(&mut self, id: u16) -> Result<(), Refusal> {
+    fn use_flash(&mut self, request: &Request, task: FlashTask) -> Result<(), Refusal> {
         self.setup.require()?;
         self.require_rest()?;
-        self.state = self.state.storing_for(id);
+        self.state = self.state.storing(FlashJob { request: RequestKey::of(request), task });
         Ok(())
     }
 
@@ -262,13 +268,13 @@ impl Board {
         target: Point,
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
-        if !self.setup.require()?.workspace.contains(target) {
+        if !self.setup.require()?.config.workspace.contains(target) {
             if self.state.goal().is_some() {
                 self.fault(now, Fault::TargetOutside, out);
             }
             return Err(Refusal::TargetOutside);
         }
-        self.setup.check_travel(self.travel_positions())?;
+        self.setup.require()?.check_travel(self.travel_positions())?;
         self.drive_to(now, State::Seeking(Goal { target, command: Some(id) }));
         Ok(())
     }
@@ -284,8 +290,8 @@ impl Board {
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
         let params = self.setup.require()?;
-        let checked = check_reference(reference, &params.workspace);
-        let limit_us = limit_us(params.deadlines.position);
+        let checked = check_reference(reference, &params.config.workspace);
+        let limit_us = limit_us(params.config.deadlines.position);
         if checked == Err(Refusal::ReferenceOutside) && self.state.goal().is_some() {
             self.fault(now, Fault::TargetOutside, out);
         }
@@ -299,7 +305,7 @@ impl Board {
             goal.command = Some(id);
             return Ok(());
         }
-        self.setup.check_travel(self.travel_positions())?;
+        self.setup.require()?.check_travel(self.travel_positions())?;
         let start = match self.state {
             State::Holding(goal) => goal.target,
             _ => Point(self.fresh_ball(now, limit_us)?.map(Micrometres)),
@@ -319,9 +325,9 @@ impl Board {
     /// Holds the ball where it is. While motors turn, they ramp down first: a law that is to bring
     /// a moving ball back would overshoot.
     fn hold(&mut self, now: Micros, id: u16) -> Result<(), Refusal> {
-        let limit_us = limit_us(self.setup.require()?.deadlines.position);
-        self.setup.check_travel(self.travel_positions())?;
-        let here = self.fresh_ball(now, limit_us)?;
+        let params = self.setup.require()?;
+        params.check_travel(self.travel_positions())?;
+        let here = self.fresh_ball(now, limit_us(params.config.deadlines.position))?;
         if self.planner.moving() {
             self.state = State::Settling(Settling::new(id));
             self.schedule.check_due = true;
@@ -354,10 +360,10 @@ impl Board {
         let params = self.setup.require()?;
         let motor = usize::from(jog.motor);
         let limits = params.motor(motor).ok_or(Refusal::NoSuchMotor)?;
-        if !(1..=limits.max_rate.min(params.jog.max_rate).0).contains(&jog.rate.0) {
+        if !(1..=limits.max_rate.min(params.config.jog.max_rate).0).contains(&jog.rate.0) {
             return Err(Refusal::JogRate);
         }
-        if jog.distance.0.unsigned_abs() > params.jog.max_distance.0.unsigned_abs() {
+        if jog.distance.0.unsigned_abs() > params.config.jog.max_distance.0.unsigned_abs() {
             return Err(Refusal::JogDistance);
         }
         let position = self.travel_positions()[motor];
@@ -399,19 +405,10 @@ impl Board {
     #[cold]
     fn measure(&mut self, id: u16) -> Result<(), Refusal> {
         admit(&self.state, &Command::Measure)?;
-        if self.setup.params().is_some_and(|params| params.drivers.step_dir().is_none()) {
+        if self.setup.wiring().is_some_and(|wiring| wiring.drivers.step_dir().is_none()) {
             return Err(Refusal::CoilsConfigured);
         }
         self.session.measurement = Some(id);
-        Ok(())
-    }
-
-    /// Has the flash tested.
-    #[cold]
-    fn test_flash(&mut self, id: u16) -> Result<(), Refusal> {
-        self.require_rest()?;
-        self.session.tests_flash = true;
-        self.state = self.state.storing_for(id);
         Ok(())
     }
 

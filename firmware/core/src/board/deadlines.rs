@@ -16,7 +16,7 @@ impl Board {
         if !self.state.is_driven() {
             return None;
         }
-        if now.since(self.session.last_rx) > limit_us(params.deadlines.host) {
+        if now.since(self.session.last_rx) > limit_us(params.config.deadlines.host) {
             return Some(Fault::HostSilent);
         }
         let lost = self.state.needs_positions() && self.servo.position_lost(now, params);
@@ -33,7 +33,7 @@ impl Board {
             | State::Settling(_)
             | State::Stopping { then: AfterStop::Bootloader } => true,
             State::Fault { then: AfterStop::Bootloader, .. } => true,
-            state => state.storing().is_some(),
+            state => state.flash_job().is_some(),
         };
         if each_tick {
             return 0;
@@ -48,7 +48,7 @@ impl Board {
         if let Some(params) = self.setup.params()
             && self.state.goal().is_some()
         {
-            let deadlines = &params.deadlines;
+            let deadlines = &params.config.deadlines;
             if let Some(step) = self.servo.next_reference_step(params) {
                 timer.deadline(step, 0);
             }

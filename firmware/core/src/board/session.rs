@@ -1,11 +1,9 @@
 //! The conversation with the host, and the last request that was carried out, so that a repetition
 //! is not carried out again.
 
-use plumb_protocol::Config;
-use plumb_protocol::frame::Accumulator;
-use plumb_protocol::message::{Command, Hello, Jog, Refusal, StartCause, ToBoard};
+use plumb_protocol::message::{Hello, Refusal, Request, StartCause};
 use plumb_protocol::provenance::Provenance;
-use plumb_protocol::units::{Micros, Point};
+use plumb_protocol::units::Micros;
 
 /// Late ticks within [`SECOND_US`] that the board still goes on after: each delays the pulses by
 /// some µs, and loses none.
@@ -15,8 +13,6 @@ const SECOND_US: u64 = 1_000_000;
 /// State of the conversation with the host.
 #[derive(Debug)]
 pub(super) struct Session {
-    /// Decoder of the bytes that arrive.
-    pub(super) decoder: Accumulator,
     /// Frames that were torn, corrupted, overlong or not a command, since the start; saturating.
     pub(super) bad_frames: u16,
     /// Ticks since the start that came late while motors turned; saturates.
@@ -40,10 +36,9 @@ pub(super) struct Session {
     pub(super) diagnosis: Option<u16>,
     /// Id of an accepted Measure command that is not answered.
     pub(super) measurement: Option<u16>,
-    /// Whether the write to flash under way is a test.
-    pub(super) tests_flash: bool,
-    /// Last request that was carried out, since the last matching Hello.
-    pub(super) last_request: Option<LastRequest>,
+    /// Last request that was carried out, of those that are carried out once, since the last
+    /// matching Hello.
+    pub(super) last_request: Option<RequestKey>,
     /// Id of the Configure command in force; `None` where it was of an earlier session.
     pub(super) configuration: Option<u16>,
     /// Sequence number of the last accepted position.
@@ -54,7 +49,6 @@ impl Session {
     /// Creates the session of a board that has just started.
     pub(super) fn new() -> Self {
         Self {
-            decoder: Accumulator::new(),
             bad_frames: 0,
             late_ticks: 0,
             late_in_second: 0,
@@ -67,7 +61,6 @@ impl Session {
             provenance: Provenance::EMULATED,
             diagnosis: None,
             measurement: None,
-            tests_flash: false,
             last_request: None,
             configuration: None,
             sequence: None,
@@ -113,69 +106,16 @@ impl Session {
     }
 }
 
-/// Record of the last request that was carried out, of those that are carried out once.
+/// Id and CRC of a request: a repetition has both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct LastRequest {
-    id: u16,
-    content: Content,
+pub(super) struct RequestKey {
+    pub(super) id: u16,
+    pub(super) crc: u32,
 }
 
-/// Content of a request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Content {
-    /// The content is the configuration in force, which [`Setup`](super::setup::Setup) holds.
-    Configure,
-    Target(Point),
-    Jog(Jog),
-    Hold,
-    ClearFault,
-    Store,
-    Home,
-    TestFlash,
-}
-
-impl LastRequest {
-    /// Returns the record of a command that was carried out; `None` for one that may be carried out
-    /// any number of times.
-    pub(super) fn of(message: &ToBoard) -> Option<Self> {
-        let content = match message.command {
-            Command::Configure(_) => Content::Configure,
-            Command::Target(target) => Content::Target(target),
-            Command::Jog(jog) => Content::Jog(jog),
-            Command::Hold => Content::Hold,
-            Command::ClearFault => Content::ClearFault,
-            Command::Store => Content::Store,
-            Command::Home => Content::Home,
-            Command::TestFlash => Content::TestFlash,
-            Command::Hello(_)
-            | Command::Stop
-            | Command::Bootloader
-            | Command::Position(_)
-            | Command::Follow(_)
-            | Command::Status
-            | Command::Diagnose
-            | Command::Measure
-            | Command::Wire(_)
-            | Command::Prior(_)
-            | Command::Rates(_)
-            | Command::Pen(_) => return None,
-        };
-        Some(Self { id: message.id, content })
-    }
-
-    /// Checks whether this is command `id`, which writes the flash.
-    pub(super) fn writes_flash(&self, id: u16) -> bool {
-        self.id == id && matches!(self.content, Content::Store | Content::TestFlash)
-    }
-
-    /// Checks whether `message` repeats this request, where `config` is in force.
-    pub(super) fn is_repeated_by(&self, message: &ToBoard, config: Option<&Config>) -> bool {
-        if self.id != message.id || Some(*self) != Self::of(message) {
-            return false;
-        }
-        match &message.command {
-            Command::Configure(again) => config == Some(again),
-            _ => true,
-        }
+impl RequestKey {
+    /// Returns the key of a request.
+    pub(super) fn of(request: &Request) -> Self {
+        Self { id: request.message.id, crc: request.crc }
     }
 }

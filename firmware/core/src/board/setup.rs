@@ -3,18 +3,17 @@
 use plumb_protocol::config::Config;
 use plumb_protocol::message::{ConfigField, Refusal};
 use plumb_protocol::prior::Prior;
-use plumb_protocol::{PerMotor, Wiring};
+use plumb_protocol::wiring::Wiring;
 
 use crate::law::DeferredLawKind;
 use crate::params::{BuildLimits, Params};
 
-/// Limits of the build, and the configuration with what follows from it.
+/// Limits of the build, the wiring and the configuration.
 #[derive(Debug)]
 pub(super) struct Setup {
     pub(super) build: BuildLimits,
-    /// Parameters made from `config`: driver timing and law included.
+    /// The configuration in force with what follows from it: driver timing and law included.
     params: Option<Params>,
-    config: Option<Config>,
     /// Wiring in force, if there is a configuration.
     wiring: Option<Wiring>,
     /// Wiring of the next configurations of this session.
@@ -31,7 +30,6 @@ impl Setup {
         Self {
             build,
             params: None,
-            config: None,
             wiring: None,
             staged: None,
             generation: 0,
@@ -56,8 +54,8 @@ impl Setup {
     /// # Errors
     /// [`Refusal::Unconfigured`], or a prior that does not fit the configuration.
     pub(super) fn check_prior(&self, prior: &Prior) -> Result<(), Refusal> {
-        let law = self.require()?.deferred_law();
-        let motors = self.config.as_ref().map_or(0, |config| config.motors.len());
+        let params = self.require()?;
+        let (law, motors) = (params.deferred_law(), params.config.motors.len());
         let reader = match prior {
             Prior::Jacobian(_) => DeferredLawKind::Adaptive,
             Prior::Rig(_) => DeferredLawKind::Taut,
@@ -66,16 +64,15 @@ impl Setup {
         if fits { Ok(()) } else { Err(Refusal::Config(ConfigField::Prior)) }
     }
 
-    /// Puts `params`, which were made from `wiring` and `config`, into force. Returns whether the
-    /// pins and drivers change: with another wiring or other microsteps.
-    pub(super) fn apply(&mut self, params: Params, wiring: &Wiring, config: &Config) -> bool {
-        let microsteps = self.config.map(|config| config.microsteps);
-        let changed = self.wiring != Some(*wiring) || microsteps != Some(config.microsteps);
+    /// Puts `params`, which were made with `wiring`, into force. Returns whether the pins and
+    /// drivers change: with another wiring or other microsteps.
+    pub(super) fn apply(&mut self, params: Params, wiring: &Wiring) -> bool {
+        let microsteps = self.config().map(|config| config.microsteps);
+        let changed = self.wiring != Some(*wiring) || microsteps != Some(params.config.microsteps);
         if changed {
             self.wiring_generation = self.wiring_generation.wrapping_add(1);
         }
-        self.params = Some(params);
-        (self.wiring, self.config) = (Some(*wiring), Some(*config));
+        (self.params, self.wiring) = (Some(params), Some(*wiring));
         self.generation = self.generation.wrapping_add(1);
         changed
     }
@@ -85,9 +82,15 @@ impl Setup {
         self.wiring.as_ref()
     }
 
+    /// Returns the time from ENABLE to the first pulse, µs.
+    pub(super) fn enable_us(&self) -> u64 {
+        let times = self.wiring.as_ref().and_then(|wiring| wiring.drivers.step_dir());
+        times.map_or(0, |times| u64::from(times.enable.0) * 1000)
+    }
+
     /// Returns the configuration in force.
     pub(super) fn config(&self) -> Option<&Config> {
-        self.config.as_ref()
+        self.params.as_ref().map(|params| &params.config)
     }
 
     /// Returns the parameters in force.
@@ -112,20 +115,5 @@ impl Setup {
     /// Returns the number of changes of the wiring or the microsteps since the start; wraps.
     pub(super) fn wiring_generation(&self) -> u32 {
         self.wiring_generation
-    }
-
-    /// Checks that no motor stands outside its travel; `positions` in 1/16 steps from its
-    /// zero.
-    ///
-    /// # Errors
-    /// [`Refusal::OutsideTravel`] with the first such motor.
-    pub(super) fn check_travel(&self, positions: PerMotor<i32>) -> Result<(), Refusal> {
-        let outside = self
-            .require()?
-            .motors
-            .iter()
-            .zip(positions)
-            .position(|(motor, at)| !(motor.travel_min.0..=motor.travel_max.0).contains(&at));
-        outside.map_or(Ok(()), |motor| Err(Refusal::OutsideTravel(motor as u8)))
     }
 }

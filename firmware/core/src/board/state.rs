@@ -3,6 +3,7 @@
 use plumb_protocol::message::{self, Fault};
 use plumb_protocol::units::{Micros, Point};
 
+use super::session::RequestKey;
 use crate::plan::Jogging;
 
 /// State of the board. The [module's front page](super) draws the transitions.
@@ -29,10 +30,10 @@ pub(super) enum State {
         /// What follows.
         then: AfterStop,
     },
-    /// The chip writes the configuration; the motors stand.
+    /// The chip writes its flash; the motors stand.
     Storing {
-        /// Id of the Store command, which is answered once that is done.
-        id: u16,
+        /// The write, whose command is answered once it is done.
+        job: FlashJob,
         /// What follows.
         then: AfterStop,
     },
@@ -40,11 +41,28 @@ pub(super) enum State {
     Fault {
         /// Why it has stopped.
         fault: Fault,
-        /// Id of the Store command whose writing goes on meanwhile.
-        storing: Option<u16>,
+        /// Write to flash that goes on meanwhile.
+        storing: Option<FlashJob>,
         /// What follows; [`AfterStop::Ready`] only once the fault is cleared.
         then: AfterStop,
     },
+}
+
+/// What the chip does with its flash.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FlashTask {
+    /// Write wiring and configuration.
+    Store,
+    /// Test a sector that holds nothing.
+    Test,
+}
+
+/// A write to flash that a command has asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct FlashJob {
+    /// The command.
+    pub(super) request: RequestKey,
+    pub(super) task: FlashTask,
 }
 
 /// A Hold that waits for the ball to come to rest.
@@ -119,10 +137,10 @@ impl State {
         }
     }
 
-    /// Returns the id of the Store command whose writing is under way.
-    pub(super) fn storing(&self) -> Option<u16> {
+    /// Returns the write to flash that is under way.
+    pub(super) fn flash_job(&self) -> Option<FlashJob> {
         match *self {
-            Self::Storing { id, .. } => Some(id),
+            Self::Storing { job, .. } => Some(job),
             Self::Fault { storing, .. } => storing,
             _ => None,
         }
@@ -157,7 +175,7 @@ impl State {
     pub(super) fn leaving(self) -> Self {
         let then = AfterStop::Bootloader;
         match self {
-            Self::Storing { id, .. } => Self::Storing { id, then },
+            Self::Storing { job, .. } => Self::Storing { job, then },
             Self::Fault { fault, storing, .. } => Self::Fault { fault, storing, then },
             _ => Self::Stopping { then },
         }
@@ -167,22 +185,22 @@ impl State {
     pub(super) fn faulted(self, fault: Fault) -> Self {
         let (storing, then) = match self {
             Self::Stopping { then } => (None, then),
-            Self::Storing { id, then } => (Some(id), then),
+            Self::Storing { job, then } => (Some(job), then),
             Self::Fault { storing, then, .. } => (storing, then),
             _ => (None, AfterStop::Ready),
         };
         Self::Fault { fault, storing, then }
     }
 
-    /// Returns the state while the configuration is written for Store command `id`.
-    pub(super) fn storing_for(self, id: u16) -> Self {
+    /// Returns the state while the chip does `job`.
+    pub(super) fn storing(self, job: FlashJob) -> Self {
         match self {
-            Self::Fault { fault, then, .. } => Self::Fault { fault, storing: Some(id), then },
-            _ => Self::Storing { id, then: AfterStop::Ready },
+            Self::Fault { fault, then, .. } => Self::Fault { fault, storing: Some(job), then },
+            _ => Self::Storing { job, then: AfterStop::Ready },
         }
     }
 
-    /// Returns the state once the configuration is written, or that has failed.
+    /// Returns the state once the flash is written, or that has failed.
     pub(super) fn stored(self) -> Self {
         match self {
             Self::Storing { then: AfterStop::Ready, .. } => Self::Ready,

@@ -102,14 +102,12 @@ impl Board {
         self.schedule.emergency_ticks = self.schedule.emergency_ticks.saturating_sub(1);
         (self.schedule.dirty, self.schedule.idle_ticks) = (self.schedule.emergency_ticks > 0, 0);
         self.plan_pulses(now, out);
-        let writes = self.state.storing().is_some();
         Tick {
             drivers_enabled,
             bootloader: self.state.leaves() && !self.planner.moving(),
-            store: writes && !self.session.tests_flash,
+            flash: self.state.flash_job().map(|job| job.task),
             diagnose: self.session.diagnosis.is_some(),
             measure: self.session.measurement.is_some(),
-            test_flash: writes && self.session.tests_flash,
             set_up_drivers: self.schedule.driver_setup != DriverSetup::Done
                 && !matches!(self.state, State::Fault { .. }),
         }
@@ -135,9 +133,8 @@ impl Board {
 
     #[cold]
     fn switch_drivers(&mut self, now: Micros, on: bool) {
-        let params = self.setup.params().filter(|_| on);
         self.schedule.drivers_on = on;
-        self.schedule.drivers_ready = params.map(|params| Micros(now.0 + params.enable_us()));
+        self.schedule.drivers_ready = on.then(|| Micros(now.0 + self.setup.enable_us()));
     }
 
     #[inline(always)]

@@ -1,17 +1,19 @@
 //! The law `adaptive`: estimates J while driving, and uses it where descent is certain enough. Its
 //! gain falls where the ball overshoots a target again and again.
 
+mod axis_kalman;
 mod estimate;
+mod fixed_point;
 #[cfg(test)]
 mod tests;
 
 use plumb_protocol::prior::JacobianPrior;
 
-use super::fixed_point::squared_length;
 use super::io::{Law, Measurement, MotorLimits, MotorRates, Setpoint};
 use super::sign::{self, OvershootDetector};
 use crate::vector::per_motor;
 use estimate::{Estimate, Steps};
+use fixed_point::squared_length;
 
 /// Rate over the steps to a target that rests, 1/s.
 const GAIN: i64 = 9;

@@ -1,8 +1,8 @@
 //! The law `sign`: uses the signs of the Jacobian and nothing else. Its detection of overshoot
-//! damps the law `adaptive` too.
+//! damps the law `adaptive` too, and its signs are those of every law.
 
 use plumb_protocol::config;
-use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
+use plumb_protocol::dimension::{AXES, LEAST_MOTORS, MOTORS, PerAxis, PerMotor};
 
 use super::io::{Law, Measurement, MotorRates, Setpoint};
 use crate::wide::signed_product;
@@ -108,6 +108,24 @@ pub(super) fn direction(e: PerAxis<i32>, is_planar: bool) -> PerMotor<i32> {
         return [2 * (y + z), 2 * (z - y), 0];
     }
     [x + 2 * y + z, x - 2 * y + z, 2 * (z - x)]
+}
+
+/// Returns Σ as i32, pattern (12) of the paper or that of two motors in a plane: row by row (x, y,
+/// z), column by column (cable A, B, C). What the rig has not is 0.
+pub(super) const fn signs(is_planar: bool) -> PerAxis<PerMotor<i32>> {
+    let (mut signs, mut at) = ([[0; MOTORS]; AXES], 0);
+    while at < AXES * MOTORS {
+        let (axis, motor) = (at / MOTORS, at % MOTORS);
+        signs[axis][motor] = if !is_planar {
+            config::SIGNS[axis][motor] as i32
+        } else if motor < LEAST_MOTORS {
+            config::PLANAR_SIGNS[axis][motor] as i32
+        } else {
+            0
+        };
+        at += 1;
+    }
+    signs
 }
 
 impl Law for Sign {

@@ -63,10 +63,10 @@ fn errors_and_their_squares_fit_their_words() {
     check(LENGTH + i128::from(MAX_MARGIN_UM), U32);
 }
 
-/// `OldWays`: the way to a target, or to where a reference is a second later, and the turn of a
+/// `RunOuts`: the way to a target, or to where a reference is a second later, and the turn of a
 /// motor; scalar products of three.
 #[test]
-fn old_ways_fit_their_words() {
+fn run_outs_fit_their_words() {
     let second = i128::from(MAX_PATH_SPEED);
     check(ERROR + 2 * second, I32);
     check(3 * ERROR * (ERROR + 2 * second), I64);

@@ -75,15 +75,16 @@ impl Planner {
     /// outside its travel turns inwards only.
     #[cold]
     pub fn configure(&mut self, params: &Params) {
-        self.set_microsteps(i32::from(params.microsteps));
-        self.mean = MovingAverage::over(params.mean_ms);
+        self.set_microsteps(i32::from(params.config.microsteps));
+        self.mean = MovingAverage::over(params.config.mean.0);
         for (i, motor) in params.motors.iter().enumerate() {
             self.axes[i].configure(motor.reversed, self.microsteps);
             self.travels[i] = TravelLimit::about(self.zero[i], motor);
             // Rounded down, so that the limit holds. Bits: acceleration 22, microsteps 5, fraction
             // 10, tick 8.
-            let per_second =
-                (u64::from(motor.max_acceleration.0) * params.microsteps as u64) << RATE_BITS;
+            let per_second = (u64::from(motor.max_acceleration.0)
+                * params.config.microsteps as u64)
+                << RATE_BITS;
             self.deltas[i] = (per_second * u64::from(TICK_US) / 1_000_000) as u32;
             // Bits: a tick's pulses 8, the longest average 12.
             let pulses = self.pulse_rate(motor.max_rate.0) / UNIT + 1;

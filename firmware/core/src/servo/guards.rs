@@ -77,11 +77,11 @@ impl Guards {
     pub fn update(&mut self, now: Micros, state: &DriveState, params: &Params) -> Option<Fault> {
         let DriveState { ball, target, error, motors, .. } = *state;
         let here = Nearest { position: ball, target, error };
-        let radius = params.reached.radius.0.unsigned_abs();
-        let diverged = self.divergence.update(now, state, &params.growth);
+        let radius = params.config.reached.radius.0.unsigned_abs();
+        let diverged = self.divergence.update(now, state, &params.config.growth);
         let left_behind =
-            self.motion_without_ball.update(ball, motors.present, &params.motion_without_ball);
-        let stuck = self.progress.update(now, here, radius, &params.progress);
+            self.motion_without_ball.update(ball, motors.present, &params.config.following);
+        let stuck = self.progress.update(now, here, radius, &params.config.progress);
         match (diverged, left_behind, stuck) {
             (true, ..) => Some(Fault::ErrorGrowing),
             (_, true, _) => Some(Fault::NotFollowing),
@@ -96,7 +96,7 @@ impl Guards {
 ///
 /// The guard keeps the nearest position so far and measures its error from the present target.
 /// Therefore a change of the target neither disarms the guard nor trips it, however often targets
-/// come. On an [old way](OldWays) the error grows without a fault: there the present position
+/// come. In a [run-out](RunOuts) the error grows without a fault: there the present position
 /// counts as the nearest one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct DivergenceGuard {
@@ -104,14 +104,14 @@ struct DivergenceGuard {
     nearest: Option<Nearest>,
     /// When the error began to stay above the margin.
     since: Option<Micros>,
-    old_ways: OldWays,
+    run_outs: RunOuts,
 }
 
 impl DivergenceGuard {
     /// Begins anew, for the next drive.
     fn reset(&mut self) {
         (self.nearest, self.since) = (None, None);
-        self.old_ways.clear();
+        self.run_outs.clear();
     }
 
     /// Returns the target of the last position; `None` before the first one.
@@ -119,9 +119,9 @@ impl DivergenceGuard {
         self.nearest.map(|nearest| nearest.target)
     }
 
-    /// Notes that the target is replaced; see [`OldWays::note`].
+    /// Notes that the target is replaced; see [`RunOuts::note`].
     fn note_change(&mut self, now: Micros, way: PerAxis<i32>, run_out: &RunOut) {
-        self.old_ways.note(now, way, run_out);
+        self.run_outs.note(now, way, run_out);
     }
 
     /// Takes in the present position. Returns whether the error has been above its smallest value
@@ -130,8 +130,8 @@ impl DivergenceGuard {
         let here = Nearest { position: state.ball, target: state.target, error: state.error };
         let before = self.nearest.map_or(here, |nearest| nearest.seen_from(here.target));
         let moved = per_axis(|i| here.position[i] - before.position[i]);
-        let is_old = self.old_ways.update(state.captured, state.motors.at_capture, moved);
-        let nearest = if here.error <= before.error || is_old { here } else { before };
+        let runs_out = self.run_outs.update(state.captured, state.motors.at_capture, moved);
+        let nearest = if here.error <= before.error || runs_out { here } else { before };
         self.nearest = Some(nearest);
         if here.error <= nearest.error.saturating_add(rule.margin.0.unsigned_abs()) {
             self.since = None;
@@ -142,14 +142,14 @@ impl DivergenceGuard {
     }
 }
 
-/// Old ways that are kept at most.
-const WAYS: usize = 8;
+/// Run-outs that are kept at most.
+const RUN_OUTS: usize = 8;
 
-/// Least time from one old way that is kept to the next, µs. A target that was in force for less
+/// Least time from one run-out that is kept to the next, µs. A target that was in force for less
 /// moves the ball by little.
 const SPACING_US: u64 = 150_000;
 
-/// Positions that are taken in after the end of an old way until the filtered position has left
+/// Positions that are taken in after the end of a run-out until the filtered position has left
 /// it: the filter, which goes a quarter of the way with each, is then within a tenth of its lag.
 const POSITIONS: u8 = 8;
 
@@ -158,7 +158,7 @@ const STANDS: u32 = 16;
 
 /// Way that the ball still goes after a change of its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct OldWay {
+struct BallRunOut {
     /// When no setpoint for the old target turns the motors any more.
     until: Micros,
     /// From the ball to its old target, µm.
@@ -170,17 +170,17 @@ struct OldWay {
     left: u8,
 }
 
-/// Old ways of a drive.
+/// Run-outs of a drive.
 ///
 /// A change of the target changes the setpoint at once and the motors later: they ramp within
 /// their acceleration, and follow the moving average of the step plan. The ball goes on, and its
-/// filtered position follows some pictures later. The ball is on an old way while it moves towards
+/// filtered position follows some pictures later. The ball is in a run-out while it moves towards
 /// the old target, the motors turn as their old setpoints have them turn, and these setpoints
 /// still have an effect. A ball that its motors drive away from every target is on none of them,
 /// however often targets come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct OldWays {
-    ways: [OldWay; WAYS],
+struct RunOuts {
+    ways: [BallRunOut; RUN_OUTS],
     /// Index of the oldest one.
     oldest: usize,
     /// When the newest one was noted.
@@ -190,8 +190,8 @@ struct OldWays {
     motors: Option<PerMotor<i32>>,
 }
 
-impl OldWays {
-    /// Forgets all old ways. (In place: to copy a new value takes the stepping interrupt longer.)
+impl RunOuts {
+    /// Forgets all run-outs. (In place: to copy a new value takes the stepping interrupt longer.)
     fn clear(&mut self) {
         self.ways.iter_mut().for_each(|way| way.left = 0);
         (self.since, self.motors) = (None, None);
@@ -208,23 +208,23 @@ impl OldWays {
         }
         self.since = Some(now);
         let until = Micros(now.0 + run_out.time_us);
-        self.ways[self.oldest] = OldWay { until, ball: way, motors: turn, left: POSITIONS };
-        self.oldest = (self.oldest + 1) % WAYS;
+        self.ways[self.oldest] = BallRunOut { until, ball: way, motors: turn, left: POSITIONS };
+        self.oldest = (self.oldest + 1) % RUN_OUTS;
     }
 
     /// Takes in the motor positions (Q4 steps) at the capture of a position. `moved` is the
-    /// movement of the ball since it was last near, µm. Returns whether it has moved on an old way.
+    /// movement of the ball since it was last near, µm. Returns whether it has moved in a run-out.
     fn update(&mut self, captured: Micros, motors: PerMotor<i32>, moved: PerAxis<i32>) -> bool {
         let before = self.motors.unwrap_or(motors);
         // As the ball's filter does.
         let turned = per_motor(|i| motors[i].saturating_sub(before[i]) >> 2);
         self.motors = Some(per_motor(|i| before[i] + turned[i]));
-        let mut is_old = false;
+        let mut runs_out = false;
         for way in self.ways.iter_mut().filter(|way| way.left > 0) {
-            is_old = is_old || is_along(moved, way.ball) && is_along(turned, way.motors);
+            runs_out = runs_out || is_along(moved, way.ball) && is_along(turned, way.motors);
             way.left -= u8::from(captured > way.until);
         }
-        is_old
+        runs_out
     }
 }
 

@@ -152,7 +152,7 @@ impl ReferenceTracker {
             Work::None => Work::Path(self.path.at(self.clock.time())),
             Work::Path(leader) => self.lead(&leader, deviation, params),
             Work::Leader { motion, closing } => {
-                let limits = MotionLimits::new(&params.path);
+                let limits = MotionLimits::new(&params.config.path);
                 self.motion = self.motion.chasing(&motion, &limits, closing, STEP_S);
                 self.track.push(self.motion.state(&self.clock));
                 Work::None
@@ -164,7 +164,7 @@ impl ReferenceTracker {
     fn lead(&mut self, leader: &Motion, deviation: Option<u32>, params: &Params) -> Work {
         let conditions = Conditions {
             deviation,
-            limit: params.path.deviation.0.unsigned_abs(),
+            limit: params.config.path.deviation.0.unsigned_abs(),
             law_pace: self.law_pace,
             speed: length(leader.velocity),
             distance: length(plus(leader.position, self.motion.position, -1.0)),
@@ -183,13 +183,13 @@ impl ReferenceTracker {
     /// Returns the aim of a law whose rates take effect at `time`, at rest: for laws that do not
     /// use the velocity.
     pub(super) fn place(&self, time: Micros, params: &Params) -> Aim {
-        let time = Micros(time.0 + mean_lag_us(params.mean_ms));
+        let time = Micros(time.0 + mean_lag_us(params.config.mean.0));
         Aim { position: self.position(time), velocity: [0; 3] }
     }
 
     /// Returns the aim of a law whose rates take effect at `time`.
     pub(super) fn aim(&self, time: Micros, params: &Params) -> Aim {
-        let time = Micros(time.0 + mean_lag_us(params.mean_ms));
+        let time = Micros(time.0 + mean_lag_us(params.config.mean.0));
         let now = self.track.position(time);
         let then = self.track.position(Micros(time.0 + FRAME_US));
         let velocity = per_axis(|i| {

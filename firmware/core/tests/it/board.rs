@@ -265,9 +265,8 @@ fn a_configuration_out_of_range_is_refused_with_its_field() {
 #[test]
 fn torn_and_unknown_frames_are_counted_and_an_unknown_command_is_answered() {
     let mut bench = Bench::seeking();
-    let mut out = Outbox::new();
-    bench.harness.board.receive(Micros(bench.now), &[9, 1, 0, 3, 2, 0], &mut out);
-    assert!(out.bytes().is_empty());
+    bench.harness.receive(Micros(bench.now), &[9, 1, 0, 3, 2, 0]);
+    assert!(bench.harness.outbox.bytes().is_empty());
     let unknown = encode(&(3u16, 99u8)).unwrap();
     bench.harness.receive(Micros(bench.now), &unknown);
     bench.collect();
@@ -288,8 +287,9 @@ fn a_full_outbox_does_not_stop_the_board() {
     let mut bench = Bench::seeking();
     let mut unread = Outbox::new();
     for _ in 0..100 {
-        let frame = encode(&ToBoard { id: 1, command: Command::Status }).unwrap();
-        bench.harness.board.receive(Micros(bench.now), &frame, &mut unread);
+        let message = ToBoard { id: 1, command: Command::Status };
+        let status = Request { message, crc: 0 };
+        bench.harness.board.on_frame(Micros(bench.now), Ok(&status), &mut unread);
     }
     assert!(unread.dropped() > 0);
     bench.run_with_ball(10, BALL);

@@ -84,7 +84,7 @@ fn the_guards_accept_the_farthest_positions() {
     let turned = DriveState { motors: near.motors, ..far };
     assert_eq!(guards.update(Micros(2), &turned, &params), Some(Fault::NotFollowing));
     assert_eq!(guards.update(Micros(u64::MAX), &far, &params), Some(Fault::ErrorGrowing));
-    // The longest old way.
+    // The longest run-out.
     let mut guards = Guards::default();
     assert_eq!(guards.update(Micros(0), &near, &params), None);
     let run_out = RunOut { motors: [i32::MAX / 2; 3], time_us: 2_000 };

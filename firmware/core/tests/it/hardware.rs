@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 use plumb_core::BuildLimits;
+use plumb_core::board::FlashTask;
 use plumb_protocol::config::Motor;
 use plumb_protocol::diagnostics::{
     ChipCounts, ChipMeasurement, Diagnostics, Measurement, ProcessorFault, PulseCount,
@@ -203,7 +204,7 @@ fn a_test_of_the_flash_is_answered_when_it_is_done() {
         let mut bench = Bench::configured(config());
         assert_eq!(bench.send_as(80, Command::TestFlash), Ok(()));
         let asked = bench.tick();
-        assert!(asked.test_flash && !asked.store, "{asked:?}");
+        assert_eq!(asked.flash, Some(FlashTask::Test), "{asked:?}");
         assert_eq!(jog(&mut bench), Err(Refusal::Busy(State::Storing)));
         bench.received.clear();
         bench.harness.on_stored(Micros(bench.now), written);
@@ -214,11 +215,11 @@ fn a_test_of_the_flash_is_answered_when_it_is_done() {
         };
         assert!(bench.received.iter().any(answered), "{:?}", bench.received);
         let asked = bench.tick();
-        assert!(!asked.test_flash && !asked.store, "{asked:?}");
+        assert_eq!(asked.flash, None, "{asked:?}");
         // The next Store writes the configuration.
         assert_eq!(bench.send(Command::Store), Ok(()));
         let asked = bench.tick();
-        assert!(asked.store && !asked.test_flash, "{asked:?}");
+        assert_eq!(asked.flash, Some(FlashTask::Store), "{asked:?}");
     }
 }
 
@@ -263,12 +264,12 @@ fn a_store_is_answered_once_it_is_written_and_nothing_moves_meanwhile() {
     for (written, answer) in [(true, Ok(())), (false, Err(Refusal::NotStored))] {
         bench.answers();
         let _ = bench.send(Command::Store);
-        assert!(bench.tick().store);
+        assert_eq!(bench.tick().flash, Some(FlashTask::Store));
         let _ = jog(&mut bench);
         assert_eq!(bench.answers(), [Err(Refusal::Busy(State::Storing))]);
         bench.harness.on_stored(Micros(bench.now), written);
         assert_eq!(bench.answers(), [answer]);
-        assert!(!bench.tick().store);
+        assert_eq!(bench.tick().flash, None);
     }
     assert_eq!(jog(&mut bench), Ok(()));
     bench.tick();

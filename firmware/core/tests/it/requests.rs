@@ -1,6 +1,7 @@
 //! Repeated requests, requests to a busy board, and the ids in telemetry.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
+use plumb_core::board::FlashTask;
 use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::*;
@@ -176,13 +177,13 @@ fn every_store_is_answered_and_a_configuration_is_refused_meanwhile() {
     }
     let busy = Some(Refusal::Busy(State::Storing));
     assert_eq!(answered(&mut bench), [(12, busy), (13, busy), (14, busy)]);
-    assert!(bench.tick().store);
+    assert_eq!(bench.tick().flash, Some(FlashTask::Store));
     bench.harness.on_stored(Micros(bench.now), true);
     assert_eq!(answered(&mut bench), [(11, None)]);
-    assert!(!bench.tick().store);
+    assert_eq!(bench.tick().flash, None);
     // A repeated Store is answered without another write.
     assert_eq!(bench.send_as(11, Command::Store), Ok(()));
-    assert!(!bench.tick().store);
+    assert_eq!(bench.tick().flash, None);
     assert_eq!(bench.send_as(13, Command::Configure(other)), Ok(()));
 }
 

@@ -149,7 +149,7 @@ impl Drive {
 const STOPPED_AFTER: u32 = 5 + 7;
 
 #[test]
-fn a_ball_that_goes_on_its_old_way_is_no_divergence() {
+fn a_ball_in_its_run_out_is_no_divergence() {
     let mut drive = Drive::new(false);
     drive.replace(-500_000, 200_000, 600);
     assert_eq!(drive.move_by(10_000, 20), None);
@@ -159,7 +159,7 @@ fn a_ball_that_goes_on_its_old_way_is_no_divergence() {
 
 /// After the run-out of 200 ms, 8 positions later.
 #[test]
-fn an_old_way_ends_when_its_setpoints_have_run_out() {
+fn a_run_out_ends_when_its_setpoints_have_run_out() {
     let mut drive = Drive::new(false);
     drive.replace(-500_000, 70_000, 200);
     assert_eq!(drive.move_by(10_000, 6 + 8 + STOPPED_AFTER - 1), None);
@@ -167,7 +167,7 @@ fn an_old_way_ends_when_its_setpoints_have_run_out() {
 }
 
 #[test]
-fn a_ball_that_turns_back_from_its_old_way_and_leaves_its_target_is_stopped_at_once() {
+fn a_ball_that_turns_back_from_its_run_out_and_leaves_its_target_is_stopped_at_once() {
     let mut drive = Drive::new(false);
     drive.replace(900_000, 200_000, 600);
     assert_eq!(drive.move_by(-10_000, STOPPED_AFTER - 1), None);
@@ -175,7 +175,7 @@ fn a_ball_that_turns_back_from_its_old_way_and_leaves_its_target_is_stopped_at_o
 }
 
 #[test]
-fn a_ball_that_motors_at_rest_leave_alone_has_no_old_way() {
+fn a_ball_that_motors_at_rest_leave_alone_has_no_run_out() {
     let mut drive = Drive::new(false);
     assert_eq!(drive.move_by(0, 40), None);
     drive.replace(-500_000, 0, 0);
@@ -186,7 +186,7 @@ fn a_ball_that_motors_at_rest_leave_alone_has_no_old_way() {
 /// The ball of a reversed motor goes away from every target. Targets come with every position, on
 /// both sides of the ball's way.
 #[test]
-fn targets_that_come_often_give_a_ball_on_the_wrong_way_no_old_way() {
+fn targets_that_come_often_give_a_ball_on_the_wrong_way_no_run_out() {
     for frames in [1, 2, 5] {
         let mut drive = Drive::new(true);
         let mut moved = 1;

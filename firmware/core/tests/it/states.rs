@@ -2,6 +2,7 @@
 //! bootloader, a Hold.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
+use plumb_core::board::FlashTask;
 use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::*;
@@ -129,13 +130,13 @@ fn an_outbox_counts_every_message_that_did_not_fit() {
 fn a_store_that_failed_is_tried_again_by_its_repetition() {
     let mut bench = Bench::configured(config());
     let _ = bench.send_as(40, Command::Store);
-    assert!(bench.tick().store);
+    assert_eq!(bench.tick().flash, Some(FlashTask::Store));
     assert_eq!(stored(&mut bench, false), [Err(Refusal::NotStored)]);
     let _ = bench.send_as(40, Command::Store);
-    assert!(bench.tick().store, "the repetition writes");
+    assert_eq!(bench.tick().flash, Some(FlashTask::Store), "the repetition writes");
     assert_eq!(stored(&mut bench, true), [Ok(())]);
     let _ = bench.send_as(40, Command::Store);
-    assert!(!bench.tick().store, "it is written");
+    assert_eq!(bench.tick().flash, None, "it is written");
     assert_eq!(bench.answers(), [Ok(())]);
 }
 
@@ -159,9 +160,9 @@ fn a_store_goes_on_through_faults_and_is_answered() {
     fail_driver(&mut bench);
     open_emergency(&mut bench);
     let tick = bench.tick();
-    assert!(tick.store && !tick.bootloader, "{tick:?}");
+    assert!(tick.flash == Some(FlashTask::Store) && !tick.bootloader, "{tick:?}");
     assert_eq!(stored(&mut bench, true), [Ok(())]);
-    assert!(!bench.tick().store);
+    assert_eq!(bench.tick().flash, None);
     assert_eq!(bench.harness.board.state(), State::Fault(Fault::EmergencyStop));
 }
 
@@ -170,11 +171,11 @@ fn a_store_in_a_fault_leaves_the_fault() {
     let mut bench = Bench::configured(config());
     fail_driver(&mut bench);
     let _ = bench.send(Command::Store);
-    assert!(bench.tick().store);
+    assert_eq!(bench.tick().flash, Some(FlashTask::Store));
     assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
     assert_eq!(stored(&mut bench, true), [Ok(())]);
     assert_eq!(bench.harness.board.state(), State::Fault(Fault::Driver(DriverFault::Hat)));
-    assert!(!bench.tick().store);
+    assert_eq!(bench.tick().flash, None);
 }
 
 #[test]
@@ -188,11 +189,11 @@ fn the_bootloader_waits_for_a_store() {
         assert_eq!(bench.send(Command::Bootloader), Ok(()));
         for _ in 0..5 {
             let tick = bench.tick();
-            assert!(tick.store && !tick.bootloader, "{tick:?}");
+            assert!(tick.flash == Some(FlashTask::Store) && !tick.bootloader, "{tick:?}");
         }
         assert_eq!(stored(&mut bench, true), [Ok(())]);
         let tick = bench.tick();
-        assert!(!tick.store && tick.bootloader, "{tick:?}");
+        assert!(tick.flash.is_none() && tick.bootloader, "{tick:?}");
     }
 }
 

@@ -258,7 +258,7 @@ impl<'a> Session<'a> {
             self.chip.on_measured(self.now, self.outcome);
             self.invariants.measured(self.chip.replies(), self.outcome);
         }
-        self.storing |= requests.store || requests.test_flash;
+        self.storing |= requests.flash.is_some();
         if self.storing && self.random.percent(20) {
             self.storing = false;
             self.write();

@@ -4,9 +4,10 @@
 use plumb_protocol::dimension::{AXES, LEAST_MOTORS, MOTORS, PerAxis, PerMotor};
 use plumb_protocol::prior::JacobianPrior;
 
-use crate::law::axis_kalman::{AxisKalman, MAX_HELD, MAX_TURN};
-use crate::law::fixed_point::{J_BITS, excess_bits, movement, signs, solve, squared_length, times};
+use super::axis_kalman::{AxisKalman, MAX_HELD, MAX_TURN};
+use super::fixed_point::{J_BITS, excess_bits, movement, solve, squared_length, times};
 use crate::law::io::Measurement;
+use crate::law::sign::signs;
 use crate::vector::{per_axis, per_motor};
 
 /// Guess of the Jacobian: a rig a metre wide with its ball half a metre below the motors and

@@ -1,5 +1,5 @@
+use super::fixed_point::solve;
 use super::*;
-use crate::law::fixed_point::solve;
 
 const PICTURE: Measurement = Measurement {
     ball: [0; 3],

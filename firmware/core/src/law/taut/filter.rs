@@ -21,7 +21,7 @@ const SPRING_LAG: f32 = 2.0;
 /// One filter of the [multi-model filter](super::multi_model).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Filter {
-    /// State; [`super::prior`] lists its entries.
+    /// State; [`N`] lists its entries.
     x: [f32; N],
     /// Covariance of the state.
     p: [[f32; N]; N],

@@ -3,7 +3,7 @@
 
 use plumb_protocol::dimension::{AXES, MOTORS, PerAxis, PerMotor};
 
-use crate::law::fixed_point::signs;
+use crate::law::sign::signs;
 use crate::vector::{per_axis, per_motor};
 
 pub(super) use crate::vector::{Vector, dot, length, scaled};
@@ -104,8 +104,8 @@ impl Cables {
 }
 
 /// Derivative of the ball's movement with respect to the state when the motors turn: F = J G. Row k
-/// of G is -w_k at the ball, w_k at motor k, and the cable paid out at ln s: seven of thirteen
-/// entries.
+/// of G is -w_k at the ball, w_k at motor k, and the cable paid out at ln s: seven of its
+/// [`N`] entries.
 pub(super) struct Gradient {
     /// w_k: movement of the ball across cable k, over its length.
     pub(super) bends: Matrix,

@@ -31,7 +31,7 @@ impl Storage {
     }
 
     pub(super) fn ticked(&self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
-        let writes = ticked.requests.is_some_and(|requests| requests.store || requests.test_flash);
+        let writes = ticked.requests.is_some_and(|requests| requests.flash.is_some());
         let asked = !self.waiting.is_empty();
         outcome.check(writes == asked, QUIET, || {
             format!("the board writes: {writes}, Stores without an answer: {:?}", self.waiting)

@@ -1,5 +1,6 @@
 //! Tests of the checkers: events of a correct board, with one error.
 
+use plumb_core::board::FlashTask;
 use plumb_core::{Pulses, StepPlan, Tick};
 use plumb_protocol::message::{self, *};
 use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Point, Rate, Steps16};
@@ -392,7 +393,7 @@ fn silence_of_the_board_is_found() {
 #[test]
 fn a_store_without_an_answer_is_found() {
     let mut bench = Bench::ready();
-    let store = Tick { drivers_enabled: true, store: true, ..Tick::default() };
+    let store = Tick { drivers_enabled: true, flash: Some(FlashTask::Store), ..Tick::default() };
     bench.deliver(Command::Store, &[], bench.at);
     bench.tick(bench.at, StepPlan::default(), Some(store), &[]);
     bench.deliver(Command::Store, &[], bench.at);

@@ -1,8 +1,7 @@
-//! Arithmetic of the laws in fixed point, which counts its bits: products, sizes, three linear
-//! equations, and the sign pattern Σ of the Jacobian.
+//! Arithmetic in fixed point, which counts its bits: products, sizes, and three
+//! linear equations.
 
-use plumb_protocol::config;
-use plumb_protocol::dimension::{AXES, LEAST_MOTORS, MOTORS, PerAxis, PerMotor};
+use plumb_protocol::dimension::{MOTORS, PerAxis, PerMotor};
 
 /// Multiplies without an overflow check, which would take the chip longer than the product. The
 /// caller counts the bits.
@@ -68,22 +67,4 @@ pub(super) fn solve(j: &PerAxis<PerMotor<i32>>, e: PerAxis<i32>) -> Option<PerMo
         let scaled = if shift < 0 { sum >> -shift } else { sum << up };
         (scaled / det).clamp(-MAX_STEPS, MAX_STEPS) as i32
     }))
-}
-
-/// Returns Σ as i32, pattern (12) of the paper or that of two motors in a plane: row by row (x, y,
-/// z), column by column (cable A, B, C). What the rig has not is 0.
-pub(super) const fn signs(is_planar: bool) -> PerAxis<PerMotor<i32>> {
-    let (mut signs, mut at) = ([[0; MOTORS]; AXES], 0);
-    while at < AXES * MOTORS {
-        let (axis, motor) = (at / MOTORS, at % MOTORS);
-        signs[axis][motor] = if !is_planar {
-            config::SIGNS[axis][motor] as i32
-        } else if motor < LEAST_MOTORS {
-            config::PLANAR_SIGNS[axis][motor] as i32
-        } else {
-            0
-        };
-        at += 1;
-    }
-    signs
 }

@@ -17,12 +17,13 @@ pub(crate) fn wiring_in_force() -> u32 {
     WIRING.load(Ordering::Relaxed)
 }
 
-/// Ends the wiring in force. Returns the number of the next one.
+/// Ends the wiring in force, and drops its event. Returns the number of the next one.
 #[inline(always)]
 pub(crate) fn begin_wiring() -> u32 {
     // Only the stepping interrupt, which calls this, changes the number.
     let number = WIRING.load(Ordering::Relaxed).wrapping_add(1);
     WIRING.store(number, Ordering::Relaxed);
+    critical_section::with(|cs| EVENT.borrow(cs).set(None));
     number
 }
 
@@ -37,14 +38,8 @@ pub(crate) fn report(number: u32, event: Event) {
     });
 }
 
-/// Drops the event.
-#[inline(always)]
-pub(super) fn clear() {
-    critical_section::with(|cs| EVENT.borrow(cs).set(None));
-}
-
 /// Takes the event.
 #[inline(always)]
-pub(super) fn take() -> Option<Event> {
+pub(crate) fn take() -> Option<Event> {
     critical_section::with(|cs| EVENT.borrow(cs).take())
 }
