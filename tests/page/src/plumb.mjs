@@ -103,18 +103,19 @@ export class Folder {
 /** A running `plumb demo` with a page at a free port. */
 export class Demo {
   /** Starts the program. Returns it once its page has an address. */
-  static async start() {
-    const demo = new Demo();
+  static async start(options = []) {
+    const demo = new Demo(options);
     demo.address = await demo.#program.ready();
     return demo;
   }
 
   #folder = new Folder();
-  #program = new Program(
-    ["demo", "--page", "--page-address=127.0.0.1:0", "--out", "run"],
-    this.#folder.path,
-    PAGE,
-  );
+  #program;
+
+  constructor(options) {
+    const args = ["demo", "--page", "--page-address=127.0.0.1:0", "--out", "run", ...options];
+    this.#program = new Program(args, this.#folder.path, PAGE);
+  }
 
   get output() {
     return this.#program.output;

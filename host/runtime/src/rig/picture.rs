@@ -313,7 +313,9 @@ impl RigPicture {
                 max[axis] = max[axis].max(place[axis]);
             }
         }
-        let corner = |at: f64| Corner::constant(at.clamp(-4.0, 4.0));
+        // In whole millimetres, as the page's fields count.
+        let corner = |at: f64| Corner::constant((at / 1e3).clamp(-4.0, 4.0));
+        let (min, max) = (min.map(|at| (at * 1e3).floor()), max.map(|at| (at * 1e3).ceil()));
         Box3 { min: min.map(corner), max: max.map(corner) }
     }
 
