@@ -34,6 +34,7 @@ named! {
     Scenes "scenes" "rendered scenes, with and without a ball";
     Hard "hard" "recorded frames, difficult conditions, with a ball of 60 mm and without one";
     Rooms "rooms" "rooms of any colour, with depth, parts of it and none, with a ball and without";
+    Disc "disc" "flat discs of 60 mm at a slant, without depth, in rooms, and rooms without one";
     Empty "empty" "the frames without a ball of the suites `scenes` and `hard`";
 }
 
@@ -87,7 +88,7 @@ pub const fn is_held_out(number: usize) -> bool {
 pub fn suite_camera(suite: FrameSuite, camera: &Camera) -> Camera {
     let placed = backdrops::placed(camera);
     match suite {
-        FrameSuite::Hard | FrameSuite::Rooms => {
+        FrameSuite::Hard | FrameSuite::Rooms | FrameSuite::Disc => {
             Camera { ball_diameter: placer::DIAMETER, ..placed }
         }
         FrameSuite::Scenes | FrameSuite::Empty => placed,

@@ -18,15 +18,16 @@ use crate::output::{self, Failure, bad_input, failed};
 ///
 /// Suites: scenes (rendered, and balls in the first background), hard (balls of 60 mm in the
 /// backgrounds under difficult conditions, and the same without a ball), rooms (rendered and
-/// recorded rooms of any colour, with and without depth, and the same without a ball), empty (all
-/// of scenes and hard without a ball). Backgrounds have the paper's intrinsics.
+/// recorded rooms of any colour, with and without depth, and the same without a ball), disc (flat
+/// discs of 60 mm, slanted by 0 to 50 degrees, without depth, and rooms without one), empty (all of
+/// scenes and hard without a ball). Backgrounds have the paper's intrinsics.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   plumb-lab vision --frames 5
   plumb-lab vision --suite hard --background FOLDER
   plumb-lab vision --suite rooms --held-out --background FOLDER")]
 pub(crate) struct Args {
-    /// Set of frames: scenes, hard, rooms or empty
+    /// Set of frames: scenes, hard, rooms, disc or empty
     #[arg(long, default_value = "scenes")]
     suite: FrameSuite,
     /// Number of frames of each kind of scene, 1 to 100000 frames
@@ -44,6 +45,9 @@ pub(crate) struct Args {
     /// other rendered rooms, other random numbers. Without this option they are left out
     #[arg(long)]
     held_out: bool,
+    /// Hue of the discs of the suite disc, 0 to 359 degrees: 0 red, 120 green, 240 blue
+    #[arg(long, default_value_t = 0, value_parser = value_parser!(u16).range(..360))]
+    hue: u16,
     /// A TUM RGB-D folder; balls are then also rendered into its frames. May be given more than
     /// once
     #[arg(long, value_name = "FOLDER")]
@@ -87,12 +91,15 @@ fn backgrounds(
 
 pub(crate) fn main(args: &Args) -> Result<(), Failure> {
     let &Args { suite, seed, held_out, .. } = args;
-    let camera = camera_file::paper().map_err(bad_input)?;
+    let camera = Camera { ball_hue: args.hue.into(), ..camera_file::paper().map_err(bad_input)? };
     if held_out && suite != FrameSuite::Rooms {
         return Err(bad_input(format!(
             "--held-out has no effect on the suite `{suite}`: leave it out, or choose `--suite \
              rooms`"
         )));
+    }
+    if args.hue != 0 && suite != FrameSuite::Disc {
+        return Err(bad_input("--hue has an effect on the suite `disc` only"));
     }
     let wanted = |number| suite != FrameSuite::Rooms || vision::is_held_out(number) == held_out;
     let recorded = backgrounds(&args.background, &camera, wanted)?;
@@ -102,8 +109,11 @@ pub(crate) fn main(args: &Args) -> Result<(), Failure> {
     let [frames, empty] = [args.frames, args.empty.unwrap_or(args.frames)].map(|it| it as usize);
     let options = VisionOptions { suite, frames, empty, seed, held_out, ..Default::default() };
     let seen = vision::suite_camera(suite, &camera);
-    let mut detectors: [Box<dyn BallDetector>; 2] =
-        [DetectorKind::Ball.build(&seen), Box::new(RedDetector::new(&seen, options.radius))];
+    let other: Box<dyn BallDetector> = match suite {
+        FrameSuite::Disc => DetectorKind::Disc.build(&seen),
+        _ => Box::new(RedDetector::new(&seen, options.radius)),
+    };
+    let mut detectors = [DetectorKind::Ball.build(&seen), other];
     let mut progress = |scene: &str| tell!("{scene}");
     let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut progress);
     let report = report.map_err(failed)?;

@@ -14,7 +14,7 @@ fn a_wrong_command_line_is_told_with_what_is_allowed() {
     let folder = folder();
     for (arguments, says) in [
         (&["check", "--ye"][..], "unexpected argument '--ye' found"),
-        (&["run", "--detector", "bal"], "[possible values: ball, red]"),
+        (&["run", "--detector", "bal"], "[possible values: ball, disc, red]"),
         (&["simulate"], "unrecognized subcommand 'simulate'"),
         (&["board", "stauts"], "unrecognized subcommand 'stauts'"),
         (&["version"], "unrecognized subcommand 'version'"),

@@ -3,6 +3,7 @@
 //! Their interface is in [`plumb_frame::detect`].
 
 pub mod ball;
+pub mod disc;
 pub mod red;
 #[cfg(test)]
 mod scene;
@@ -12,6 +13,7 @@ mod tests;
 
 use crate::camera::Camera;
 use ball::ShapeDetector;
+use disc::DiscDetector;
 use red::RedDetector;
 
 pub use plumb_frame::detect::{BallDetector, DetectError, StageImage};
@@ -24,6 +26,10 @@ pub enum DetectorKind {
     ///
     /// See [`ShapeDetector`].
     Ball,
+    /// A flat disc, as of a wall plotter's gondola, for a camera without depth.
+    ///
+    /// See [`DiscDetector`].
+    Disc,
     /// The paper's: difference of Gaussians on the red channel.
     ///
     /// See [`RedDetector`].
@@ -36,12 +42,13 @@ const RED_DISTANCE_M: f64 = 1.25;
 
 impl DetectorKind {
     /// All detectors.
-    pub const ALL: [Self; 2] = [Self::Ball, Self::Red];
+    pub const ALL: [Self; 3] = [Self::Ball, Self::Disc, Self::Red];
 
     /// Returns the name, as [`BallDetector::name`] does.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ball => "ball",
+            Self::Disc => "disc",
             Self::Red => "red",
         }
     }
@@ -50,6 +57,7 @@ impl DetectorKind {
     pub fn build(self, camera: &Camera) -> Box<dyn BallDetector> {
         match self {
             Self::Ball => Box::new(ShapeDetector::new(camera)),
+            Self::Disc => Box::new(DiscDetector::new(camera)),
             Self::Red => Box::new(RedDetector::at_distance(camera, RED_DISTANCE_M)),
         }
     }

@@ -8,7 +8,7 @@
 //! - [`camera`]: the pinhole model with lens distortion, the pose in the rig frame and the ball's
 //!   size and hue.
 //! - [`detect`]: the detectors [`ball`](detect::ball) (the default; its stages and parameters are
-//!   in [`shape`](detect::shape)) and [`red`](detect::red), and
+//!   in [`shape`](detect::shape)), [`disc`](detect::disc) and [`red`](detect::red), and
 //!   [`DetectorKind`](detect::DetectorKind), which makes one by name.
 //! - [`observation`]: what a detector returns; [`debug`]: images of what each stage found.
 //! - [`localise`]: from a circle in the image to a position in the rig frame with its covariance.

@@ -104,6 +104,8 @@ pub struct SceneReport {
     pub error_median_px: Option<f64>,
     /// 95th percentile of that distance, pixels.
     pub error_p95_px: Option<f64>,
+    /// 99th percentile of that distance, pixels.
+    pub error_p99_px: Option<f64>,
     /// Number of hits with a position.
     pub located: usize,
     /// Median distance of those from the ball's centre, millimetres.

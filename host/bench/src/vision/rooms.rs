@@ -1,4 +1,5 @@
-//! The suite `rooms`: balls in rooms of any colour, with depth, with parts of it, and without.
+//! The suite `rooms`: balls in rooms of any colour, with depth, with parts of it, and without. The
+//! suite `disc`: flat discs in the same rooms, without depth.
 //!
 //! Every frame has random numbers of its own, from the seed, the kind and the frame's number. It is
 //! therefore the same whichever other frames are made, and in whichever order.
@@ -7,9 +8,11 @@ mod interior;
 mod kind;
 mod readout;
 
+use std::ops::Range;
+
 use nalgebra::{UnitQuaternion, Vector3};
 use plumb_sim::synthetic::compositor::{Appearance, Compositor, Exposure, Paint};
-use plumb_sim::synthetic::{Light, Pattern};
+use plumb_sim::synthetic::{Light, Material, Pattern};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use rand::{RngExt, SeedableRng};
@@ -21,7 +24,7 @@ use super::{BoxedError, FrameSuite, VisionOptions, suite_camera};
 use interior::Palette;
 pub use kind::FrameGroup;
 use kind::{Condition, DepthState};
-pub(super) use kind::{KINDS, RoomKind};
+pub(super) use kind::{DISC_KINDS, KINDS, RoomKind};
 
 /// Number of rendered rooms of each palette.
 const INTERIORS: u64 = 6;
@@ -29,12 +32,16 @@ const INTERIORS: u64 = 6;
 const RECORDED_SHARE: f64 = 0.6;
 /// Number of backgrounds that are tried until the ball has room.
 const MAX_TRIES: usize = 12;
+/// Radii of discs, pixels.
+const DISC_RADII: Range<f64> = 8.0..60.0;
 
 /// Backgrounds of the suite.
 pub(super) struct Backgrounds<'a> {
     recorded: &'a [RgbdFrame],
     usual: Vec<RgbdFrame>,
     reddish: Vec<RgbdFrame>,
+    /// Walls of one colour.
+    plain: Vec<RgbdFrame>,
 }
 
 impl<'a> Backgrounds<'a> {
@@ -52,7 +59,11 @@ impl<'a> Backgrounds<'a> {
                 .collect()
         };
         let usual = render(Palette::Usual, 0)?;
-        Ok(Self { recorded, usual, reddish: render(Palette::Reddish, INTERIORS)? })
+        let [reddish, plain] = match options.suite {
+            FrameSuite::Disc => [Vec::new(), render(Palette::Plain, 2 * INTERIORS)?],
+            _ => [render(Palette::Reddish, INTERIORS)?, Vec::new()],
+        };
+        Ok(Self { recorded, usual, reddish, plain })
     }
 
     /// Returns a random background for frames under `condition`.
@@ -60,6 +71,7 @@ impl<'a> Backgrounds<'a> {
         let recorded = !self.recorded.is_empty() && random.random_bool(RECORDED_SHARE);
         let frames = match condition {
             Condition::ReddishRoom => &self.reddish,
+            Condition::Disc { plain: true, .. } => &self.plain,
             _ if recorded => self.recorded,
             _ => &self.usual,
         };
@@ -127,7 +139,10 @@ impl RoomFrame {
         let mut ball = None;
         if self.kind.ball {
             ball = Some(self.placer.truth(&place));
-            self.add_ball(&mut compositor, &place)?;
+            match self.kind.condition {
+                Condition::Disc { slant, .. } => self.add_disc(&mut compositor, &place, slant)?,
+                _ => self.add_ball(&mut compositor, &place)?,
+            }
         }
         let exposure = self.exposure();
         let random = &mut self.placer.random;
@@ -157,11 +172,19 @@ impl RoomFrame {
     }
 
     /// Returns the distances of the ball.
-    fn reach(&self) -> Reach {
-        let distance = |radius: f64| self.placer.camera.intrinsics.fx * DIAMETER / 2.0 / radius;
+    fn reach(&mut self) -> Reach {
+        let focal = self.placer.camera.intrinsics.fx;
+        let distance = |radius: f64| focal * DIAMETER / 2.0 / radius;
         match self.kind.condition {
             Condition::Far => {
                 Reach { min_distance: distance(10.0), max_distance: distance(5.0), ..Reach::USUAL }
+            }
+            Condition::Disc { .. } => {
+                let ratio = DISC_RADII.end / DISC_RADII.start;
+                let radius =
+                    DISC_RADII.start * ratio.powf(self.placer.random.random_range(0.0..1.0));
+                let [min_distance, max_distance] = [1.01 * radius, 0.99 * radius].map(distance);
+                Reach { min_distance, max_distance, ..Reach::USUAL }
             }
             _ => Reach::USUAL,
         }
@@ -182,6 +205,7 @@ impl RoomFrame {
             }
             Condition::OtherBalls if self.kind.ball => (1, &[Distractor::OtherSize]),
             Condition::OtherBalls => (4, &Distractor::BALLS),
+            Condition::Disc { plain: true, .. } => (0, &Distractor::RED_THINGS),
             _ => (self.placer.random.random_range(0..3), &Distractor::RED_THINGS),
         };
         for _ in 0..things {
@@ -270,6 +294,23 @@ impl RoomFrame {
             }
         }
         Ok(())
+    }
+
+    /// Adds a disc of the ball's hue with its cables, `slant` degrees off the line of sight.
+    fn add_disc(
+        &mut self,
+        compositor: &mut Compositor,
+        place: &BallPlacement,
+        slant: u8,
+    ) -> Result<(), BoxedError> {
+        let appearance = self.appearance(place.radius);
+        let placer = &mut self.placer;
+        placer.add_own_cables(compositor, place);
+        let material = match placer.camera.ball_hue {
+            0.0 => placer.red(),
+            hue => Material::ball_of_hue(hue),
+        };
+        placer.add_disc(compositor, place, (f64::from(slant), material.matt()), &appearance)
     }
 
     /// Returns the sharpness and motion of a ball of `radius`, pixels.

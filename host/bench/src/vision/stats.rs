@@ -100,6 +100,7 @@ impl DetectorStats {
             false_alarms: ended.false_alarms,
             error_median_px: percentile(&mut ended.errors, 0.5),
             error_p95_px: percentile(&mut ended.errors, 0.95),
+            error_p99_px: percentile(&mut ended.errors, 0.99),
             located: ended.positions.len(),
             position_median_mm: percentile(&mut ended.positions, 0.5),
             position_p95_mm: percentile(&mut ended.positions, 0.95),

@@ -7,7 +7,7 @@ use plumb_vision::frame::RgbdFrame;
 use super::backdrops;
 use super::hard::{self, HardFrames};
 use super::labelled::LabelledFrame;
-use super::rooms::{self, Backgrounds, FrameGroup, RoomFrames};
+use super::rooms::{self, Backgrounds, FrameGroup, RoomFrames, RoomKind};
 use super::scene_kind::{Backdrop, KINDS, SceneKind};
 use super::scenes::SceneFrames;
 use super::{BoxedError, FrameSuite, VisionOptions};
@@ -41,7 +41,10 @@ pub(super) fn each_kind(
     match options.suite {
         FrameSuite::Scenes => scenes(camera, recorded, options, visit),
         FrameSuite::Hard => hard(camera, recorded, options, visit),
-        FrameSuite::Rooms => rooms(camera, recorded, options, visit),
+        FrameSuite::Rooms => rooms(&rooms::KINDS, (camera, 0), recorded, options, visit),
+        FrameSuite::Disc => {
+            rooms(&rooms::DISC_KINDS, (camera, FIRST_DISC_KIND), recorded, options, visit)
+        }
         FrameSuite::Empty => {
             scenes(camera, recorded, options, visit)?;
             hard(camera, recorded, options, visit)
@@ -105,15 +108,19 @@ fn hard(
     Ok(())
 }
 
-/// Visits the kinds of the suite `rooms`.
+/// Number of the first kind of the suite `disc`: its random numbers are not those of `rooms`.
+const FIRST_DISC_KIND: u32 = 1000;
+
+/// Visits `kinds` of the suites `rooms` and `disc`; their numbers start at `first`.
 fn rooms(
-    camera: &Camera,
+    kinds: &[RoomKind],
+    (camera, first): (&Camera, u32),
     recorded: &[RgbdFrame],
     options: &VisionOptions,
     visit: &mut Visit,
 ) -> Result<(), BoxedError> {
     let backgrounds = Backgrounds::new(camera, recorded, options)?;
-    for (number, kind) in (0..).zip(rooms::KINDS) {
+    for (number, &kind) in (first..).zip(kinds) {
         let mut frames = RoomFrames::new((number, kind), camera, &backgrounds, options);
         let count = if kind.ball { options.frames } else { options.empty };
         let group = Some(kind.group());

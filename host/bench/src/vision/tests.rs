@@ -202,6 +202,24 @@ fn the_detector_ball_is_as_good_in_rooms_as_documented() {
     assert_eq!(group(FrameGroup::Empty).false_alarms, 0, "{report}");
 }
 
+/// The detector `ball` finds none of these discs.
+#[test]
+fn the_detector_disc_finds_flat_discs_at_any_slant_as_documented() {
+    let suite = FrameSuite::Disc;
+    let camera = Camera { ball_hue: 220.0, ..camera_file::paper().unwrap() };
+    let options = VisionOptions { suite, frames: 1, empty: 1, seed: 7, ..Default::default() };
+    let mut detectors = vec![DetectorKind::Disc.build(&suite_camera(suite, &camera))];
+    let report = compare(&camera, &[], &mut detectors, &options, &mut |_| {}).unwrap();
+    let group = |group| report.detectors[0].groups.iter().find(|g| g.group == group).unwrap();
+    assert!(group(FrameGroup::WithoutDepth).hits >= 11, "of 12: {report}");
+    assert_eq!(group(FrameGroup::Empty).false_alarms, 0, "{report}");
+    for scene in &report.detectors[0].scenes[..6] {
+        assert_eq!(scene.hits, 1, "on a plain wall: {report}");
+        // Perspective moves the centre of an ellipse of 60 pixels by 3.4 at most.
+        assert!(scene.error_p99_px.unwrap() < 3.6, "{report}");
+    }
+}
+
 #[test]
 fn the_same_seed_gives_the_same_counts_and_a_table() {
     let (a, b) = (run(&[]), run(&[]));

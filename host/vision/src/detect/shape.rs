@@ -21,6 +21,7 @@
 mod ball_colour;
 mod decide;
 mod disc_depth;
+mod flat_disc;
 mod network;
 mod parameters;
 mod propose;
@@ -38,6 +39,7 @@ use crate::frame::RgbdFrame;
 
 pub(crate) use decide::probability;
 pub use decide::{ColourFeatures, Curvature, Decision, DepthFeatures, Features, FreeFitResidual};
+pub(super) use flat_disc::{FlatDisc, find_discs};
 pub use parameters::*;
 pub use propose::{OddsMap, Proposal};
 pub use pyramid::Window;

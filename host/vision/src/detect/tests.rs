@@ -2,6 +2,7 @@
 
 mod border;
 mod certainty;
+mod disc;
 mod interface;
 mod large;
 mod real;

@@ -1,5 +1,6 @@
 //! The ball of a composited frame and the cables that hold it.
 
+use nalgebra::{Rotation3, Unit, Vector3};
 use plumb_sim::synthetic::compositor::{Appearance, Compositor};
 use plumb_sim::synthetic::{Material, Object, Shape};
 use rand::RngExt;
@@ -37,6 +38,28 @@ impl Placer {
         let centre = self.deproject(place.u, place.v, place.z);
         let shape = Shape::Sphere { centre, radius: DIAMETER / 2.0 };
         Ok(compositor.add(&Object::new(shape, material), appearance, &mut self.random)?)
+    }
+
+    /// Adds a disc at `place`, its normal `slant` degrees off the line of sight in any direction.
+    pub(in crate::vision) fn add_disc(
+        &mut self,
+        compositor: &mut Compositor,
+        place: &BallPlacement,
+        (slant, material): (f64, Material),
+        appearance: &Appearance,
+    ) -> Result<(), BoxedError> {
+        let (radius, camera) = (DIAMETER / 2.0, &self.camera);
+        let seen = camera.intrinsics.deproject(place.u, place.v, place.z);
+        let ray = Unit::new_normalize(seen.coords);
+        let aside = Vector3::y().cross(&ray).normalize();
+        let turn = self.random.random_range(0.0..std::f64::consts::TAU);
+        let axis = Rotation3::from_axis_angle(&ray, turn) * Unit::new_normalize(aside);
+        let tilt = Rotation3::from_axis_angle(&axis, slant.to_radians());
+        let centre = camera.pose * seen;
+        let normal = camera.pose * (tilt * -ray.into_inner());
+        let shape = Shape::Disc { centre, radius, normal };
+        compositor.add(&Object::new(shape, material), appearance, &mut self.random)?;
+        Ok(())
     }
 
     /// Returns a random red material, matt to glossy.

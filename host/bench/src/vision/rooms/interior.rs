@@ -19,6 +19,8 @@ pub(super) enum Palette {
     Usual,
     /// Walls, wood, carpet and cloth all reddish.
     Reddish,
+    /// The pale walls alone.
+    Plain,
 }
 
 /// An sRGB colour: red, green, blue.
@@ -28,7 +30,7 @@ impl Palette {
     /// Returns the colours of walls.
     const fn walls(self) -> &'static [Rgb] {
         match self {
-            Self::Usual => &[
+            Self::Usual | Self::Plain => &[
                 [226, 222, 210],
                 [200, 205, 208],
                 [186, 200, 184],
@@ -45,7 +47,9 @@ impl Palette {
     /// Returns the colours of wood: floors, tables, cupboards.
     const fn woods(self) -> &'static [Rgb] {
         match self {
-            Self::Usual => &[[206, 176, 136], [150, 112, 80], [96, 72, 52], [225, 215, 200]],
+            Self::Usual | Self::Plain => {
+                &[[206, 176, 136], [150, 112, 80], [96, 72, 52], [225, 215, 200]]
+            }
             Self::Reddish => &[[96, 38, 26], [128, 54, 34], [74, 28, 22], [150, 70, 46]],
         }
     }
@@ -53,7 +57,9 @@ impl Palette {
     /// Returns the colours of cloth: carpets, curtains, sofas.
     const fn cloths(self) -> &'static [Rgb] {
         match self {
-            Self::Usual => &[[70, 86, 110], [150, 150, 140], [90, 110, 84], [60, 58, 60]],
+            Self::Usual | Self::Plain => {
+                &[[70, 86, 110], [150, 150, 140], [90, 110, 84], [60, 58, 60]]
+            }
             Self::Reddish => &[[140, 24, 32], [170, 40, 44], [110, 20, 28], [190, 70, 70]],
         }
     }
@@ -103,6 +109,9 @@ impl Interior {
     /// Returns the room with all its furniture.
     fn room(mut self) -> Room {
         let walls = self.colour(self.palette.walls());
+        if self.palette == Palette::Plain {
+            return Room::bare(walls);
+        }
         let (floor, pattern) = match self.random.random_range(0..3) {
             0 => (self.colour(self.palette.cloths()), Pattern::Carpet),
             1 => (self.colour(self.palette.woods()), Pattern::Boards),

@@ -50,6 +50,13 @@ pub(super) enum Condition {
     StrongJpeg,
     /// Motion during the exposure and the readout of a rolling shutter.
     RollingMotion,
+    /// A flat disc of the ball's diameter in place of the ball, with a radius of 8 to 60 pixels.
+    Disc {
+        /// Angle between the line of sight and the normal of the disc, degrees.
+        slant: u8,
+        /// Whether the background is a wall of one colour.
+        plain: bool,
+    },
 }
 
 /// State of the depth image.
@@ -94,6 +101,10 @@ impl RoomKind {
 
 const fn ball(name: &'static str, condition: Condition, depth: DepthState) -> RoomKind {
     RoomKind { name, ball: true, condition, depth }
+}
+
+const fn disc(name: &'static str, slant: u8, plain: bool) -> RoomKind {
+    ball(name, Condition::Disc { slant, plain }, DepthState::Missing)
 }
 
 const fn empty(name: &'static str, condition: Condition, depth: DepthState) -> RoomKind {
@@ -155,5 +166,28 @@ pub(in crate::vision) const KINDS: [RoomKind; 50] = {
         empty("no ball, no depth: reddish wood", C::Wood, D::Missing),
         empty("no ball, no depth: reddish room", C::ReddishRoom, D::Missing),
         empty("no ball, no depth: red things", C::RedThings, D::Missing),
+    ]
+};
+
+/// Kinds of the suite `disc`, in the order of the report.
+pub(in crate::vision) const DISC_KINDS: [RoomKind; 15] = {
+    use Condition as C;
+    use DepthState as D;
+    [
+        disc("plain wall, slant 0°", 0, true),
+        disc("plain wall, slant 10°", 10, true),
+        disc("plain wall, slant 20°", 20, true),
+        disc("plain wall, slant 30°", 30, true),
+        disc("plain wall, slant 40°", 40, true),
+        disc("plain wall, slant 50°", 50, true),
+        disc("room, slant 0°", 0, false),
+        disc("room, slant 10°", 10, false),
+        disc("room, slant 20°", 20, false),
+        disc("room, slant 30°", 30, false),
+        disc("room, slant 40°", 40, false),
+        disc("room, slant 50°", 50, false),
+        empty("no disc", C::Plain, D::Missing),
+        empty("no disc: warm light", C::WarmLight, D::Missing),
+        empty("no disc: things of its hue", C::RedThings, D::Missing),
     ]
 };

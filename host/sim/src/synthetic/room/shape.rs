@@ -39,6 +39,15 @@ pub enum Shape {
         /// Its height.
         height: f64,
     },
+    /// A flat disc without thickness, visible from both sides.
+    Disc {
+        /// Its centre.
+        centre: Point3<f64>,
+        /// Its radius.
+        radius: f64,
+        /// Across it; unit.
+        normal: Vector3<f64>,
+    },
 }
 
 /// A ray; a point on it is `from + along * t`, and `along` need not have unit length.
@@ -97,7 +106,7 @@ impl Shape {
     pub(super) fn bounding_sphere(&self) -> BoundingSphere {
         let (centre, radius) = match *self {
             Self::Block { centre, half, .. } => (centre, half.norm()),
-            Self::Sphere { centre, radius } => (centre, radius),
+            Self::Sphere { centre, radius } | Self::Disc { centre, radius, .. } => (centre, radius),
             Self::Ellipsoid { centre, half, .. } => (centre, half.max()),
             Self::Cylinder { base, radius, height } => {
                 (base + Vector3::z() * (height / 2.0), radius.hypot(height / 2.0))
@@ -113,6 +122,7 @@ impl Shape {
             Self::Sphere { centre, radius } => sphere(ray, &centre, radius),
             Self::Ellipsoid { centre, half, yaw } => ellipsoid(ray, &centre, &half, yaw),
             Self::Cylinder { base, radius, height } => cylinder(ray, &base, radius, height),
+            Self::Disc { centre, radius, normal } => disc(ray, &centre, radius, &normal),
         }
     }
 }
@@ -201,6 +211,20 @@ fn cylinder(ray: &Ray, base: &Point3<f64>, radius: f64, height: f64) -> Option<I
     })
 }
 
+fn disc(
+    ray: &Ray,
+    centre: &Point3<f64>,
+    radius: f64,
+    normal: &Vector3<f64>,
+) -> Option<Intersection> {
+    let towards = ray.along.dot(normal);
+    let t = (centre - ray.from).dot(normal) / towards;
+    let local = ray.from + ray.along * t - centre;
+    // A ray in the plane of the disc has no finite place.
+    let is_hit = t.is_finite() && t > START && local.norm_squared() <= radius * radius;
+    is_hit.then(|| Intersection { t, normal: normal * -towards.signum(), local, side: 0 })
+}
+
 /// Where `ray`, from inside, meets the wall of the room from `low` to `high`.
 pub(super) fn wall(ray: &Ray, low: &Point3<f64>, high: &Point3<f64>) -> Intersection {
     let (mut t, mut axis) = (f64::INFINITY, 0);
@@ -233,6 +257,7 @@ mod tests {
                 half: Vector3::new(2.0, 1.0, 3.0),
                 yaw: std::f64::consts::FRAC_PI_2,
             },
+            Shape::Disc { centre: Point3::new(1.0, 0.5, 0.5), radius: 0.6, normal: -Vector3::x() },
         ]
         .map(|shape| shape.intersect(&ray));
         for meeting in meets {
@@ -257,6 +282,8 @@ mod tests {
             Shape::Block { centre: Point3::origin(), half: Vector3::new(1.0, 1.0, 1.0), yaw: 0.0 },
             Shape::Sphere { centre: Point3::origin(), radius: 1.0 },
             Shape::Cylinder { base: Point3::new(0.0, 0.0, -0.5), radius: 1.0, height: 1.0 },
+            Shape::Disc { centre: Point3::origin(), radius: 1.0, normal: Vector3::x() },
+            Shape::Disc { centre: Point3::origin(), radius: 1.0, normal: Vector3::z() },
         ] {
             assert!(
                 shape.intersect(&away).is_none() && shape.intersect(&beside).is_none(),

@@ -58,6 +58,9 @@ impl<'a> RadialScan<'a> {
         let ahead = intrinsics.deproject(disc.u, disc.v, 1.0).coords.normalize();
         let right = (Vector3::x() - ahead * ahead.x).normalize();
         let down = ahead.cross(&right);
+        let [right, down] = image
+            .flattening
+            .map_or([right, down], |m| [0, 1].map(|k| right * m[(0, k)] + down * m[(1, k)]));
         let homogeneous = |p: Vector3<f64>| {
             if intrinsics.distortion.is_some() {
                 return p;

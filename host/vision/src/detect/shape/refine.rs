@@ -22,6 +22,7 @@ pub(super) use boundary::Boundary;
 pub use boundary::Surroundings;
 pub(super) use radial_profile::Outline;
 pub use radial_profile::RayEnd;
+pub(super) use ray_edges::read_edges;
 pub use sub_pixel_edge::RefinedCircle;
 pub(super) use sub_pixel_edge::fit_edges;
 

@@ -1,6 +1,6 @@
-//! Robust least squares for three unknowns, and the median.
+//! Robust least squares for a few unknowns, and the median.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{SMatrix, SVector};
 
 /// Returns the median of `values`, of an even number of them the upper one in the middle; `None` if
 /// there are none.
@@ -13,37 +13,37 @@ pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
 ///
 /// It minimises Σ w (1 - (r / c)²)² (r - row · step)² over the observations with |r| < c, plus
 /// `damping` |step|².
-pub(super) struct TukeyStep {
+pub(super) struct TukeyStep<const N: usize> {
     cutoff: f64,
-    normal: Matrix3<f64>,
-    right: Vector3<f64>,
+    normal: SMatrix<f64, N, N>,
+    right: SVector<f64, N>,
     squares: f64,
     weights: f64,
     inliers: usize,
 }
 
 /// Result of a [`TukeyStep`].
-pub(super) struct Solution {
+pub(super) struct Solution<const N: usize> {
     /// The unknowns.
-    pub(super) step: Vector3<f64>,
+    pub(super) step: SVector<f64, N>,
     /// Inverse of the normal matrix: the covariance for residuals of variance 1.
-    pub(super) inverse: Matrix3<f64>,
+    pub(super) inverse: SMatrix<f64, N, N>,
     /// Weighted mean of the squared residuals after the step.
     pub(super) mean_square: f64,
 }
 
-impl TukeyStep {
+impl<const N: usize> TukeyStep<N> {
     /// Starts a step with the cut-off `cutoff`, in the unit of the residuals, and the weight
     /// `damping` of a step of zero.
     pub(super) fn new(cutoff: f64, damping: f64) -> Self {
-        let (normal, right) = (Matrix3::identity() * damping, Vector3::zeros());
+        let (normal, right) = (SMatrix::identity() * damping, SVector::zeros());
         Self { cutoff, normal, right, squares: 0.0, weights: 0.0, inliers: 0 }
     }
 
     /// Adds an observation: the derivative of its residual by the unknowns, the residual, and its
     /// weight.
     #[inline]
-    pub(super) fn add(&mut self, row: Vector3<f64>, residual: f64, weight: f64) {
+    pub(super) fn add(&mut self, row: SVector<f64, N>, residual: f64, weight: f64) {
         let relative = residual / self.cutoff;
         if relative.abs() >= 1.0 {
             return;
@@ -59,7 +59,7 @@ impl TukeyStep {
     /// Adds prior knowledge of the third unknown: its value and the weight of that.
     pub(super) fn add_prior(&mut self, value: f64, weight: f64) {
         self.normal[(2, 2)] += weight;
-        self.right.z += value * weight;
+        self.right[2] += value * weight;
     }
 
     /// Returns the sum of the observations' weights.
@@ -73,7 +73,7 @@ impl TukeyStep {
     }
 
     /// Solves for the unknowns; `None` if they are not determined.
-    pub(super) fn solve(&self) -> Option<Solution> {
+    pub(super) fn solve(&self) -> Option<Solution<N>> {
         let inverse = self.normal.try_inverse()?;
         let step = inverse * self.right;
         let mean_square = (self.squares - step.dot(&self.right)).max(0.0) / self.weights;
@@ -84,6 +84,8 @@ impl TukeyStep {
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
+
+    use nalgebra::Vector3;
 
     use super::*;
 
@@ -116,6 +118,6 @@ mod tests {
 
     #[test]
     fn nothing_determines_nothing() {
-        assert!(TukeyStep::new(1.0, 0.0).solve().is_none());
+        assert!(TukeyStep::<3>::new(1.0, 0.0).solve().is_none());
     }
 }

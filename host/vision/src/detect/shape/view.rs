@@ -148,12 +148,20 @@ pub(super) struct ColourView<'a> {
     height: usize,
     intrinsics: &'a Intrinsics,
     ball: BallColour,
+    /// How a flat disc is seen: its places, in the radius, to those across the direction to it.
+    /// `None` for a ball, which is a circle there.
+    pub(super) flattening: Option<Matrix2<f64>>,
 }
 
 impl<'a> ColourView<'a> {
-    fn new(colour: &'a ColourImage, intrinsics: &'a Intrinsics, ball: BallColour) -> Self {
+    /// Borrows an image.
+    pub(super) fn new(
+        colour: &'a ColourImage,
+        intrinsics: &'a Intrinsics,
+        ball: BallColour,
+    ) -> Self {
         let (width, height) = (colour.width(), colour.height());
-        Self { pixels: colour.pixels(), width, height, intrinsics, ball }
+        Self { pixels: colour.pixels(), width, height, intrinsics, ball, flattening: None }
     }
 
     /// Returns the intrinsics of the image.

@@ -15,7 +15,7 @@ use multiversion::multiversion;
 
 use super::super::radial_scan::RadialScan;
 use super::super::ray_colours::{RAYS, RayColours};
-use super::super::view::{Disc, FrameView};
+use super::super::view::{ColourView, Disc};
 
 /// Samples on a ray to either side of the expected edge.
 const HALF: usize = 12;
@@ -26,30 +26,31 @@ const END: usize = HALF / 2;
 
 /// The edge on a ray.
 #[derive(Clone, Copy)]
-pub(super) struct Edge {
+pub(in super::super) struct Edge {
     /// Pixels outwards from the disc.
-    pub(super) residual: f64,
+    pub(in super::super) residual: f64,
     /// 0 to 1: by how much both colours differ, against their own unevenness.
-    pub(super) weight: f64,
+    pub(in super::super) weight: f64,
     /// Standard deviation of its blur, pixels.
-    pub(super) blur: f64,
+    pub(in super::super) blur: f64,
 }
 
 /// The edges on all rays; `None` where there is none.
-pub(super) type Edges = [Option<Edge>; RAYS];
+pub(in super::super) type Edges = [Option<Edge>; RAYS];
 
-/// Returns the edge of each trusted ray within its band, pixels.
-pub(super) fn read_edges(
-    view: &FrameView,
+/// Returns the edge of each trusted ray within its band, pixels. A difference of `faint` grey levels
+/// has half the full weight.
+pub(in super::super) fn read_edges(
+    (image, faint): (&ColourView, f32),
     disc: &Disc,
     bands: &[f64; RAYS],
     trusted: &[bool; RAYS],
 ) -> Edges {
-    let scan = RadialScan::new(&view.colour, disc);
+    let scan = RadialScan::new(image, disc);
     let (starts, steps) = (bands.map(|band| disc.radius - band), bands.map(|b| b / HALF as f64));
     let mut samples = [[[0.0; RAYS]; 3]; SAMPLES];
     let inside = scan.read_bilinear(&starts, &steps, &mut samples);
-    let mixtures = Mixtures::new(&samples, view.parameters.edges.faint_contrast);
+    let mixtures = Mixtures::new(&samples, faint);
     array::from_fn(|ray| {
         (trusted[ray] && inside[ray]).then(|| mixtures.edge(ray, steps[ray])).flatten()
     })

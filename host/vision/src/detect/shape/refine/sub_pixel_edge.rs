@@ -81,7 +81,8 @@ pub(in super::super) fn fit_edges(
                 (parameters.blur_band * blur + parameters.blur_band_pixels).clamp(least, limit)
             })
         });
-        let edges = read_edges(view, &circle.disc, &bands, trusted);
+        let image = (&view.colour, parameters.faint_contrast);
+        let edges = read_edges(image, &circle.disc, &bands, trusted);
         let edges = without_glare(edges, parameters);
         circle = fit_circle(view, &circle.disc, &edges, limit, radius)?;
         if pass == RMS_PASS {
