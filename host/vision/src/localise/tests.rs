@@ -208,6 +208,9 @@ fn a_planar_ball_is_where_its_ray_meets_the_plane() {
     }
     assert_eq!(found.covariance[(0, 0)], found.covariance[(1, 1)].max(found.covariance[(2, 2)]));
     // Behind the camera the ray meets nothing.
-    let away = Camera { pose: camera.pose * Isometry3::rotation(Vector3::x() * 3.14), ..camera };
+    let away = Camera {
+        pose: camera.pose * Isometry3::rotation(Vector3::x() * std::f64::consts::PI),
+        ..camera
+    };
     assert_eq!(localise_on_plane(&circle(0.0, 0.0), &lens, &away), None);
 }
