@@ -8,6 +8,7 @@ mod baselines;
 mod board_controller;
 mod bounce;
 mod controller;
+mod eye;
 mod float;
 mod following;
 mod kinematic;
@@ -44,9 +45,10 @@ use turned_frame::TurnedFrame;
 
 pub use crate::run_id::RunId;
 pub use controller::ControllerKind;
+pub use eye::{Defect, Stand};
 pub use following::{Loss, PathReport, PathSuite, Quantiles, follow_paths};
 pub use paper::{PAPER_GAMMAS, PaperSuite, paper};
-pub use picture::{Defect, JogReport, Stand};
+pub use picture::JogReport;
 pub use report::Report;
 pub use simulate::RunEnd;
 pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RigChange, Rigs, Suite, SuiteName};
@@ -218,7 +220,8 @@ fn run_in_picture(
     id: RunId,
 ) -> Result<Vec<(Outcome, f64)>, BenchError> {
     let on_error = BenchError::of_rig(id);
-    let Some(jogged) = picture::jog(suite, stand, task, id)? else {
+    let jogged = picture::jog(suite, stand, task, id).map_err(on_error)?;
+    let Some(jogged) = jogged else {
         return Ok(vec![(Outcome { end: RunEnd::NoFrame, ..Outcome::default() }, f64::NAN)]);
     };
     let oracle_s = oracle::time_s(&jogged.task, &RigLimits::default(), jogged.threshold_m());
@@ -256,8 +259,10 @@ pub fn jogs(
     let stand = suite.stand.unwrap_or(Stand::InFront);
     let jog = |rig| {
         let id = RunId { seed, rig };
-        let task = suite.task(id).map_err(BenchError::of_rig(id))?;
-        Ok(picture::jog(suite, stand, task, id)?.map(|jogged| jogged.quality()))
+        let on_error = BenchError::of_rig(id);
+        let task = suite.task(id).map_err(on_error)?;
+        let jogged = picture::jog(suite, stand, task, id).map_err(on_error)?;
+        Ok(jogged.map(|jogged| jogged.quality()))
     };
     Ok(JogReport::of(&in_parallel(rigs, jog, progress)?))
 }

@@ -58,8 +58,8 @@ pub(crate) struct Args {
     /// turned (motors under other names), feet (read as metres)
     #[arg(long)]
     size: Option<TapeMeasure>,
-    /// Camera of the suites picture, picture800 and picture150: front, mirrored, upside-down, behind
-    /// (the plane), rolled60, rolled90
+    /// Camera of the suites picture, picture800 and picture150: front, mirrored, upside-down,
+    /// behind (the plane), rolled60, rolled90
     #[arg(long, default_value = "front")]
     stand: Stand,
     /// What breaks 0.5 s after the start of such a run: stuck (motor A stands), caught (the ball is

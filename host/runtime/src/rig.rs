@@ -26,6 +26,8 @@ use plumb_config::bounded_read::read_text;
 use plumb_config::mistake::{Kind, Mistake};
 use plumb_config::quantity::{Coordinate, NumberError};
 use plumb_config::toml_file::{MAX_BYTES, TomlFileError, parse_toml, place};
+use plumb_frame::camera::Camera;
+use plumb_frame::image::ImageSize;
 use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::dimension::LEAST_MOTORS;
 use plumb_protocol::prior::Prior;
@@ -192,6 +194,31 @@ impl Rig {
         self.targets.iter().map(|target| target.map(Coordinate::get))
     }
 
+    /// Returns the rig in `frame`: its targets (without any, the place of the ball), its workspace
+    /// and the radius of "reached" are then in metres of the frame, and the law begins with the
+    /// Jacobian. `camera` takes pictures of this `size`, later than their time stamps by
+    /// `latency_s`; `ball` is the pixel where the ball hangs.
+    ///
+    /// # Errors
+    /// Where the motors of the rig file leave no room in the picture.
+    pub fn in_picture(
+        &self,
+        (frame, latency_s): (PictureFrame, f64),
+        seen: (&Camera, ImageSize),
+        ball: [f64; 2],
+    ) -> Result<Self, PictureError> {
+        let plane = self.plane.clone().unwrap_or_default();
+        let picture = RigPicture::new(frame, &plane, seen, ball)?;
+        let mut rig = self.clone();
+        // A pixel beyond the range of coordinates is beyond the picture too.
+        rig.set_targets(&picture.targets(&plane)).map_err(|_| PictureError::NoRoom)?;
+        rig.workspace = picture.workspace();
+        rig.reached.radius = picture.reached();
+        rig.law.set_delay(latency_s);
+        rig.picture = Some(picture);
+        Ok(rig)
+    }
+
     /// Returns the rules for a motion of the ball. Triangle and rates of the motors are checked
     /// where the rig file has the table `[size]` or `[simulation]`.
     pub fn motion_rules(&self) -> MotionRules {
@@ -332,8 +359,8 @@ impl Rig {
     }
 }
 
-/// Returns the mistakes of a rig file with this text about its plane: what is missing without it, and
-/// what does not go with it.
+/// Returns the mistakes of a rig file with this text about its plane: what is missing without it,
+/// and what does not go with it.
 fn plane_mistakes(text: &str, rig: &Rig) -> Vec<Mistake> {
     let mistake = |key: &str, kind, message: &str| {
         let at = place(text, key);

@@ -169,6 +169,8 @@ const CRATES: &[Rule] = &[
             "plumb-pictures",
             "plumb-protocol",
             "plumb-runtime",
+            // The two jogs, on simulated rigs.
+            "plumb-setup",
             "plumb-sim",
             "plumb-vision",
         ],

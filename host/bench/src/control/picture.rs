@@ -1,8 +1,8 @@
-//! Rigs of two motors that a camera of unknown place sees: two jogs, and what they measure.
+//! Two jogs of rigs of two motors that a camera of unknown place sees, and what they measure.
 
 use std::fmt;
 
-use nalgebra::{Isometry3, Matrix2, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Matrix2, Point3, Vector2, Vector3};
 use plumb_emulator::plant::{CameraMonitor, CameraMonitorParameters, Plant, RigError, Task};
 use plumb_protocol::MOTORS;
 use plumb_runtime::rig::PictureFrame;
@@ -11,89 +11,16 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::BenchError;
+use super::eye::{Defect, Eye, PictureView, Stand, WIDTH_PX};
 use super::report::{quantile, round, sorted};
 use super::simulate::STEP_S;
 use super::suite::Suite;
 use crate::run_id::RunId;
 
-named! {
-    /// How a camera stands before the plane of the motors, in addition to ±30° about each axis.
-    Stand:
-    InFront "front" "in front";
-    Mirrored "mirrored" "its picture mirrored";
-    UpsideDown "upside-down" "upside down";
-    Behind "behind" "behind the plane";
-    Rolled60 "rolled60" "rolled by 60°";
-    Rolled90 "rolled90" "rolled by 90°";
-}
-
-named! {
-    /// What breaks in the run of a rig in a picture.
-    Defect:
-    Stuck "stuck" "motor A stands, and its steps are counted";
-    Caught "caught" "the ball is held where it is";
-    Reversed "reversed" "motor A turns the wrong way";
-    Knocked "knocked" "the camera is turned by 5° about a random axis";
-}
-
-/// Time of the run from which a defect acts, seconds: in the middle of most drives.
-const ONSET_S: f64 = 0.5;
-/// Angle by which a camera is knocked, radians.
-const KNOCK_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
-
-/// Rig that breaks at [`ONSET_S`].
-pub(super) struct Broken {
-    plant: Box<dyn Plant>,
-    defect: Defect,
-    time_s: f64,
-    /// Turns of the motors at the onset, full steps.
-    onset: [f64; MOTORS],
-}
-
-impl Broken {
-    /// Returns `plant` with this defect.
-    pub(super) fn new(plant: Box<dyn Plant>, defect: Defect) -> Self {
-        Self { plant, defect, time_s: 0.0, onset: [0.0; MOTORS] }
-    }
-}
-
-impl Plant for Broken {
-    fn advance(&mut self, dt_s: f64, motors: [f64; MOTORS]) -> Result<(), RigError> {
-        self.time_s += dt_s;
-        if self.time_s < ONSET_S {
-            self.onset = motors;
-            return self.plant.advance(dt_s, motors);
-        }
-        let [a, b, c] = motors;
-        let [at_onset, ..] = self.onset;
-        match self.defect {
-            Defect::Stuck => self.plant.advance(dt_s, [at_onset, b, c]),
-            Defect::Reversed => self.plant.advance(dt_s, [2.0 * at_onset - a, b, c]),
-            Defect::Knocked => self.plant.advance(dt_s, motors),
-            Defect::Caught => Ok(()),
-        }
-    }
-
-    fn ball(&self) -> Point3<f64> {
-        self.plant.ball()
-    }
-
-    fn slack(&self) -> [bool; MOTORS] {
-        self.plant.slack()
-    }
-}
-
-/// Columns of a picture.
-const WIDTH_PX: f64 = 640.0;
-/// Focal length, pixels: a field of view of 56°.
-const FOCAL_PX: f64 = 600.0;
 /// Width of a picture in the plane, metres.
 const WIDTHS_M: std::ops::RangeInclusive<f64> = 0.3..=3.0;
 /// Largest way to a target, as a share of the picture's width.
 const LONGEST_WAY: f64 = 0.6;
-/// Largest angle of the camera about each axis, radians.
-const TILT_RAD: f64 = std::f64::consts::FRAC_PI_6;
 /// Standard deviation of the ball's place in a picture, pixels.
 const NOISE_PX: f64 = 0.2;
 /// Latency of the pictures, frames.
@@ -106,88 +33,6 @@ const CAMERA_STREAM: u64 = 1 << 44;
 const MEAN_S: f64 = 0.2;
 /// Time from the end of a jog to the first picture that counts, seconds.
 const SETTLE_S: f64 = 0.4;
-
-/// A pinhole camera and the plane x = 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Eye {
-    /// From camera axes into the rig frame.
-    pose: Isometry3<f64>,
-    /// -1 where the picture is mirrored.
-    sign: f64,
-}
-
-impl Eye {
-    /// Returns a camera that looks at `middle` with a picture of `width` metres there.
-    fn new(middle: Point3<f64>, width: f64, stand: Stand, rng: &mut ChaCha8Rng) -> Self {
-        let mut tilt = || TILT_RAD * rng.random_range(-1.0..=1.0);
-        let (roll, pitch, yaw) = (tilt(), tilt(), tilt());
-        let roll = roll
-            + match stand {
-                Stand::Rolled60 => 60_f64.to_radians(),
-                Stand::Rolled90 => 90_f64.to_radians(),
-                Stand::UpsideDown => 180_f64.to_radians(),
-                Stand::InFront | Stand::Mirrored | Stand::Behind => 0.0,
-            };
-        // Camera axes of an upright camera that looks along -x: right is y, down is -z.
-        let upright = Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&[
-            Vector3::y(),
-            -Vector3::z(),
-            -Vector3::x(),
-        ]));
-        let turned = Rotation3::from_euler_angles(pitch, yaw, roll);
-        let about = if stand == Stand::Behind { std::f64::consts::PI } else { 0.0 };
-        let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), about) * upright * turned;
-        let distance = width * FOCAL_PX / WIDTH_PX;
-        let place = middle - rotation * Vector3::z() * distance;
-        let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
-        let sign = if stand == Stand::Mirrored { -1.0 } else { 1.0 };
-        Self { pose: Isometry3::from_parts(place.into(), rotation), sign }
-    }
-
-    /// Returns the camera turned by [`KNOCK_RAD`] about a random axis.
-    fn knocked(&self, rng: &mut ChaCha8Rng) -> Self {
-        let axis = Vector3::from_fn(|_, _| rng.random_range(-1.0..=1.0)).normalize();
-        let turn = UnitQuaternion::from_scaled_axis(axis * KNOCK_RAD);
-        let rotation = self.pose.rotation * turn;
-        Self { pose: Isometry3::from_parts(self.pose.translation, rotation), ..*self }
-    }
-
-    /// Returns where a point is seen, pixels from the middle of the picture.
-    fn pixel(&self, point: &Point3<f64>) -> Vector2<f64> {
-        let seen = self.pose.inverse_transform_point(point);
-        Vector2::new(self.sign * seen.x, seen.y) * (FOCAL_PX / seen.z)
-    }
-
-    /// Returns the point of the plane x = 0 that is seen at a pixel, metres.
-    fn point(&self, pixel: Vector2<f64>) -> Point3<f64> {
-        let ray = Vector3::new(self.sign * pixel.x, pixel.y, FOCAL_PX);
-        let (ray, from) = (self.pose.rotation * ray, self.pose.translation.vector);
-        Point3::from(from - ray * (from.x / ray.x))
-    }
-}
-
-/// Map from true positions to those that the board gets.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct PictureView {
-    eye: Eye,
-    frame: PictureFrame,
-    /// The camera from [`ONSET_S`] on, where it is knocked.
-    knocked: Option<Eye>,
-}
-
-impl PictureView {
-    /// Returns the measured position of a true one (metres) at a time of the run, seconds.
-    pub(super) fn measured(&self, time_s: f64, point: Point3<f64>) -> Point3<f64> {
-        let eye = self.knocked.as_ref().filter(|_| time_s >= ONSET_S).unwrap_or(&self.eye);
-        let place = self.frame.turn * eye.pixel(&point) * self.frame.scale;
-        Point3::new(0.0, place.x, place.y)
-    }
-
-    /// Returns the true position of a measured one, metres.
-    pub(super) fn true_position(&self, point: Point3<f64>) -> Point3<f64> {
-        self.eye.point(self.frame.turn.transpose() * point.coords.yz() / self.frame.scale)
-    }
-}
 
 /// A rig, its camera, and the motors in reach of the jogs.
 struct SimulatedHand {
@@ -379,8 +224,7 @@ pub(super) fn jog(
     stand: Stand,
     task: Task,
     id: RunId,
-) -> Result<Option<Jogged>, BenchError> {
-    let on_error = BenchError::of_rig(id);
+) -> Result<Option<Jogged>, RigError> {
     let mut rng = ChaCha8Rng::seed_from_u64(id.seed);
     rng.set_stream(CAMERA_STREAM | id.rig);
     let width = rng.random_range(WIDTHS_M);
@@ -392,9 +236,9 @@ pub(super) fn jog(
         ..CameraMonitorParameters::default()
     };
     let mut hand = SimulatedHand {
-        plant: suite.plant(&task, id).map_err(on_error)?,
+        plant: suite.plant(&task, id)?,
         eye,
-        camera: CameraMonitor::new(in_pixels, rng.random()).map_err(on_error)?,
+        camera: CameraMonitor::new(in_pixels, rng.random())?,
         frames: 0,
         ticks: 0,
         turned: [0.0; MOTORS],

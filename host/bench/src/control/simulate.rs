@@ -10,7 +10,7 @@ use plumb_protocol::units::Micros;
 use plumb_protocol::{MOTORS, PerMotor};
 
 use super::BenchError;
-use super::picture::{Broken, PictureView};
+use super::eye::{Broken, PictureView};
 use super::suite::{Clock, Suite};
 use super::turned_frame::TurnedFrame;
 use crate::run_id::RunId;

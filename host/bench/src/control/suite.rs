@@ -17,8 +17,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::bounce::Bounce;
+use super::eye::{Defect, Stand};
 use super::kinematic::Kinematic;
-use super::picture::{Defect, Stand};
 use super::tape::TapeMeasure;
 use crate::run_id::RunId;
 

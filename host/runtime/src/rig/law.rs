@@ -133,7 +133,7 @@ impl LawSettings {
         }
     }
 
-    /// Sets the delay of the frames beyond their age, seconds, of a law that knows one; at most 0.5.
+    /// Sets the delay of the frames beyond their age, seconds, at most 0.5, of a law that has one.
     pub fn set_delay(&mut self, seconds: f64) {
         if let Self::Adaptive(law) | Self::Taut(law) = self
             && let Ok(delay) = Delay::try_from(seconds.clamp(0.0, 0.5))

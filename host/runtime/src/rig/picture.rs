@@ -16,7 +16,6 @@ use plumb_protocol::prior::{JacobianPrior, Prior};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::Rig;
 use super::quantity::{Corner, Distance};
 use super::size::Box3;
 
@@ -155,8 +154,8 @@ pub struct Region {
 
 impl Region {
     /// Returns the region of pictures of this size: less a border, below the motors and between
-    /// their verticals; the middle third where the places of the motors are unknown. `ball` is where
-    /// the ball hangs, which tells which side of the motors is below. All in pixels.
+    /// their verticals; the middle third where the places of the motors are unknown. `ball` is
+    /// where the ball hangs, which tells which side of the motors is below. All in pixels.
     ///
     /// # Errors
     /// [`PictureError::NoRoom`] where the motors leave no room in the picture.
@@ -245,6 +244,36 @@ pub struct RigPicture {
 }
 
 impl RigPicture {
+    /// Returns the picture of `frame` for targets and motors of `plane`: `camera` takes pictures of
+    /// this `size`, and `ball` is the pixel where the ball hangs.
+    ///
+    /// # Errors
+    /// [`PictureError::NoRoom`] where the motors leave no room in the picture.
+    pub(super) fn new(
+        frame: PictureFrame,
+        plane: &PlaneSettings,
+        (camera, size): (&Camera, ImageSize),
+        ball: [f64; 2],
+    ) -> Result<Self, PictureError> {
+        let region = Region::of(size, plane.motors_px(), ball)?;
+        Ok(Self { frame, region, camera: frame.camera(camera), ball })
+    }
+
+    /// Returns the places of the targets of `plane` (without any, that of the ball), metres.
+    pub(super) fn targets(&self, plane: &PlaneSettings) -> Vec<[f64; 3]> {
+        let targets = plane.targets.iter().map(|pixel| pixel.map(PixelCoordinate::get));
+        let mut targets: Vec<_> = targets.map(|pixel| self.place(pixel)).collect();
+        if targets.is_empty() {
+            targets.push(self.place(self.ball));
+        }
+        targets
+    }
+
+    /// Returns the distance at which a target counts as reached.
+    pub(super) fn reached(&self) -> Distance {
+        Distance::constant((REACHED_PX * self.frame.scale).min(1.0))
+    }
+
     /// Returns the pixel of a place in the plane (y and z, metres).
     pub fn pixel(&self, place: [f64; 3]) -> [f64; 2] {
         let in_camera = self.camera.pose.inverse_transform_point(&place.into());
@@ -265,43 +294,9 @@ impl RigPicture {
     }
 }
 
-impl Rig {
-    /// Returns the rig in `frame`: its targets (without any, the place of the ball), its workspace and the radius of "reached" are then
-    /// in metres of the frame, and the law begins with the Jacobian. `camera` takes pictures of
-    /// this `size`, later than their time stamps by `latency_s`; `ball` is the pixel where the ball
-    /// hangs.
-    ///
-    /// # Errors
-    /// Where the motors of the rig file leave no room in the picture.
-    pub fn in_picture(
-        &self,
-        (frame, latency_s): (PictureFrame, f64),
-        (camera, size): (&Camera, ImageSize),
-        ball: [f64; 2],
-    ) -> Result<Self, PictureError> {
-        let plane = self.plane.clone().unwrap_or_default();
-        let pixels = |pixel: [PixelCoordinate; 2]| pixel.map(PixelCoordinate::get);
-        let region = Region::of(size, plane.motors_px(), ball)?;
-        let picture = RigPicture { frame, region, camera: frame.camera(camera), ball };
-        let mut rig = self.clone();
-        rig.workspace = picture.workspace();
-        rig.reached.radius = Distance::constant((REACHED_PX * frame.scale).min(1.0));
-        rig.law.set_delay(latency_s);
-        let mut targets: Vec<_> = plane.targets.into_iter().map(pixels).collect();
-        if targets.is_empty() {
-            targets.push(ball);
-        }
-        let targets: Vec<_> = targets.into_iter().map(|pixel| picture.place(pixel)).collect();
-        // A pixel beyond the range of coordinates is beyond the picture too.
-        rig.set_targets(&targets).map_err(|_| PictureError::NoRoom)?;
-        rig.picture = Some(picture);
-        Ok(rig)
-    }
-}
-
 impl RigPicture {
     /// Returns the box about the region and the place of the ball, metres.
-    fn workspace(&self) -> Box3 {
+    pub(super) fn workspace(&self) -> Box3 {
         let ball = self.ball;
         let room = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let about_ball = room.map(|[u, v]| [ball[0] + ROOM_PX * u, ball[1] + ROOM_PX * v]);

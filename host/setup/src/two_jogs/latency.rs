@@ -36,8 +36,8 @@ impl Moving {
 const MAX_MS: i32 = 300;
 
 /// Returns the time by which pictures are later than their time stamps, seconds: the one with the
-/// least squares of p - p₀ - J s(t - τ), in whole milliseconds. `jogs` has for each motor its column
-/// J (pixels a step), the ball's place p₀ before (pixels), and what was seen.
+/// least squares of p - p₀ - J s(t - τ), in whole milliseconds. `jogs` has for each motor its
+/// column J (pixels a step), the ball's place p₀ before (pixels), and what was seen.
 pub fn latency_s(jogs: &[(Vector2<f64>, Vector2<f64>, Moving)]) -> f64 {
     let squares = |ms: i32| -> f64 {
         let latency = f64::from(ms) * 1e-3;

@@ -1,5 +1,5 @@
-//! `plumb demo --planar`: two motors, both wired the wrong way, before a tilted camera whose picture
-//! is mirrored. Two jogs, and the ball goes where one points.
+//! `plumb demo --planar`: two motors, both wired the wrong way, before a tilted camera whose
+//! picture is mirrored. Two jogs, and the ball goes where one points.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -18,7 +18,11 @@ use crate::cli::numbers::sides;
 /// camera.toml with an explanation of each key, and limits that fit the rig's size. Never
 /// overwrites a file. Lengths are in metres.
 #[derive(Parser)]
-#[command(after_help = examples!["plumb init my-rig", "plumb init trial --simulated --yes", "plumb init wall --planar"])]
+#[command(after_help = examples![
+    "plumb init my-rig",
+    "plumb init trial --simulated --yes",
+    "plumb init wall --planar",
+])]
 pub(crate) struct Args {
     /// Folder of the files; it is created where it does not exist
     #[arg(default_value = ".")]

@@ -153,8 +153,8 @@ pub struct Camera {
     pub ball_diameter: f64,
     /// Hue of the ball, degrees: 0 red, 60 yellow, 120 green, 180 cyan, 240 blue, 300 magenta.
     pub ball_hue: f64,
-    /// Whether the ball moves in the plane x = 0 of the rig frame: without depth, its place is where
-    /// its ray meets that plane.
+    /// Whether the ball moves in the plane x = 0 of the rig frame: without depth, its place is
+    /// where its ray meets that plane.
     pub is_planar: bool,
 }
 

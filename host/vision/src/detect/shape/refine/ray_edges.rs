@@ -38,8 +38,8 @@ pub(in super::super) struct Edge {
 /// The edges on all rays; `None` where there is none.
 pub(in super::super) type Edges = [Option<Edge>; RAYS];
 
-/// Returns the edge of each trusted ray within its band, pixels. A difference of `faint` grey levels
-/// has half the full weight.
+/// Returns the edge of each trusted ray within its band, pixels. A difference of `faint` grey
+/// levels has half the full weight.
 pub(in super::super) fn read_edges(
     (image, faint): (&ColourView, f32),
     disc: &Disc,
