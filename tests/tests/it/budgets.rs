@@ -31,7 +31,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("host/page", 2450),
     ("host/path", 2100),
     ("host/ros2", 4900),
-    ("host/runtime", 9950),
+    ("host/runtime", 10_000),
     ("host/setup", 2150),
     ("host/sim", 3350),
     ("host/verify", 950),

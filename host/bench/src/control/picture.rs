@@ -1,7 +1,5 @@
 //! Two jogs of rigs of two motors that a camera of unknown place sees, and what they measure.
 
-use std::fmt;
-
 use nalgebra::{Matrix2, Point3, Vector2, Vector3};
 use plumb_emulator::plant::{CameraMonitor, CameraMonitorParameters, Plant, RigError, Task};
 use plumb_protocol::MOTORS;
@@ -9,11 +7,8 @@ use plumb_runtime::rig::PictureFrame;
 use plumb_setup::two_jogs::{JogsError, Measured, Moving, RATE, TwoMotors, two_jogs};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
 
 use super::eye::{Defect, Eye, PictureView, Stand, WIDTH_PX};
-use super::report::{quantile, round, sorted};
-use super::simulate::STEP_S;
 use super::suite::Suite;
 use crate::run_id::RunId;
 
@@ -21,6 +16,8 @@ use crate::run_id::RunId;
 const WIDTHS_M: std::ops::RangeInclusive<f64> = 0.3..=3.0;
 /// Largest way to a target, as a share of the picture's width.
 const LONGEST_WAY: f64 = 0.6;
+/// Time between two steps of the plant, seconds.
+const STEP_S: f64 = 1e-3;
 /// Standard deviation of the ball's place in a picture, pixels.
 const NOISE_PX: f64 = 0.2;
 /// Latency of the pictures, frames.
@@ -162,57 +159,6 @@ pub(super) struct JogQuality {
     pub(super) moved_px: f64,
     /// Error of the latency, ms.
     pub(super) latency_ms: f64,
-}
-
-/// Errors of the jogs of all rigs of a suite.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct JogReport {
-    /// Number of rigs.
-    pub rigs: usize,
-    /// Share of the rigs whose jogs gave a frame.
-    pub measured: f64,
-    /// Share of all rigs whose Jacobian is right within 20 % of its largest entry.
-    pub within_20_percent: f64,
-    /// 99th percentile of the ball's way by both jogs, pixels.
-    pub moved_p99_px: f64,
-    /// Median error of the latency, ms.
-    pub latency_median_ms: f64,
-    /// 90th percentile of that error, ms.
-    pub latency_p90_ms: f64,
-}
-
-impl JogReport {
-    /// Summarises the jogs of all rigs; `None` for those that were refused.
-    pub(super) fn of(jogs: &[Option<JogQuality>]) -> Self {
-        let done: Vec<JogQuality> = jogs.iter().flatten().copied().collect();
-        let all = |value: fn(&JogQuality) -> f64| sorted(done.iter().map(value));
-        let share = |count: usize| round(count as f64 / jogs.len() as f64);
-        let (moved, latency) = (all(|jog| jog.moved_px), all(|jog| jog.latency_ms));
-        Self {
-            rigs: jogs.len(),
-            measured: share(done.len()),
-            within_20_percent: share(done.iter().filter(|jog| jog.jacobian <= 0.2).count()),
-            moved_p99_px: round(quantile(&moved, 0.99)),
-            latency_median_ms: round(quantile(&latency, 0.5)),
-            latency_p90_ms: round(quantile(&latency, 0.9)),
-        }
-    }
-}
-
-impl fmt::Display for JogReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} rigs, jogs {:.4}; Jacobian within 20 % {:.4}; ball moved {:.1} px (p99); latency \
-             off by {:.1} ms (median), {:.1} ms (p90)",
-            self.rigs,
-            self.measured,
-            self.within_20_percent,
-            self.moved_p99_px,
-            self.latency_median_ms,
-            self.latency_p90_ms
-        )
-    }
 }
 
 /// Jogs the motors of a rig. `None` where the jogs are refused.

@@ -5,6 +5,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::picture::JogQuality;
 use super::simulate::{Outcome, RunEnd};
 use super::suite::SuiteName;
 use crate::run_id::RunId;
@@ -84,7 +85,7 @@ pub(crate) fn quantile<T: Copy + Into<f64>>(sorted: &[T], q: f64) -> f64 {
 }
 
 /// Returns the values in ascending order.
-pub(super) fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values
@@ -177,6 +178,57 @@ impl fmt::Display for Report {
             self.lost_p99_s,
             self.told_s,
             self.told_p99_s
+        )
+    }
+}
+
+/// Errors of the jogs of all rigs of a suite.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JogReport {
+    /// Number of rigs.
+    pub rigs: usize,
+    /// Share of the rigs whose jogs gave a frame.
+    pub measured: f64,
+    /// Share of all rigs whose Jacobian is right within 20 % of its largest entry.
+    pub within_20_percent: f64,
+    /// 99th percentile of the ball's way by both jogs, pixels.
+    pub moved_p99_px: f64,
+    /// Median error of the latency, ms.
+    pub latency_median_ms: f64,
+    /// 90th percentile of that error, ms.
+    pub latency_p90_ms: f64,
+}
+
+impl JogReport {
+    /// Summarises the jogs of all rigs; `None` for those that were refused.
+    pub(super) fn of(jogs: &[Option<JogQuality>]) -> Self {
+        let done: Vec<JogQuality> = jogs.iter().flatten().copied().collect();
+        let all = |value: fn(&JogQuality) -> f64| sorted(done.iter().map(value));
+        let share = |count: usize| round(count as f64 / jogs.len() as f64);
+        let (moved, latency) = (all(|jog| jog.moved_px), all(|jog| jog.latency_ms));
+        Self {
+            rigs: jogs.len(),
+            measured: share(done.len()),
+            within_20_percent: share(done.iter().filter(|jog| jog.jacobian <= 0.2).count()),
+            moved_p99_px: round(quantile(&moved, 0.99)),
+            latency_median_ms: round(quantile(&latency, 0.5)),
+            latency_p90_ms: round(quantile(&latency, 0.9)),
+        }
+    }
+}
+
+impl fmt::Display for JogReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} rigs, jogs {:.4}; Jacobian within 20 % {:.4}; ball moved {:.1} px (p99); latency \
+             off by {:.1} ms (median), {:.1} ms (p90)",
+            self.rigs,
+            self.measured,
+            self.within_20_percent,
+            self.moved_p99_px,
+            self.latency_median_ms,
+            self.latency_p90_ms
         )
     }
 }
