@@ -127,7 +127,12 @@ pub(super) fn drive(
     options: Common,
 ) -> Result<Work, Failure> {
     if let Some(law) = &options.law {
+        let mean = rig.law.mean();
         rig.law = law.clone();
+        // Two jogs and the law share the mean of the file.
+        if rig.plane.is_some() {
+            rig.law.set_mean(mean);
+        }
     }
     if rig.plane.is_some() {
         return drive_in_picture(file, rig, goal, options);

@@ -8,6 +8,7 @@ use plumb_runtime::rig::{PictureFrame, Rig};
 use plumb_setup::two_jogs::{BoardHand, JogsError, Measured, two_jogs};
 use plumb_setup::watch::WatchParts;
 use plumb_vision::detect::DetectorKind;
+use plumb_vision::image::ImageSize;
 
 use crate::cli::choices;
 use crate::cli::exit::{Failure, failed};
@@ -20,37 +21,25 @@ ball has moved by some 6 pixels. Keep a hand at the emergency button. Go on?";
 
 /// Jogs the motors of the configured board at `link` and returns `rig` in the frame of the picture.
 /// The `camera` then has the pose of the frame.
+///
+/// # Errors
+/// Where the jogs are refused, or the board or the camera fails; the motors are then ramped down.
 pub(crate) fn measure<T: Transport>(
     rig: &Rig,
     link: &mut Link<T>,
     (camera, detector): (&mut RunCamera, DetectorKind),
     interrupted: &AtomicBool,
 ) -> Result<Rig, Failure> {
-    let model = camera.camera.clone();
-    let mut observers: Vec<&mut dyn Observer> = Vec::new();
-    observers.extend(camera.follower.as_mut().map(|follower| follower as &mut dyn Observer));
-    let mut parts = WatchParts {
-        source: &mut *camera.source,
-        detector: &mut *choices::detector(detector, &model),
-        observers: &mut observers,
-        progress: &mut |text| note!("{text}"),
-        interrupted,
-    };
-    let mut hand = BoardHand::new(link, &mut parts, model.intrinsics)?;
-    let measured = two_jogs(&mut hand).map_err(|error| match error {
-        JogsError::Refused(refusal) => Failure::from(refusal),
-        JogsError::Rig(error) => Failure::from(error),
-    })?;
-    let no_picture = || failed("no picture shows the ball");
-    let size = hand.picture_size().ok_or_else(no_picture)?;
-    let frame = PictureFrame::of(&measured.jacobian_px, size.width as f64);
-    let frame = frame.ok_or_else(no_picture)?;
+    let jogged = jog(link, (&mut *camera, detector), interrupted);
+    let Jogged { measured, size } = jogged.inspect_err(|_| link.abandon())?;
     tell_measured(&measured);
-    let lens = model.intrinsics;
-    let ball = measured.ball_px / lens.focal();
-    let ball = lens.project(&ball.push(1.0).into()).map(<[f64; 2]>::from);
-    let ball = ball.ok_or_else(no_picture)?;
-    let rig = rig.in_picture((frame, measured.latency_s), (&model, size), ball)?;
+    let lens = camera.camera.intrinsics;
+    let ball = (measured.ball_px / lens.focal()).push(1.0);
+    let ball = lens.project(&ball.into()).map(<[f64; 2]>::from);
+    let frame = PictureFrame::of(&measured.jacobian_px, size.width as f64);
+    let (ball, frame) = ball.zip(frame).ok_or_else(no_picture)?;
+    let frame = (frame, measured.latency_s);
+    let rig = rig.in_picture(frame, (&camera.camera, size), ball)?;
     if let Some(picture) = &rig.picture {
         camera.camera = picture.camera.clone();
     }
@@ -61,6 +50,41 @@ pub(crate) fn measure<T: Transport>(
         );
     }
     Ok(rig)
+}
+
+/// What the jogs have measured, and the size of the pictures.
+struct Jogged {
+    measured: Measured,
+    size: ImageSize,
+}
+
+/// Jogs the motors before the `camera`.
+fn jog<T: Transport>(
+    link: &mut Link<T>,
+    (camera, detector): (&mut RunCamera, DetectorKind),
+    interrupted: &AtomicBool,
+) -> Result<Jogged, Failure> {
+    let mut observers: Vec<&mut dyn Observer> = Vec::new();
+    observers.extend(camera.follower.as_mut().map(|follower| follower as &mut dyn Observer));
+    let mut parts = WatchParts {
+        source: &mut *camera.source,
+        detector: &mut *choices::detector(detector, &camera.camera),
+        observers: &mut observers,
+        progress: &mut |text| note!("{text}"),
+        interrupted,
+    };
+    let mut hand = BoardHand::new(link, &mut parts, camera.camera.intrinsics)?;
+    let measured = two_jogs(&mut hand).map_err(|error| match error {
+        JogsError::Refused(refusal) => Failure::from(refusal),
+        JogsError::Rig(error) => Failure::from(error),
+    })?;
+    let size = hand.picture_size().ok_or_else(no_picture)?;
+    Ok(Jogged { measured, size })
+}
+
+/// Returns the failure of jogs without a picture.
+fn no_picture() -> Failure {
+    failed("no picture shows the ball")
 }
 
 /// Prints what the jogs have measured.
