@@ -29,11 +29,12 @@ fn python_with_mujoco() -> Option<PathBuf> {
     python
 }
 
-/// Returns the output of the example at the end of a run with this law.
-fn example(python: &Path, law: &str) -> Value {
+/// Returns the output of the example at the end of a run with these options.
+fn example(python: &Path, options: &[&str]) -> Value {
     let output = Command::new(python)
         .arg(repository().join("host/examples/cosim_mujoco.py"))
-        .args(["--plumb", env!("CARGO_BIN_EXE_plumb"), "--law", law, "--seed", "1"])
+        .args(["--plumb", env!("CARGO_BIN_EXE_plumb"), "--seed", "1"])
+        .args(options)
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -45,10 +46,27 @@ fn example(python: &Path, law: &str) -> Value {
 #[test]
 fn the_example_does_the_papers_task_on_mujoco() {
     let Some(python) = python_with_mujoco() else { return };
-    let [taut, adaptive] = ["taut", "adaptive"].map(|law| example(&python, law));
+    let [taut, adaptive] = ["taut", "adaptive"].map(|law| example(&python, &["--law", law]));
     let number = |key: &str| taut[key].as_f64().unwrap();
     assert!(number("reached_s") < 6.0, "{taut}");
     assert!(number("error_mm") < 10.0, "{taut}");
     assert!(number("slack_s") < 0.02, "{taut}");
     assert!(adaptive["slack_s"].as_f64().unwrap() > 0.1, "{adaptive}");
+}
+
+/// Two cables let the ball swing out of their plane, which nothing measures or damps but the air.
+#[test]
+fn two_cables_bring_a_swinging_ball_to_its_target_on_mujoco() {
+    let Some(python) = python_with_mujoco() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let init = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["init", "--planar", "--simulated"])
+        .current_dir(&folder)
+        .output()
+        .unwrap();
+    assert!(init.status.success());
+    let rig = folder.path().join("rig.toml");
+    let line = example(&python, &["--planar", "--rig", rig.to_str().unwrap()]);
+    assert!(line["error_mm"].as_f64().unwrap() < 10.0, "{line}");
+    assert!(line["slack_s"].as_f64().unwrap() < 0.02, "{line}");
 }
