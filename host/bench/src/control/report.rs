@@ -61,6 +61,7 @@ pub struct Report {
     #[serde(skip)]
     pub failed: Vec<(u64, RunEnd)>,
     /// Faults with which boards gave up: name, number of runs, median time, seconds.
+    #[serde(skip)]
     pub faults: Vec<(String, usize, f64)>,
     /// Number of runs that stopped for a lost position and were started again.
     #[serde(skip)]
