@@ -17,7 +17,6 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Timer, with_timeout};
 use plumb_core::coils::Commutation;
 use plumb_protocol::dimension::{MOTORS, PerMotor};
-use plumb_protocol::wiring::Coils;
 use pwm_pca9685::{Channel, Pca9685};
 use static_cell::StaticCell;
 
@@ -53,7 +52,7 @@ const M4: Bridge = Bridge { enable: Channel::C7, forward: Channel::C5, backward:
 const OUTPUTS: PerMotor<(usize, [Bridge; 2])> = [(0, [M1, M2]), (0, [M3, M4]), (1, [M1, M2])];
 
 /// Returns the number of the HATs that `motors` motors need.
-fn needed(motors: usize) -> usize {
+pub(crate) fn needed(motors: usize) -> usize {
     OUTPUTS.iter().take(motors).next_back().map_or(0, |(hat, _)| hat + 1)
 }
 
@@ -68,14 +67,6 @@ pub(crate) struct HatCommand {
     pub(crate) hats: usize,
     /// Motor positions, Q4 steps; `None` switches the current off.
     pub(crate) positions: Option<PerMotor<i32>>,
-}
-
-impl HatCommand {
-    /// Returns the command that switches off the HATs of as many `motors`.
-    pub(crate) fn off(coils: Coils, microsteps: u8, motors: usize) -> Self {
-        let Coils { duty_percent } = coils;
-        Self { duty_percent, microsteps, hats: needed(motors), positions: None }
-    }
 }
 
 /// Longest time for a command, set-up of both chips included: ten times what it takes.
@@ -132,8 +123,25 @@ pub(crate) struct HatResources {
 #[embassy_executor::task]
 pub(crate) async fn drive_hats(resources: HatResources) {
     let first = if resources.were_configured { None } else { Some(COMMAND.wait().await) };
-    let mut hats = Hats::new(resources);
-    let mut command = first.unwrap_or(HatCommand::off(Coils { duty_percent: 0 }, 1, MOTORS));
+    static BUS: StaticCell<SharedBus> = StaticCell::new();
+    let mut config = Config::default();
+    config.frequency = 400_000;
+    let bus = BUS.init(Mutex::new(I2c::new_async(
+        resources.bus,
+        resources.clock,
+        resources.data,
+        Interrupts,
+        config,
+    )));
+    let mut hats = Hats {
+        bus,
+        chips: [None, None],
+        percent: 0,
+        commutation: coils::commutation(0, FULL),
+        shown: [[0; 2]; MOTORS],
+    };
+    let off = HatCommand { duty_percent: 0, microsteps: 1, hats: ADDRESSES.len(), positions: None };
+    let mut command = first.unwrap_or(off);
     loop {
         let set = SET.load(Ordering::Relaxed);
         let result = with_timeout(TIMEOUT, hats.execute(&command)).await;
@@ -169,21 +177,6 @@ struct Hats {
 }
 
 impl Hats {
-    /// Sets up the bus; call once.
-    fn new(resources: HatResources) -> Self {
-        static BUS: StaticCell<SharedBus> = StaticCell::new();
-        let HatResources { bus, data, clock, .. } = resources;
-        let mut config = Config::default();
-        config.frequency = 400_000;
-        Self {
-            bus: BUS.init(Mutex::new(I2c::new_async(bus, clock, data, Interrupts, config))),
-            chips: [None, None],
-            percent: 0,
-            commutation: coils::commutation(0, FULL),
-            shown: [[0; 2]; MOTORS],
-        }
-    }
-
     /// Executes a command; `None` where a chip did not answer.
     async fn execute(&mut self, command: &HatCommand) -> Option<()> {
         let Some(positions) = command.positions else {

@@ -191,23 +191,10 @@ impl Stepping {
         }
     }
 
-    /// Runs a tick.
+    /// Runs a tick, from the next message to the words for the state machines.
     #[inline(never)]
     fn tick(&mut self) {
         self.watchdog.tick();
-        self.take_events();
-        if let Some(tick) = self.board.plan(self.now, &mut self.outbox) {
-            self.carry_out(tick);
-        }
-        self.give_words();
-        self.report();
-        self.now.0 += u64::from(TICK_US);
-        self.beginning = self.beginning.wrapping_add(TICK_US);
-    }
-
-    /// Gives the board what has happened since the last tick.
-    #[inline(always)]
-    fn take_events(&mut self) {
         if self.generator.check_estop() {
             self.handle_estop();
         }
@@ -217,11 +204,11 @@ impl Stepping {
         if let Some(response) = law_worker::response() {
             self.board.on_law_response(&response);
         }
-    }
-
-    /// Runs the rest of a tick, which is not urgent: its words are given.
-    #[inline(always)]
-    fn report(&mut self) {
+        if let Some(tick) = self.board.plan(self.now, &mut self.outbox) {
+            self.carry_out(tick);
+        }
+        self.give_words();
+        // The rest of the tick is not urgent.
         if self.generator.ran_dry() {
             self.on_late_tick();
         }
@@ -239,6 +226,8 @@ impl Stepping {
         if self.watchdog.has_checked() {
             link::set_moving(self.board.rates() != [0; MOTORS]);
         }
+        self.now.0 += u64::from(TICK_US);
+        self.beginning = self.beginning.wrapping_add(TICK_US);
     }
 
     /// Carries out the requests of a tick besides its pulses.
@@ -321,17 +310,20 @@ impl Stepping {
         self.enable.connect(&wiring.pins);
         restart::keep_hats(matches!(wiring.drivers, Drivers::MotorHats(_)));
         tmc2209::begin(wiring, microsteps);
-        self.driver_link = match wiring.drivers {
-            Drivers::StepDir(_) => DriverLink::None,
-            Drivers::Tmc2209(_) => DriverLink::Uart,
+        match wiring.drivers {
+            Drivers::StepDir(_) => {}
+            Drivers::Tmc2209(_) => self.driver_link = DriverLink::Uart,
             Drivers::Coils(coils) => {
                 self.coils.begin(coils.duty_percent, microsteps);
-                DriverLink::Coils
+                self.driver_link = DriverLink::Coils;
             }
             Drivers::MotorHats(coils) => {
-                DriverLink::Hats(HatCommand::off(coils, microsteps, wiring.pins.motors.len()))
+                let duty_percent = coils.duty_percent;
+                let hats = hats::needed(wiring.pins.motors.len());
+                let command = HatCommand { duty_percent, microsteps, hats, positions: None };
+                self.driver_link = DriverLink::Hats(command);
             }
-        };
+        }
     }
 
     /// Returns what is in force, to be stored.
