@@ -63,7 +63,9 @@ AIR = 0.02  # N s/m, of a ball of 0.2 kg that swings: a tenth of its speed a sec
 
 def model(world):
     """Returns the ball and its cables; each cable is a tendon with an actuator that pulls."""
-    sites = "".join(f'<site name="{n}" pos="{x} {y} {z}"/>' for n, (x, y, z) in world.motors.items())
+    sites = "".join(
+        f'<site name="{n}" pos="{x} {y} {z}"/>' for n, (x, y, z) in world.motors.items()
+    )
     tendons = "".join(
         f'<spatial name="{n}"><site site="{n}"/><site site="ball"/></spatial>' for n in world.motors
     )

@@ -15,7 +15,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("firmware/core", 7300),
     ("firmware/emulator", 2450),
     ("firmware/image", 450),
-    ("host", 8150),
+    ("host", 8170),
     ("host/bench", 5320),
     ("host/calibrate", 2550),
     ("host/calibrate/import", 700),
