@@ -315,7 +315,7 @@ impl Rig {
     pub fn prior(&self) -> Option<Prior> {
         match self.law.name() {
             LawName::Taut => self.size.as_ref()?.prior().map(Prior::Rig),
-            LawName::Adaptive => self.picture.as_ref().map(RigPicture::prior),
+            LawName::Adaptive => self.picture.as_ref().map(|picture| picture.frame.prior()),
             LawName::Interval | LawName::Sign => None,
         }
     }

@@ -152,7 +152,7 @@ impl PictureView {
     /// Returns the measured position of a true one (metres) at a time of the run, seconds.
     pub(super) fn measured(&self, time_s: f64, point: Point3<f64>) -> Point3<f64> {
         let eye = self.knocked.as_ref().filter(|_| time_s >= ONSET_S).unwrap_or(&self.eye);
-        let place = self.frame.turn * eye.pixel(&point) * self.frame.scale;
+        let place = self.frame.place(eye.pixel(&point));
         Point3::new(0.0, place.x, place.y)
     }
 

@@ -101,9 +101,10 @@ impl PictureFrame {
         Some(Self { turn, scale, jacobian: turn * jacobian_px * scale })
     }
 
-    /// Returns the place in the plane (y and z, metres) of a pixel.
-    pub fn place(&self, lens: &Intrinsics, pixel: [f64; 2]) -> Vector2<f64> {
-        self.turn * flat(lens, pixel) * self.scale
+    /// Returns the place in the plane (y and z, metres) of a pixel without the distortion of the
+    /// lens, from the principal point.
+    pub fn place(&self, flat: Vector2<f64>) -> Vector2<f64> {
+        self.turn * flat * self.scale
     }
 
     /// Returns `camera` with the pose at which it shows the plane x = 0 as the picture does.
@@ -289,12 +290,10 @@ impl RigPicture {
 
     /// Returns the place of a pixel, metres in the rig frame.
     pub fn place(&self, pixel: [f64; 2]) -> [f64; 3] {
-        let place = self.frame.place(&self.camera.intrinsics, pixel);
+        let place = self.frame.place(flat(&self.camera.intrinsics, pixel));
         [0.0, place.x, place.y]
     }
-}
 
-impl RigPicture {
     /// Returns the box about the region and the place of the ball, metres.
     pub(super) fn workspace(&self) -> Box3 {
         let ball = self.ball;
@@ -312,11 +311,6 @@ impl RigPicture {
         let corner = |at: f64| Corner::constant((at / 1e3).clamp(-4.0, 4.0));
         let (min, max) = (min.map(|at| (at * 1e3).floor()), max.map(|at| (at * 1e3).ceil()));
         Box3 { min: min.map(corner), max: max.map(corner) }
-    }
-
-    /// Returns what the law adaptive begins with.
-    pub(super) fn prior(&self) -> Prior {
-        self.frame.prior()
     }
 }
 
