@@ -93,6 +93,38 @@ pub(super) struct Common {
     pub(super) run: RunOptions,
 }
 
+impl Common {
+    /// Returns whether the camera of the rig of `file` is simulated.
+    ///
+    /// # Errors
+    /// Where the options choose the physics of a rig whose camera is real.
+    fn is_simulated(&self, file: &Path, rig: &Rig) -> Result<bool, Failure> {
+        let is_simulated = chosen_source(file, rig)? == SourceName::Simulated;
+        if self.physics.is_some() && !is_simulated {
+            let why = "--physics is of a simulated rig, but the camera of this rig file is real";
+            return Err(failed(format!("{}: {why}", file.display())));
+        }
+        Ok(is_simulated)
+    }
+
+    /// Opens the port to the board of `rig`.
+    fn open_port(&self, rig: &Rig) -> Result<Port, Failure> {
+        // The other programs in ROS 2 do not wait.
+        Ok(match self.run.ros2.ros2 {
+            true => Port::Serial(self.port.open_in_real_time(rig)?),
+            false => self.port.open(rig)?,
+        })
+    }
+}
+
+/// Asks for real-time priority, unless the rig is simulated or the board emulated: they share the
+/// computer, and must not wait for the control loop.
+fn ask_for_real_time(is_simulated: bool, transport: &Port) {
+    if !is_simulated && !transport.is_pseudo_terminal() {
+        note!("{}", RealTime::ask());
+    }
+}
+
 pub(crate) fn run(args: RunArgs) -> Result<Work, Failure> {
     let file = args.rig.needed()?;
     let text = read_text(&file, MAX_BYTES).map_err(TomlFileError::from)?;
@@ -142,27 +174,16 @@ pub(super) fn drive(
         tell!("{}: has no [size]: a target that no cables can hold is not refused", file.display());
     }
     goal.tell_target_at_border(&rig);
-    let is_simulated = chosen_source(file, &rig)? == SourceName::Simulated;
-    if options.physics.is_some() && !is_simulated {
-        let why = "--physics is of a simulated rig, but the camera of this rig file is real";
-        return Err(failed(format!("{}: {why}", file.display())));
-    }
+    let is_simulated = options.is_simulated(file, &rig)?;
     let output_dir = options.run.output_dir("run");
     output_dir.check()?;
-    // The other programs in ROS 2 do not wait.
-    let transport = match options.run.ros2.ros2 {
-        true => Port::Serial(options.port.open_in_real_time(&rig)?),
-        false => options.port.open(&rig)?,
-    };
+    let transport = options.open_port(&rig)?;
     let interrupted = interrupt_flag(true)?;
     let clear = RigBoard { file, rig: &rig, port: &options.port }.command("clear");
     let overflow = Overflow::Drop;
     let task = Task { rig, camera_text, goal, output_dir, overflow, clear };
     let mut session = Session::prepare(task, &camera, &options.run)?;
-    // A simulated rig or board shares the computer, and must not wait for the control loop.
-    if !is_simulated && !transport.is_pseudo_terminal() {
-        note!("{}", RealTime::ask());
-    }
+    ask_for_real_time(is_simulated, &transport);
     let led = transport.led_port().cloned();
     let connected = session.connect(transport);
     let board = RigBoard { file, rig: &session.task.rig, port: &options.port };
@@ -189,6 +210,7 @@ pub(super) fn drive(
 fn drive_in_picture(file: &Path, rig: Rig, goal: Goal, options: Common) -> Result<Work, Failure> {
     let goal = goal_in_picture(&rig, goal, options.run.page.page)?;
     let (camera_text, camera) = read_camera(file, &rig)?;
+    let is_simulated = options.is_simulated(file, &rig)?;
     let output_dir = options.run.output_dir("run");
     output_dir.check()?;
     let board = RigBoard { file, rig: &rig, port: &options.port };
@@ -198,8 +220,9 @@ fn drive_in_picture(file: &Path, rig: Rig, goal: Goal, options: Common) -> Resul
             return Ok(Box::new(|| Err(failed("nothing has moved"))));
         }
     }
-    let transport = options.port.open(&rig)?;
+    let transport = options.open_port(&rig)?;
     let interrupted = interrupt_flag(true)?;
+    ask_for_real_time(is_simulated, &transport);
     let led = transport.led_port().cloned();
     let mut link = board.configured(transport, false)?;
     let motors = BoardReport::from(&link.status()?).motors;

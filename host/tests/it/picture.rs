@@ -53,6 +53,14 @@ fn nothing_moves_before_a_yes_or_towards_a_wrong_target() {
     let asked = with(&["389", "303"]);
     assert!(asked.contains("Two jogs come first"), "{asked}");
     assert!(with(&["0.4", "0.2", "0.1"]).contains("takes a pixel: u v"));
+    // The camera of the file is real, and has no physics to choose.
+    let real = folder.path().join("real.toml");
+    let text = fs::read_to_string(&rig).unwrap();
+    let text = text.replace("file = \"camera.toml\"", "file = \"wall/camera.toml\"");
+    fs::write(&real, text.replace("[simulation]", "source = \"webcam\"\n\n[simulation]")).unwrap();
+    let physics = ["goto", "--rig", real.to_str().unwrap(), "389", "303", "--physics", "elastic"];
+    let refused = refusal(&physics, folder.path());
+    assert!(refused.contains("--physics is of a simulated rig"), "{refused}");
     // The jogs alone tell that this pixel is beside the region.
     let base = ["goto", "--rig", &rig, "--port", &emulator.port, "20", "303", "--yes"];
     let at_border = plumb(&base, folder.path());
