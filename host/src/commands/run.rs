@@ -60,10 +60,10 @@ pub(crate) struct RunArgs {
     ]
 )]
 pub(crate) struct GotoArgs {
-    /// Along the side from motor C to motors A and B, -100 to 100 m; or the column, pixels
+    /// Along the side from motor C to motors A and B, or the column; -100 to 65535 m or pixels
     #[arg(value_parser = numbers::within(numbers::PLACE))]
     x: f64,
-    /// Along the line from motor B to motor A, -100 to 100 m; or the row, pixels
+    /// Along the line from motor B to motor A, or the row; -100 to 65535 m or pixels
     #[arg(value_parser = numbers::within(numbers::PLACE))]
     y: f64,
     /// Upwards, -100 to 100 m
