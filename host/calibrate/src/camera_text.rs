@@ -65,6 +65,18 @@ pub fn with_lens(
     Ok(file.text())
 }
 
+/// Returns a camera file's text with the pose of a camera before a plane, as [`with_pose`]. The
+/// text then says that the ball stays in the plane.
+///
+/// # Errors
+/// If the text is no TOML or lacks the pose.
+pub fn with_plane(text: &str, pose: &Isometry3<f64>, comment: &str) -> Result<String, NoPose> {
+    let mut file =
+        TomlText::parse(&with_pose(text, pose, comment)?).map_err(|error| NoPose(Some(error)))?;
+    file.table("pose", None).ok_or(NoPose(None))?.set("planar", "true");
+    Ok(file.text())
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -94,6 +106,15 @@ mod tests {
         assert!(!new.contains("camera x is rig y"), "{new}");
         assert_eq!(new.lines().next(), old.lines().next());
         assert_eq!(new.lines().count(), old.lines().count());
+    }
+
+    #[test]
+    fn the_pose_before_a_plane_says_so() {
+        let new = with_plane(camera_file::PAPER, &pose(), "two jogs").unwrap();
+        let camera = camera_file::parse(Path::new("camera.toml"), &new).unwrap();
+        assert!((camera.pose.to_homogeneous() - pose().to_homogeneous()).norm() < 1e-6);
+        assert!(camera.is_planar && !camera_file::paper().unwrap().is_planar);
+        assert_eq!(with_plane(&new, &pose(), "two jogs").unwrap(), new);
     }
 
     #[test]

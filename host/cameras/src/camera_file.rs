@@ -134,6 +134,9 @@ pub struct Pose {
     translation: [Coordinate; 3],
     /// Rotation from camera axes into the rig frame: x, y, z, w; norm 1 within 1 %.
     quaternion: Rotation,
+    /// Whether the ball stays in the plane x = 0 of the rig frame. Default: false.
+    #[serde(default)]
+    planar: bool,
 }
 
 impl Pose {
@@ -193,7 +196,7 @@ impl From<CameraFile> for Camera {
             pose: file.pose.isometry(),
             ball_diameter: file.ball.diameter_m.get(),
             ball_hue: file.ball.hue.get(),
-            is_planar: false,
+            is_planar: file.pose.planar,
         }
     }
 }

@@ -5,6 +5,7 @@
 //! where the jogs have left them: the Jacobian is that of this place.
 
 mod board;
+mod kept;
 mod latency;
 
 use std::fmt;
@@ -13,6 +14,7 @@ use nalgebra::{Matrix2, Vector2};
 use thiserror::Error;
 
 pub use board::BoardHand;
+pub use kept::KeptFrame;
 pub use latency::{Moving, latency_s};
 
 /// Rate of the jogs, full steps/s.
@@ -169,8 +171,11 @@ where
     Ok(Measured { jacobian_px, latency_s: latency_s(&moving), ball_px, steps })
 }
 
-/// Waits until the ball hangs still, and returns its place.
-fn rest<H: TwoMotors>(hand: &mut H) -> Result<Vector2<f64>, JogsError<H::Error>>
+/// Waits until the ball hangs still, and returns its place, pixels.
+///
+/// # Errors
+/// Where the ball is not seen or does not hang still, or the board or the camera fails.
+pub fn rest<H: TwoMotors>(hand: &mut H) -> Result<Vector2<f64>, JogsError<H::Error>>
 where
     H::Error: fmt::Debug,
 {

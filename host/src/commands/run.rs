@@ -12,11 +12,11 @@ use plumb_runtime::board_report::BoardReport;
 use plumb_runtime::rig::check::wrong_targets;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::{RunError, check_targets};
+use plumb_setup::two_jogs::KeptFrame;
 
 use crate::cli::choices::{Physics, law};
 use crate::cli::exit::{Failure, Work, failed};
 use crate::cli::interrupt::{interrupt_flag, interrupted_before};
-use crate::cli::old_file::ask;
 use crate::cli::port::Port;
 use crate::cli::port_args::PortArgs;
 use crate::cli::rig_path::RigArg;
@@ -25,7 +25,7 @@ use crate::session::camera::{RunCamera, SimulatedRig, chosen_source, read_camera
 use crate::session::connection::RigBoard;
 use crate::session::goal::Goal;
 use crate::session::options::RunOptions;
-use crate::session::picture;
+use crate::session::picture::{self, FrameKeeper, InPicture};
 use crate::session::real_time::RealTime;
 use crate::session::{Session, Task};
 
@@ -94,6 +94,17 @@ pub(super) struct Common {
 }
 
 impl Common {
+    /// Gives the law of the options to `rig`. In a picture it keeps the mean of the rig file.
+    fn choose_law(&self, rig: &mut Rig) {
+        if let Some(law) = &self.law {
+            let mean = rig.law.mean();
+            rig.law = law.clone();
+            if rig.plane.is_some() {
+                rig.law.set_mean(mean);
+            }
+        }
+    }
+
     /// Returns whether the camera of the rig of `file` is simulated.
     ///
     /// # Errors
@@ -158,17 +169,11 @@ pub(super) fn drive(
     goal: Goal,
     options: Common,
 ) -> Result<Work, Failure> {
-    if let Some(law) = &options.law {
-        let mean = rig.law.mean();
-        rig.law = law.clone();
-        // Two jogs and the law share the mean of the file.
-        if rig.plane.is_some() {
-            rig.law.set_mean(mean);
-        }
-    }
     if rig.plane.is_some() {
-        return drive_in_picture(file, rig, goal, options);
+        let goal = goal_in_picture(&rig, goal, options.run.page.page)?;
+        return drive_in_picture(file, rig, |_| Ok(goal), options);
     }
+    options.choose_law(&mut rig);
     let (camera_text, camera) = read_camera(file, &rig)?;
     if !rig.motion_rules().know_the_motors() {
         tell!("{}: has no [size]: a target that no cables can hold is not refused", file.display());
@@ -206,20 +211,22 @@ pub(super) fn drive(
 }
 
 /// Prepares a drive in the picture of a camera of unknown place, as [`drive`]: asks first, connects
-/// to the board and opens the camera. The jogs are the beginning of the work.
-fn drive_in_picture(file: &Path, rig: Rig, goal: Goal, options: Common) -> Result<Work, Failure> {
-    let goal = goal_in_picture(&rig, goal, options.run.page.page)?;
+/// to the board and opens the camera. The jogs are the beginning of the work. `goal` gets the rig
+/// in the frame of the picture.
+pub(super) fn drive_in_picture(
+    file: &Path,
+    mut rig: Rig,
+    goal: impl FnOnce(&Rig) -> Result<Goal, Failure> + 'static,
+    options: Common,
+) -> Result<Work, Failure> {
+    options.choose_law(&mut rig);
     let (camera_text, camera) = read_camera(file, &rig)?;
     let is_simulated = options.is_simulated(file, &rig)?;
     let output_dir = options.run.output_dir("run");
     output_dir.check()?;
     let board = RigBoard { file, rig: &rig, port: &options.port };
-    if !options.yes {
-        board.check_state()?;
-        if !ask(picture::QUESTION)? {
-            return Ok(Box::new(|| Err(failed("nothing has moved"))));
-        }
-    }
+    let frame_file = KeptFrame::path(file);
+    let before = picture::Before::read(&frame_file, board, options.yes)?;
     let transport = options.open_port(&rig)?;
     let interrupted = interrupt_flag(true)?;
     ask_for_real_time(is_simulated, &transport);
@@ -235,13 +242,19 @@ fn drive_in_picture(file: &Path, rig: Rig, goal: Goal, options: Common) -> Resul
             return Err(interrupted_before("run"));
         }
         let seen = (&mut camera, options.run.detector);
-        let rig = picture::measure(&rig, &mut link, seen, &interrupted)?;
-        let overflow = Overflow::Drop;
+        let texts = (&rig, &*camera_text);
+        let found = picture::measure(texts, &mut link, seen, before, &interrupted)?;
+        let InPicture { rig, camera_text, frame } = found;
+        let (goal, overflow) = (goal(&rig)?, Overflow::Drop);
         let task = Task { rig, camera_text, goal, output_dir, overflow, clear };
         let mut session = Session::prepare(task, &camera.camera, &options.run)?;
         let run = session.connect_on(link)?;
-        let ended = session.drive(run, camera, None, &interrupted)?;
-        ended.conclude(|summary| Ok(print::json(options.run.json, summary)?))
+        let mut keeper = FrameKeeper::begin(frame_file, frame)?;
+        let ended = session.drive(run, camera, Some(&mut keeper), &interrupted)?;
+        let kept = keeper.keep();
+        let exit = ended.conclude(|summary| Ok(print::json(options.run.json, summary)?))?;
+        kept.map_err(Failure::with_result)?;
+        Ok(exit)
     }))
 }
 
@@ -256,7 +269,7 @@ fn goal_in_picture(rig: &Rig, goal: Goal, has_page: bool) -> Result<Goal, Failur
             "the rig file has no `plane.targets`: click one with `--page`, or `plumb goto U V`",
         )),
         Goal::Waypoints(..) | Goal::Path(_) | Goal::Moving(_) => {
-            Err(failed("a rig file with [plane] has no millimetres: no path can be followed"))
+            Err(failed("a rig file with [plane] has no metres"))
         }
     }
 }

@@ -23,7 +23,7 @@ use crate::cli::exit::{Exit, Failure, failed};
 use crate::cli::print;
 use crate::session::camera::RunCamera;
 use crate::session::goal::Goal;
-use crate::session::picture;
+use crate::session::picture::{self, Before};
 use crate::session::{Session, Task};
 
 /// Target of the demo: column and row of the mirrored picture, pixels.
@@ -104,10 +104,11 @@ pub(super) fn run(args: &Args, interrupted: &AtomicBool) -> Result<Exit, Failure
     let mut link = Link::connect(board.transport())?;
     link.configure(rig.wiring()?, rig.config()?)?;
     let seen = (&mut camera, args.options.detector);
-    let rig = picture::measure(&rig, &mut link, seen, interrupted)?;
+    let texts = (&rig, &*camera_text);
+    let found = picture::measure(texts, &mut link, seen, Before::agreed(), interrupted)?;
     let task = Task {
-        rig,
-        camera_text,
+        rig: found.rig,
+        camera_text: found.camera_text,
         goal: Goal::Targets,
         output_dir: args.options.output_dir("demo"),
         overflow: if args.virtual_time { Overflow::Block } else { Overflow::Drop },
