@@ -80,7 +80,7 @@ function show() {
   const next = state.names[state.marks.length];
   const hasPicture = picker.cursor() !== null;
   picker.setMarks(state.marks);
-  byId("step").textContent = next ? `choose motor ${next}` : "check the pose";
+  byId("step").textContent = next ? `choose motor ${next}` : "check the result";
   byId("step").className = next ? "badge seeking" : "badge holding";
   byId("set").textContent = next ? `Choose the crosshair as motor ${next}` : "All are chosen";
   byId("set").disabled = !next || !hasPicture;
@@ -90,15 +90,15 @@ function show() {
   byId("result").replaceChildren(...lines().map((text) => element("li", text)));
 }
 
-/** Returns the lines about the pose. */
+/** Returns the lines about the result. */
 function lines() {
-  return state.result?.lines ?? ["no pose yet: choose the motors in the order A, B, C"];
+  return state.result?.lines ?? [`nothing yet: choose the motors in the order ${state.names.join(", ")}`];
 }
 
 /** Returns the table's row of a motor; `mark` is undefined until it is chosen. */
 function row(name, mark) {
   const values = mark
-    ? [mark.pixel[0].toFixed(1), mark.pixel[1].toFixed(1), mark.depth.toFixed(3)]
+    ? [mark.pixel[0].toFixed(1), mark.pixel[1].toFixed(1), mark.depth?.toFixed(3) ?? ""]
     : ["", "", ""];
   const line = document.createElement("tr");
   line.append(element("th", name), ...values.map((text) => element("td", text)));

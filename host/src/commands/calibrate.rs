@@ -6,6 +6,7 @@ mod lens;
 mod options;
 mod output;
 mod places;
+mod plane;
 mod report;
 mod view;
 
@@ -46,6 +47,7 @@ use view::{Stage, View};
 /// depth), --ball (at least four known places of the ball). The book's page "Calibrate
 /// the camera's pose" says which one to take and what good numbers are. The picture with the result
 /// drawn in is kept beside the camera file. Nothing moves: no microcontroller is needed.
+/// On a rig with [plane], --motors writes the pixels of its two motors into the rig file.
 ///
 /// --lens finds the intrinsics and the distortion of the lens from pictures of the printed board
 /// at many places. Do that before the pose. --import takes a lens or a pose that another program
@@ -116,6 +118,12 @@ pub(crate) fn prepare(args: Args) -> Result<Work, Failure> {
     }
     let (file, rig) = args.rig.read()?;
     let (text, camera) = read_camera(&file, &rig)?;
+    if args.motors && rig.plane.is_some() {
+        let (motors, answers) = (args.motor_options, (args.yes, args.json));
+        let (path, opened, count) = (file.clone(), rig.clone(), usize::from(args.frames));
+        let open = move || View::open(&path, &opened, camera, count);
+        return plane::prepare(motors, file, rig, open, answers);
+    }
     let camera_file = CameraFile { path: rig.camera.file.clone(), text };
     check_writable(&camera_file.path)?;
     let answers = (args.yes, args.json);

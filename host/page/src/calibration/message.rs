@@ -79,8 +79,8 @@ pub struct MarkView {
     pub name: String,
     /// Column and row, pixels.
     pub pixel: [f64; 2],
-    /// Depth, metres.
-    pub depth: f64,
+    /// Depth, metres; `None` where none is needed.
+    pub depth: Option<f64>,
 }
 
 /// Pose that the points give, in words.

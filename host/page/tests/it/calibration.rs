@@ -66,7 +66,7 @@ fn a_client_sees_the_state_and_its_commands_arrive_in_order() {
     let click = CalibrationCommand::Click(Point2::new(3.5, 47.0));
     assert_eq!(commands, [click, CalibrationCommand::Undo, CalibrationCommand::Accept]);
 
-    let mark = MarkView { name: "A".to_owned(), pixel: [3.5, 47.0], depth: 0.9 };
+    let mark = MarkView { name: "A".to_owned(), pixel: [3.5, 47.0], depth: Some(0.9) };
     let result = ResultView { lines: vec!["pose: good".to_owned()], acceptable: true };
     let (marks, result, problem) = (vec![mark], Some(result), Some("why".to_owned()));
     show(&page, CalibrationState { marks, result, problem });

@@ -52,7 +52,10 @@ quaternion = [-0.64184, -0.43791, 0.42288, 0.46632]
 ";
 
 /// The webcam.
-const WEBCAM: &str = "source = \"webcam\"  # the first one; `plumb cameras` lists them\n";
+const WEBCAM: &str = "\
+source = \"webcam\"  # the first one; `plumb cameras` lists them
+# http.url = \"http://192.168.1.20:8080/video\"  # with source = \"http\": a phone, or an IP camera
+";
 
 impl NewPlanarRig {
     /// Returns the texts of the files.
@@ -66,7 +69,7 @@ impl NewPlanarRig {
         let rig = format!(
             "\
 # Two motors above a board, and a camera before it, as `plumb init --planar` wrote it. Nothing here
-# is measured: each run begins with two jogs. docs/use/rig-file.md explains each key.
+# is measured: a run begins with two jogs. docs/use/rig-file.md explains each key.
 
 [board]
 port = {port:?}
@@ -85,7 +88,8 @@ driver = {}
 
 [plane]
 # Pixels (column, row) where the cables leave motors A and B. With them targets may be in the whole
-# picture below the motors, without them in its middle third.
+# picture below the motors, without them in its middle third. `plumb calibrate --motors --page`
+# writes them.
 # motors = [[500, 60], [140, 60]]
 
 [camera]

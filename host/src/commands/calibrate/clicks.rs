@@ -22,10 +22,10 @@ use super::view::{Stage, View};
 use crate::cli::exit::{Failure, failed};
 
 /// Time between two pictures, in which commands are awaited.
-const INTERVAL: Duration = Duration::from_millis(33);
+pub(super) const INTERVAL: Duration = Duration::from_millis(33);
 
 /// Failure with a recording that is over before its first picture.
-const NO_PICTURE: &str = "the recording is over: it has no picture for the calibration";
+pub(super) const NO_PICTURE: &str = "the recording is over: it has no picture for the calibration";
 
 /// Page of a calibration, and what the user measured on the rig.
 pub(super) struct Clicks {
@@ -188,7 +188,7 @@ impl Choice {
         let mark = |(seen, letter): (&SeenMotor, char)| MarkView {
             name: letter.to_string(),
             pixel: [seen.pixel.x, seen.pixel.y],
-            depth: seen.depth,
+            depth: Some(seen.depth),
         };
         let result = self.calibration.as_ref().map(|found| ResultView {
             lines: Report::new(Way::Motors, found, &self.old).lines(),

@@ -67,10 +67,11 @@ impl BoardOptions {
 #[command(next_help_heading = "With --motors")]
 pub(super) struct MotorOptions {
     /// Column and row where the cable leaves a motor, each -65535 to 65535 pixels; three times, in
-    /// the order A, B, C. Without it the picture is kept, so that they can be read there
+    /// the order A, B, C (with [plane] twice, and at least 0). Without it the picture is kept, so
+    /// that they can be read there
     #[arg(long = "pixel", value_name = "U,V", value_parser = pixel)]
     #[arg(conflicts_with_all = NOT_MOTORS)]
-    pixels: Vec<Point2<f64>>,
+    pub(super) pixels: Vec<Point2<f64>>,
     /// Choose the pixels in the live picture in a browser, look at the pose and accept it there
     #[arg(long, conflicts_with_all = NOT_MOTORS, conflicts_with_all = ["pixels", "yes"])]
     pub(super) page: bool,
@@ -113,6 +114,14 @@ impl MotorOptions {
             self.measures()?;
         }
         Ok(())
+    }
+
+    /// Checks that nothing is given that a rig with `[plane]` does not have.
+    pub(super) fn check_planar(&self) -> Result<(), Failure> {
+        match self.height.is_none() && self.measured.is_empty() {
+            true => Ok(()),
+            false => Err(failed("--height and --motor go with no [plane], which has no metres")),
+        }
     }
 
     /// Returns what to give besides the pixels, as the end of a message; empty where the places of

@@ -33,7 +33,7 @@ pub(crate) struct Args {
     /// A simulated rig instead of a real one, to try everything without hardware
     #[arg(long, conflicts_with_all = ["camera", "recording", "stream"])]
     pub(super) simulated: bool,
-    /// Two motors above a board, seen by any webcam: nothing is measured, each run begins with two
+    /// Two motors above a board, seen by any webcam: nothing is measured, a run begins with two
     /// jogs
     #[arg(long, conflicts_with_all = [
         "sides", "height", "steps_per_turn", "cable_per_turn", "cables", "ball", "camera",
