@@ -2,26 +2,30 @@
 //!
 //! The columns of a table decide what it is, in any order. `x,y,z` are a path, also without names;
 //! `t,x,y,z` are places with times; with `dwell` or `tolerance` the ball stops at each place.
-//! Metres in the rig frame, and seconds. A line that is repeated is a pause.
+//! Metres in the rig frame, and seconds. A line that is repeated is a pause. `u,v` in place of
+//! `x,y,z` are pixels of the picture.
 
 use nalgebra::Point3;
 use plumb_config::mistake::{Kind as MistakeKind, Mistake};
-use plumb_config::quantity::{Coordinate, Range};
+use plumb_config::quantity::{Coordinate, PixelCoordinate, Range};
 
 use crate::gcode;
 use crate::table::{Row, Table, column_name};
 
-pub use crate::places::{Kind, Place, Places};
+pub use crate::places::{Kind, Place, Places, Unit};
 
 /// Names of the columns.
-const COLUMNS: [&str; 6] = ["t", "x", "y", "z", "dwell", "tolerance"];
+const COLUMNS: [&str; 8] = ["t", "x", "y", "z", "dwell", "tolerance", "u", "v"];
 
-/// Columns that a file must have, by their places in [`COLUMNS`].
-const NEEDED: std::ops::RangeInclusive<usize> = 1..=3;
+/// Columns that a file of metres must have, by their places in [`COLUMNS`].
+const METRES: std::ops::RangeInclusive<usize> = 1..=3;
+
+/// Columns that a file of pixels must have.
+const PIXELS: std::ops::RangeInclusive<usize> = 6..=7;
 
 /// Columns of a table, for messages.
 const ALLOWED: &str = "columns are x, y, z in metres, t in seconds, dwell in seconds, tolerance in \
-                       metres";
+                       metres; or u, v in pixels, t, dwell";
 
 /// Range of a time: the whole path may take a day.
 const TIME: Range = Range::new(-1e10, 1e10, "s");
@@ -68,7 +72,8 @@ fn of_table(table: &Table, mistakes: &mut Vec<Mistake>) -> Places {
             places.push(place);
         }
     }
-    Places { kind, places, speeds: Vec::new() }
+    let unit = if has("u") { Unit::Pixels } else { Unit::Metres };
+    Places { unit, kind, places, speeds: Vec::new() }
 }
 
 /// Returns each column of a table by its place in [`COLUMNS`]. Three columns without names are x,
@@ -76,14 +81,14 @@ fn of_table(table: &Table, mistakes: &mut Vec<Mistake>) -> Places {
 fn columns(table: &Table, mistakes: &mut Vec<Mistake>) -> Vec<usize> {
     let Some(names) = &table.names else {
         match table.rows.first() {
-            Some(first) if first.fields.len() > NEEDED.count() => {
+            Some(first) if first.fields.len() > METRES.count() => {
                 let count = first.fields.len();
                 let message = format!("{count} columns need a first line with names; {ALLOWED}");
                 mistakes.push(Mistake::of_line(first.line, message));
             }
             _ => {}
         }
-        return NEEDED.collect();
+        return METRES.collect();
     };
     let mut found = Vec::new();
     let mut mistake = |key: &str, kind, message: String| {
@@ -99,10 +104,16 @@ fn columns(table: &Table, mistakes: &mut Vec<Mistake>) -> Vec<usize> {
             None => mistake(name, MistakeKind::Unknown, format!("no such column; {ALLOWED}")),
         }
     }
-    for needed in NEEDED.filter(|needed| !found.contains(needed)) {
+    let has_pixels = found.iter().any(|column| PIXELS.contains(column));
+    let needed = if has_pixels { PIXELS } else { METRES };
+    for needed in needed.filter(|needed| !found.contains(needed)) {
         mistake(COLUMNS[needed], MistakeKind::Missing, String::new());
     }
-    if found.contains(&0) && found.iter().any(|column| column > NEEDED.end()) {
+    let has = |name: &str| found.iter().any(|&column| COLUMNS[column] == name);
+    for name in ["x", "y", "z", "tolerance"].into_iter().filter(|name| has_pixels && has(name)) {
+        mistake(name, MistakeKind::Wrong, "not in one file with u and v".to_owned());
+    }
+    if has("t") && (has("dwell") || has("tolerance")) {
         mistake("t", MistakeKind::Wrong, "not in one file with dwell or tolerance".to_owned());
     }
     found
@@ -129,6 +140,7 @@ fn place(
             "t" => TIME,
             "dwell" => DWELL,
             "tolerance" => TOLERANCE,
+            "u" | "v" => PixelCoordinate::RANGE,
             _ => Coordinate::RANGE,
         };
         // Dwell time and tolerance may be left out.
@@ -141,8 +153,11 @@ fn place(
             None => mistakes.push(wrong(line, name, field, format!("must be a number, {range}"))),
         }
     }
-    let [time, x, y, z, dwell, tolerance_m] = values;
-    let position = Point3::new(x?, y?, z?);
+    let [time, x, y, z, dwell, tolerance_m, u, v] = values;
+    let position = match u.zip(v) {
+        Some((u, v)) => Point3::new(0.0, u, v),
+        None => Point3::new(x?, y?, z?),
+    };
     let (time_s, dwell_s) = (time.unwrap_or_default(), dwell.unwrap_or_default());
     (mistakes.len() == before).then_some(Place { line, position, time_s, dwell_s, tolerance_m })
 }

@@ -17,7 +17,7 @@
 use nalgebra::{Point3, Vector3};
 use plumb_config::mistake::Mistake;
 
-use crate::places::{Kind, Place, Places};
+use crate::places::{Kind, Place, Places, Unit};
 use crate::table::lines;
 
 /// Length of an inch, metres.
@@ -92,7 +92,8 @@ pub(crate) fn parse(text: &str, mistakes: &mut Vec<Mistake>) -> Places {
         let missing = "the file begins with `%`, and its end is missing: `%`, M2 or M30";
         mistakes.push(Mistake::of_line(last, missing));
     }
-    Places { kind: Kind::Path, places: machine.places, speeds: machine.speeds }
+    let (places, speeds) = (machine.places, machine.speeds);
+    Places { unit: Unit::Metres, kind: Kind::Path, places, speeds }
 }
 
 /// Letter with its number, such as `X12.5`.

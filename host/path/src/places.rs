@@ -15,9 +15,20 @@ pub enum Kind {
     Stops,
 }
 
+/// What the places of a file are in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// x, y, z in the rig frame, metres.
+    Metres,
+    /// Column and row of the picture, in y and z; x is 0.
+    Pixels,
+}
+
 /// Contents of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Places {
+    /// Unit of the places.
+    pub unit: Unit,
     /// What the ball does.
     pub kind: Kind,
     /// The places, at least one.
@@ -54,7 +65,7 @@ impl Places {
 pub struct Place {
     /// Line, from 1.
     pub line: usize,
-    /// Place, metres.
+    /// Place, in the unit of the file.
     pub position: Point3<f64>,
     /// Time, seconds; 0 in a file without times.
     pub time_s: f64,

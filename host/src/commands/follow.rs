@@ -20,7 +20,7 @@ use crate::cli::exit::{Failure, Work, failed};
 use crate::cli::numbers;
 use crate::cli::numbers::point;
 use crate::cli::rig_path::RigArg;
-use crate::commands::run::{Common, drive};
+use crate::commands::run::{Common, drive, drive_in_picture};
 use crate::session::goal::Goal;
 
 /// Speed along a path where none is given, m/s.
@@ -43,7 +43,8 @@ const LONG_PAUSE_S: f64 = 5.0;
 ///
 /// The ball goes along a shape without a stop. What a file holds decides: along x,y,z and G-code it
 /// goes without a stop, with t,x,y,z it is at each place at its time, with a column dwell or
-/// tolerance it stops at each place, and lines of JSON are a target that moves.
+/// tolerance it stops at each place, and lines of JSON are a target that moves. With [plane] in the
+/// rig file, a file has pixels: u,v in place of x,y,z.
 #[derive(Parser)]
 #[command(after_help = examples![
     "plumb follow eight --speed 0.05 --loop",
@@ -71,8 +72,16 @@ pub(crate) struct FollowArgs {
 pub(crate) fn follow(args: FollowArgs) -> Result<Work, Failure> {
     let (file, rig) = args.rig.read()?;
     args.options.port.note(&file, &rig);
-    let goal = args.path.goal(&args.what, &rig, args.is_repeated)?;
-    drive(&file, rig, goal, args.options)
+    if rig.plane.is_none() {
+        let goal = args.path.goal(&args.what, &rig, args.is_repeated)?;
+        return drive(&file, rig, goal, args.options);
+    }
+    let What::File(path) = &args.what else {
+        return Err(failed("a rig file with [plane] has no metres: give a file of pixels, u,v"));
+    };
+    FollowFile::check_pixels(path)?;
+    let goal = move |rig: &Rig| args.path.goal(&args.what, rig, args.is_repeated);
+    drive_in_picture(&file, rig, goal, args.options)
 }
 
 /// What the ball follows.

@@ -69,6 +69,53 @@ fn nothing_moves_before_a_yes_or_towards_a_wrong_target() {
 }
 
 #[test]
+fn the_next_run_keeps_the_frame_where_the_ball_hangs_as_it_was_left() {
+    let folder = folder();
+    let rig = wall(folder.path());
+    let pixels = ["--pixel", "455,69", "--pixel", "116,109"];
+    let choose = [&["calibrate", "--rig", &rig, "--motors", "--yes"], &pixels[..]].concat();
+    assert!(plumb(&choose, folder.path()).status.success());
+    let emulator = Emulator::start();
+    let base = ["--rig", &rig, "--port", &emulator.port];
+    let goto = |options: &[&str]| plumb(&[&["goto"], options, &base].concat(), folder.path());
+    let first = goto(&["300", "300", "--yes"]);
+    assert!(stderr(&first).contains("motor B: +2 steps"), "{}", stderr(&first));
+    assert!(!stderr(&first).contains("`plane.motors` is not set"), "{}", stderr(&first));
+    let second = goto(&["320", "290", "--record", "recording"]);
+    assert!(second.status.success(), "{}", stderr(&second));
+    assert!(!stderr(&second).contains("steps"), "{}", stderr(&second));
+    // The recording has the frame: it gives the places of the run.
+    let replayed = plumb(&["replay", "recording"], folder.path());
+    let replayed = String::from_utf8(replayed.stdout).unwrap();
+    let run = fs::read_to_string(folder.path().join("runs/run-0002/run.csv")).unwrap();
+    for axis in ["position_m_x", "position_m_y", "position_m_z"] {
+        let [there, here] = [&replayed, &run].map(|rows| last_value(rows, axis));
+        assert!((there - here).abs() < 1e-4, "{axis}: {there} {here}");
+    }
+    // A path in the picture, from where the ball hangs.
+    fs::write(folder.path().join("way.csv"), "u,v\n320,290\n350,290\n350,310\n").unwrap();
+    let follow = [&["follow", "way.csv", "--json"], &base[..]].concat();
+    let line = json(&plumb(&follow, folder.path()));
+    assert_eq!(line["ending"], "reached", "{line}");
+    fs::write(folder.path().join("metres.csv"), "x,y,z\n0,0.1,0.2\n0,0.1,0.3\n").unwrap();
+    let metres = [&["follow", "metres.csv"], &base[..]].concat();
+    assert!(refusal(&metres, folder.path()).contains("metres.csv:1: a rig file with [plane]"));
+    // The camera has moved.
+    let kept = folder.path().join("wall/rig.frame.toml");
+    let frame = fs::read_to_string(&kept).unwrap();
+    let place = frame.lines().find(|line| line.starts_with("ball_px")).unwrap();
+    fs::write(&kept, frame.replace(place, "ball_px = [300.0, 300.0]")).unwrap();
+    let moved = goto(&["320", "290"]);
+    assert!(stderr(&moved).contains("Two jogs come first"), "{}", stderr(&moved));
+}
+
+/// Returns the value of a column in the last row of a table.
+fn last_value(table: &str, column: &str) -> f64 {
+    let place = table.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
+    table.lines().last().unwrap().split(',').nth(place).unwrap().parse().unwrap()
+}
+
+#[test]
 fn a_plane_beside_metres_or_three_motors_is_refused_with_its_key() {
     let folder = folder();
     let rig = wall(folder.path());

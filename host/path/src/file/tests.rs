@@ -11,7 +11,10 @@ fn the_columns_decide_what_the_ball_does() {
     let text = "# a path\nx, y, z\n0.4,0.3,0.2\n\n0.5, -0.1, 0.3\n";
     let at = |line, x, y, z| Place::new(line, Point3::new(x, y, z));
     let places = vec![at(3, 0.4, 0.3, 0.2), at(5, 0.5, -0.1, 0.3)];
-    assert_eq!(parse(text), Ok(Places { kind: Kind::Path, places, speeds: Vec::new() }));
+    assert_eq!(
+        parse(text),
+        Ok(Places { unit: Unit::Metres, kind: Kind::Path, places, speeds: Vec::new() })
+    );
     let timed = parse("t,x,y,z\n0,0.4,0.3,0.2\n1.5,0.5,-0.1,0.3\n").unwrap();
     assert_eq!(timed.kind, Kind::Timed);
     assert_eq!(timed.places[1], Place { time_s: 1.5, ..at(3, 0.5, -0.1, 0.3) });
@@ -127,4 +130,24 @@ fn all_mistakes_are_named_at_once() {
     let mistakes = parse("x,y,z\n0.4,o.3,nan\n0.4,0.3,0.2\n0.4\n").unwrap_err();
     let lines: Vec<usize> = mistakes.iter().map(|mistake| mistake.line).collect();
     assert_eq!(lines, [2, 2, 4, 4]);
+}
+
+#[test]
+fn pixels_are_a_table_of_their_own() {
+    let found = parse("u,v,dwell\n320.5,240,\n0,479.5,2\n").unwrap();
+    assert_eq!((found.unit, found.kind), (Unit::Pixels, Kind::Stops));
+    assert_eq!(found.places[1].position, Point3::new(0.0, 0.0, 479.5));
+    assert_eq!(found.places[1].dwell_s, 2.0);
+    let timed = parse("t,u,v\n0,1,2\n1,3,4\n").unwrap();
+    assert_eq!((timed.unit, timed.kind), (Unit::Pixels, Kind::Timed));
+    for (text, wrong) in [
+        ("u,y\n1,2\n", "v"),
+        ("u,v,z\n1,2,3\n", "z"),
+        ("u,v,tolerance\n1,2,3\n", "tolerance"),
+        ("u,v\n-1,2\n", "u"),
+        ("u,v\n1,65536\n", "v"),
+    ] {
+        let mistakes = parse(text).unwrap_err();
+        assert!(mistakes.iter().any(|mistake| mistake.key == wrong), "{text}: {mistakes:?}");
+    }
 }

@@ -36,6 +36,11 @@ pub struct MotionRules {
 }
 
 impl MotionRules {
+    /// Returns the picture of two motors, where it is measured.
+    pub fn picture(&self) -> Option<&RigPicture> {
+        self.picture.as_ref()
+    }
+
     /// Checks a place of the ball, metres, and its velocity there, m/s.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use plumb_config::bounded_read::{ReadError, read_text};
 use plumb_config::error_chain::ErrorChain;
 use plumb_config::mistake::{FileMistakes, Mistake};
 use plumb_config::toml_file::MAX_BYTES;
-use plumb_path::file::{Kind, Place, Places, parse};
+use plumb_path::file::{Kind, Place, Places, Unit, parse};
 use thiserror::Error;
 
 use super::Waypoint;
@@ -53,16 +53,61 @@ impl FollowFile {
             let read = targets(&text, rules).map(Self::Targets);
             return read.map_err(|mistakes| mistakes_in(path, mistakes).into());
         }
-        let (found, limit) = (text.len() as u64, MAX_BYTES);
-        if found > limit {
-            return Err(ReadError::TooLarge { path: path.to_owned(), found, limit }.into());
-        }
-        let read = parse(&text).and_then(|places| match places.kind {
-            Kind::Path | Kind::Timed => Ok(Self::Path(places)),
-            Kind::Stops => stops(&places, rules).map(Self::Stops),
-        });
-        read.map_err(|mistakes| mistakes_in(path, mistakes).into())
+        let mut places = places(path, &text)?;
+        in_metres(&mut places, rules).map_err(|mistake| mistakes_in(path, vec![mistake]))?;
+        Ok(match places.kind {
+            Kind::Path | Kind::Timed => Self::Path(places),
+            Kind::Stops => {
+                let stops = stops(&places, rules);
+                Self::Stops(stops.map_err(|mistakes| mistakes_in(path, mistakes))?)
+            }
+        })
     }
+
+    /// Checks, before two jogs have measured the picture, that the file at `path` has pixels.
+    ///
+    /// # Errors
+    /// Where it cannot be read, has a mistake, or has no pixels.
+    pub fn check_pixels(path: &Path) -> Result<(), FollowFileError> {
+        match places(path, &read_text(path, MAX_BYTES)?)?.unit {
+            Unit::Pixels => Ok(()),
+            Unit::Metres => Err(mistakes_in(path, vec![metres_in_picture()]).into()),
+        }
+    }
+}
+
+/// Returns the places of the `text` of the file at `path`.
+fn places(path: &Path, text: &str) -> Result<Places, FollowFileError> {
+    let (found, limit) = (text.len() as u64, MAX_BYTES);
+    if found > limit {
+        return Err(ReadError::TooLarge { path: path.to_owned(), found, limit }.into());
+    }
+    parse(text).map_err(|mistakes| mistakes_in(path, mistakes).into())
+}
+
+/// Turns places in pixels into metres of the picture's frame.
+fn in_metres(places: &mut Places, rules: &MotionRules) -> Result<(), Mistake> {
+    match (places.unit, rules.picture()) {
+        (Unit::Metres, None) => Ok(()),
+        (Unit::Metres, Some(_)) => Err(metres_in_picture()),
+        (Unit::Pixels, None) => {
+            let message = "columns u and v need a rig file with [plane]";
+            Err(Mistake::of_line(1, message.to_owned()))
+        }
+        (Unit::Pixels, Some(picture)) => {
+            for Place { position, .. } in &mut places.places {
+                *position = picture.place([position.y, position.z]).into();
+            }
+            places.unit = Unit::Metres;
+            Ok(())
+        }
+    }
+}
+
+/// Returns the mistake of a file in metres for a rig with `[plane]`.
+fn metres_in_picture() -> Mistake {
+    let message = "a rig file with [plane] has no metres: give columns u and v, in pixels";
+    Mistake::of_line(1, message.to_owned())
 }
 
 /// Returns the mistakes of the file at `path`.
