@@ -59,7 +59,7 @@ pub(crate) struct Args {
     #[arg(long)]
     size: Option<TapeMeasure>,
     /// Camera of the suites picture, picture800 and picture150: front, mirrored, upside-down,
-    /// behind (the plane), rolled60, rolled90
+    /// behind (the plane), rolled60, rolled90, kept (in front, with the jogs of an earlier run)
     #[arg(long, default_value = "front")]
     stand: Stand,
     /// What breaks 0.5 s after the start of such a run: stuck (motor A stands), caught (the ball is

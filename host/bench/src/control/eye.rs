@@ -16,6 +16,7 @@ named! {
     Behind "behind" "behind the plane";
     Rolled60 "rolled60" "rolled by 60°";
     Rolled90 "rolled90" "rolled by 90°";
+    Kept "kept" "in front, with the jogs of an earlier run, made where the target is";
 }
 
 named! {
@@ -99,7 +100,7 @@ impl Eye {
                 Stand::Rolled60 => 60_f64.to_radians(),
                 Stand::Rolled90 => 90_f64.to_radians(),
                 Stand::UpsideDown => 180_f64.to_radians(),
-                Stand::InFront | Stand::Mirrored | Stand::Behind => 0.0,
+                Stand::InFront | Stand::Mirrored | Stand::Behind | Stand::Kept => 0.0,
             };
         // Camera axes of an upright camera that looks along -x: right is y, down is -z.
         let upright = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[

@@ -181,8 +181,11 @@ pub(super) fn jog(
         latency_frames: (LATENCY_FRAMES, LATENCY_FRAMES),
         ..CameraMonitorParameters::default()
     };
+    // The jogs of an earlier run, which ended where this one is to go.
+    let is_kept = stand == Stand::Kept;
+    let jogged_at = if is_kept { task.target } else { task.start };
     let mut hand = SimulatedHand {
-        plant: suite.plant(&task, id)?,
+        plant: suite.plant(&Task { start: jogged_at, ..task.clone() }, id)?,
         eye,
         camera: CameraMonitor::new(in_pixels, rng.random())?,
         frames: 0,
@@ -202,7 +205,8 @@ pub(super) fn jog(
         prior: Some(frame.prior()),
         ..suite.clone()
     };
-    let task = Task { start: hand.plant.ball(), ..task };
+    let start = if is_kept { task.start } else { hand.plant.ball() };
+    let task = Task { start, ..task };
     let knocked = (suite.defect == Some(Defect::Knocked)).then(|| eye.knocked(&mut rng));
     Ok(Some(Jogged { measured, view: PictureView { eye, frame, knocked }, task, suite }))
 }
