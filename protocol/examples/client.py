@@ -127,7 +127,7 @@ class Board:
 
         Raises SystemExit if the board refuses it or does not answer."""
         self.id += 1
-        for _ in range(10):
+        for _ in range(25):
             os.write(self.port, frame(unsigned(self.id) + unsigned(command) + content))
             deadline = time.monotonic() + 0.2
             while time.monotonic() < deadline:

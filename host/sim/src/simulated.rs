@@ -41,7 +41,8 @@ pub fn check_simulation(
     Ok(SyntheticCamera::check(&rendered(simulation, camera), &RenderOptions::default())?)
 }
 
-/// Returns the camera that renders the simulated rig of a rig file in a furnished room.
+/// Returns the camera that renders the simulated rig of a rig file in a furnished room; two motors
+/// stand above a board.
 ///
 /// # Errors
 /// Where the camera file describes no camera of the pictures' size.
@@ -49,9 +50,13 @@ pub fn synthetic_camera(
     simulation: &Simulation,
     camera: &Camera,
 ) -> Result<SyntheticCamera, SimulationError> {
-    let (camera, room) =
-        (rendered(simulation, camera), Background::Room(Room::furnished_for(camera.ball_hue)));
-    Ok(SyntheticCamera::new(camera, room, RenderOptions::default(), 1)?)
+    let camera = rendered(simulation, camera);
+    let mut room = Room::furnished_for(camera.ball_hue);
+    if let &[a, b] = &simulation.motors()[..] {
+        room = room.with_board([a, b], camera.pose.translation.vector.into());
+    }
+    let options = RenderOptions::default();
+    Ok(SyntheticCamera::new(camera, Background::Room(room), options, 1)?)
 }
 
 /// Returns `camera` at the pose from which the simulated rig is rendered.

@@ -101,9 +101,10 @@ fn time_stamps_beyond_all_clocks_are_lost_frames() {
     );
     let (line, text) = (json(&output), stderr(&output));
     assert_eq!(line["ending"], "no more pictures", "{line} {text}");
-    // Those of both lists.
+    // Those of both lists. A busy computer leaves out pictures that are late; a count of 0 is left out.
+    let count = |key: &str| line[key].as_u64().unwrap_or(0);
     assert!(
-        line["frames"].as_u64().unwrap() > 8 && line["lost"].as_u64().unwrap() > 2,
+        count("frames") > 5 && count("frames") + count("skipped") > 8 && count("lost") > 2,
         "{line} {text}"
     );
 }

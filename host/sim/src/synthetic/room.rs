@@ -1,5 +1,6 @@
 //! A synthetic room: walls, objects, lights.
 
+mod board;
 mod furniture;
 mod pattern;
 mod ray_caster;
