@@ -77,8 +77,9 @@ pub(crate) struct Args {
 
 /// Deviations of the laws from paths at 2, 5, 10 and 20 cm/s on simulated rigs
 ///
-/// Suites: path (rigid cables), path-elastic (800 and 150 N/m in turn). With the laws, broyden and
-/// the models of `plumb-lab control`.
+/// Suites: path (rigid cables), path-elastic (800 and 150 N/m in turn), path-picture (a circle at 5
+/// and 10 cm/s in the picture of two cables). With the laws, broyden and the models of
+/// `plumb-lab control`.
 #[derive(Parser)]
 #[command(after_help = "Example:
   plumb-lab paths --suite path,path-elastic --rigs 20 --law taut,broyden")]

@@ -136,7 +136,8 @@ impl Eye {
     pub(super) fn point(&self, pixel: Vector2<f64>) -> Point3<f64> {
         let ray = Vector3::new(self.sign * pixel.x, pixel.y, FOCAL_PX);
         let (ray, from) = (self.pose.rotation * ray, self.pose.translation.vector);
-        Point3::from(from - ray * (from.x / ray.x))
+        let point = from - ray * (from.x / ray.x);
+        Point3::new(0.0, point.y, point.z)
     }
 }
 

@@ -1,12 +1,14 @@
 //! The suites in which the ball follows a path.
 //!
-//! Each rig has four shapes, each at four speeds. The ball rests at the path's begin; a run takes
-//! 12 s and is measured from 3 s on.
+//! Each rig has four shapes, each at four speeds; in a picture of two cables it has a circle at two
+//! speeds. The ball rests at the path's begin; a run takes 12 s and is measured from 3 s on.
 
 mod board_follower;
+mod build;
 mod course;
 mod deviation;
 mod follower;
+mod in_picture;
 mod law_follower;
 mod report;
 mod simulate;
@@ -16,14 +18,11 @@ use std::ops::Range;
 use plumb_emulator::plant::Task;
 use plumb_path::shape::{Shape, ShapeKind};
 
-use super::controller::{self, ControllerKind};
+use super::controller::ControllerKind;
 use super::suite::{Suite, SuiteName};
 use super::{BenchError, in_parallel};
 use crate::run_id::RunId;
-use board_follower::BoardFollower;
 use course::{Course, SHAPES, SPEEDS_M_S, place};
-use follower::CourseFollower;
-use law_follower::LawFollower;
 use report::Run;
 use simulate::Outcome;
 
@@ -35,6 +34,7 @@ named! {
     PathSuite:
     Rigid "path" "circle, square, eight and spline on rigid cables";
     Elastic "path-elastic" "circle, square, eight and spline on 800 and 150 N/m in turn";
+    Picture "path-picture" "a circle of 15 cm in the picture of two cables, after two jogs";
 }
 
 impl PathSuite {
@@ -43,7 +43,16 @@ impl PathSuite {
         Suite::new(match self {
             Self::Rigid => SuiteName::QuasiStatic,
             Self::Elastic => SuiteName::Elastic,
+            Self::Picture => SuiteName::Picture,
         })
+    }
+
+    /// Returns the speeds along the paths, m/s.
+    const fn speeds_m_s(self) -> &'static [f64] {
+        match self {
+            Self::Rigid | Self::Elastic => &SPEEDS_M_S,
+            Self::Picture => &in_picture::SPEEDS_M_S,
+        }
     }
 }
 
@@ -71,10 +80,15 @@ pub fn follow_paths(
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<PathReport>, BenchError> {
     let conditions = suite.conditions();
-    let run_rig = |rig| run_rig(controller, &conditions, RunId { seed, rig });
+    let run_rig = |rig| match suite {
+        PathSuite::Picture => in_picture::run_rig(controller, &conditions, RunId { seed, rig }),
+        PathSuite::Rigid | PathSuite::Elastic => {
+            run_rig(controller, &conditions, RunId { seed, rig })
+        }
+    };
     let runs = in_parallel(rigs.clone(), run_rig, progress)?;
     let first = RunId { seed, rig: rigs.start };
-    let report = |(k, speed_m_s): (usize, f64)| {
+    let report = |(k, &speed_m_s): (usize, &f64)| {
         let mut at_speed = Vec::new();
         for (rig, outcomes) in rigs.clone().zip(&runs) {
             let run = |(kind, outcome): (ShapeKind, &Outcome)| Run {
@@ -87,7 +101,7 @@ pub fn follow_paths(
         let rigs = (first, runs.len() as u64);
         PathReport::new(controller.to_string(), suite, speed_m_s, rigs, &at_speed)
     };
-    Ok(SPEEDS_M_S.into_iter().enumerate().map(report).collect())
+    Ok(suite.speeds_m_s().iter().enumerate().map(report).collect())
 }
 
 /// Runs the paths of one rig. Returns, for each speed, the outcome of each shape.
@@ -123,35 +137,8 @@ fn run_course(
 ) -> Result<Outcome, BenchError> {
     let start = course.start();
     let task = Task { start, target: start, ..*task };
-    let mut follower = build(controller, conditions, course, &task, id)?;
-    simulate::run(&mut *follower, course, conditions, &task, (id, number))
-}
-
-/// Creates the follower of a run. The ball of `task` rests at the path's begin.
-fn build<'a>(
-    kind: &ControllerKind,
-    conditions: &Suite,
-    course: &'a Course,
-    task: &Task,
-    id: RunId,
-) -> Result<Box<dyn CourseFollower + 'a>, BenchError> {
-    Ok(match kind {
-        ControllerKind::Board(law) => {
-            let (config, _) = controller::checked(law, conditions)?;
-            Box::new(BoardFollower::new(config, course))
-        }
-        ControllerKind::Broyden { mean } => {
-            Box::new(LawFollower::new(controller::broyden(*mean, conditions, task)?, course))
-        }
-        ControllerKind::Model { percent, mean } => {
-            let model = controller::model((*percent, *mean), conditions, task, id)?;
-            Box::new(LawFollower::new(model, course))
-        }
-        ControllerKind::Oracle | ControllerKind::Reference => {
-            let why = "cannot follow a path: choose another controller";
-            return Err(BenchError::Unsuitable { controller: kind.to_string(), why });
-        }
-    })
+    let mut follower = build::follower(controller, conditions, course, &task, id)?;
+    simulate::run(&mut *follower, course, (conditions, None), &task, (id, number))
 }
 
 #[cfg(test)]

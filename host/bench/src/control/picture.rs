@@ -185,7 +185,7 @@ pub(super) fn jog(
     let is_kept = stand == Stand::Kept;
     let jogged_at = if is_kept { task.target } else { task.start };
     let mut hand = SimulatedHand {
-        plant: suite.plant(&Task { start: jogged_at, ..task.clone() }, id)?,
+        plant: suite.plant(&Task { start: jogged_at, ..task }, id)?,
         eye,
         camera: CameraMonitor::new(in_pixels, rng.random())?,
         frames: 0,

@@ -4,6 +4,7 @@ use nalgebra::Point3;
 use plumb_emulator::{EMULATED, Harness, LawDelay};
 use plumb_protocol::Wiring;
 use plumb_protocol::message::{Command, Fault, FromBoard, Position, State};
+use plumb_protocol::prior::Prior;
 use plumb_protocol::units::{Micros, Point};
 use plumb_protocol::{Config, PerMotor};
 
@@ -25,9 +26,13 @@ pub(super) struct BoardFollower<'a> {
 }
 
 impl<'a> BoardFollower<'a> {
-    /// Creates a board with this configuration.
-    pub(super) fn new(config: Config, course: &'a Course) -> Self {
-        let harness = Harness::configured(EMULATED, LawDelay::SameTick, Wiring::example(), config);
+    /// Creates a board with this configuration and `prior`.
+    pub(super) fn new(config: Config, prior: Option<Prior>, course: &'a Course) -> Self {
+        let wiring = Wiring::example().of_motors(config.motors.len());
+        let mut harness = Harness::configured(EMULATED, LawDelay::SameTick, wiring, config);
+        if let Some(prior) = prior {
+            harness.send(Micros(0), Command::Prior(prior));
+        }
         Self { harness, course, position: 0, message: 0, is_seen: false, reading: None }
     }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use nalgebra::Point3;
 use plumb_core::TICK_US;
 use plumb_emulator::plant::{CameraMonitor, Plant, Task};
 use plumb_protocol::message::Fault;
@@ -9,6 +10,7 @@ use plumb_protocol::units::Micros;
 use plumb_protocol::{MOTORS, PerMotor};
 
 use super::super::BenchError;
+use super::super::eye::PictureView;
 use super::super::simulate::{STEP_S, TICKS_PER_STEP};
 use super::super::suite::Suite;
 use super::course::Course;
@@ -30,6 +32,8 @@ pub enum Loss {
     Strayed,
     /// The rig could not follow its motors.
     PlantFailed,
+    /// The two jogs were refused.
+    Refused,
     /// The controller did not follow the path when the measurement began.
     NotFollowed,
 }
@@ -40,6 +44,7 @@ impl fmt::Display for Loss {
             Self::Fault(fault) => write!(f, "stopped ({fault:?})"),
             Self::Strayed => f.write_str("left its path by 5 cm"),
             Self::PlantFailed => f.write_str("the rig could not follow"),
+            Self::Refused => f.write_str("the jogs were refused"),
             Self::NotFollowed => f.write_str("did not follow"),
         }
     }
@@ -59,6 +64,8 @@ struct Simulation<'a> {
     follower: &'a mut dyn CourseFollower,
     plant: Box<dyn Plant>,
     camera: CameraMonitor,
+    /// What the camera makes of a place, where the picture has a frame of its own.
+    view: Option<&'a PictureView>,
     gauge: Gauge<'a>,
     /// Frames captured so far.
     frames: u32,
@@ -86,10 +93,16 @@ impl Simulation<'_> {
         }
         if self.ticks.is_multiple_of(TICKS_PER_STEP * STEPS_PER_SAMPLE) {
             let at_s = (now.0 + u64::from(TICK_US)) as f64 * 1e-6;
-            self.gauge.update(at_s, self.plant.ball(), self.follower.reading());
+            self.gauge.update(at_s, self.ball(at_s), self.follower.reading());
         }
         let strayed = self.gauge.is_lost().then_some(Loss::Strayed);
         self.follower.fault().map(Loss::Fault).or(strayed)
+    }
+
+    /// Returns where the ball is at a time of the run, seconds, in the frame of the path.
+    fn ball(&self, at_s: f64) -> Point3<f64> {
+        let ball = self.plant.ball();
+        self.view.map_or(ball, |view| view.measured(at_s, ball))
     }
 
     /// Captures a frame if one is due, and passes arrived frames to the follower.
@@ -97,18 +110,20 @@ impl Simulation<'_> {
         let t = now.0 as f64 * 1e-6;
         let due = f64::from(self.frames) * self.camera.period_s() <= t;
         if self.ticks.is_multiple_of(TICKS_PER_STEP) && due {
-            self.camera.observe(t, self.plant.ball());
+            self.camera.observe(t, self.ball(t));
             self.frames += 1;
         }
         while let Some(observed) = self.camera.delivered(t) {
-            let age_us = ((t - observed.captured_at_s) * 1e6) as u32;
+            // The delay that the jogs have found stands for the age of a picture.
+            let age_s = self.view.map_or(t - observed.captured_at_s, |_| 0.0);
+            let age_us = (age_s * 1e6) as u32;
             self.follower.on_position(now, age_us, observed.position);
         }
     }
 }
 
-/// Runs `follower` on the path number `number` of a rig. The ball of `task` rests at the path's
-/// begin.
+/// Runs `follower` on the path number `number` of a rig, in the frame of `view`. The ball of `task`
+/// rests at the path's begin.
 ///
 /// # Errors
 /// If the parameters of the rig or the camera are invalid. A rig that cannot follow its motors is
@@ -116,7 +131,7 @@ impl Simulation<'_> {
 pub(super) fn run(
     follower: &mut dyn CourseFollower,
     course: &Course,
-    conditions: &Suite,
+    (conditions, view): (&Suite, Option<&PictureView>),
     task: &Task,
     (id, number): (RunId, u64),
 ) -> Result<Outcome, BenchError> {
@@ -126,6 +141,7 @@ pub(super) fn run(
         follower,
         plant: conditions.plant(task, id).map_err(on_error)?,
         camera: CameraMonitor::new(conditions.camera, camera_seed).map_err(on_error)?,
+        view,
         gauge: Gauge::new(course),
         frames: 0,
         ticks: 0,

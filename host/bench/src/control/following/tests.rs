@@ -23,6 +23,15 @@ fn the_laws_follow_within_millimetres() {
     check("taut", PathSuite::Elastic, [1.3, 1.7, 3.6]);
 }
 
+/// Five rigs have at least one that has room for a circle.
+#[test]
+fn two_cables_follow_a_circle_in_a_picture_of_unknown_scale() {
+    for report in quick("adaptive", PathSuite::Picture, 5) {
+        assert!(report.runs > 2 && report.lost == 0, "{report} {:?}", report.losses);
+        assert!(report.rms_mm.median <= 50.0 * report.speed_m_s && report.kept > 0.9, "{report}");
+    }
+}
+
 #[test]
 fn the_baselines_follow_with_feed_forward() {
     check("broyden", PathSuite::Rigid, [2.0, 3.0, 4.0]);
@@ -41,7 +50,7 @@ fn every_path_suite_is_parsed_from_its_name() {
         assert_eq!(suite.as_str().parse(), Ok(suite));
     }
     let unknown = "line".parse::<PathSuite>().unwrap_err();
-    assert_eq!(unknown.to_string(), "one of path, path-elastic");
+    assert_eq!(unknown.to_string(), "one of path, path-elastic, path-picture");
 }
 
 #[test]
