@@ -122,11 +122,22 @@ pub fn paper() -> Result<Camera, TomlFileError> {
 #[serde(deny_unknown_fields)]
 struct CameraFile {
     intrinsics: CheckedIntrinsics,
-    pose: Pose,
+    pose: PoseTable,
     ball: BallTable,
 }
 
-/// Table `[pose]`: camera axes (x right, y down, z forward) in the rig frame.
+/// Table `[pose]`: a [`Pose`], and what is known of the ball's place.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PoseTable {
+    translation: [Coordinate; 3],
+    quaternion: Rotation,
+    /// Whether the ball stays in the plane x = 0 of the rig frame. Default: false.
+    #[serde(default)]
+    planar: bool,
+}
+
+/// Pose of a camera: camera axes (x right, y down, z forward) in the rig frame.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pose {
@@ -134,9 +145,6 @@ pub struct Pose {
     translation: [Coordinate; 3],
     /// Rotation from camera axes into the rig frame: x, y, z, w; norm 1 within 1 %.
     quaternion: Rotation,
-    /// Whether the ball stays in the plane x = 0 of the rig frame. Default: false.
-    #[serde(default)]
-    planar: bool,
 }
 
 impl Pose {
@@ -190,13 +198,14 @@ impl TryFrom<[f64; 4]> for Rotation {
 
 impl From<CameraFile> for Camera {
     fn from(file: CameraFile) -> Self {
+        let PoseTable { translation, quaternion, planar } = file.pose;
         Self {
             intrinsics: file.intrinsics.intrinsics,
             calibrated_for: file.intrinsics.calibrated_for,
-            pose: file.pose.isometry(),
+            pose: Pose { translation, quaternion }.isometry(),
             ball_diameter: file.ball.diameter_m.get(),
             ball_hue: file.ball.hue.get(),
-            is_planar: file.pose.planar,
+            is_planar: planar,
         }
     }
 }
