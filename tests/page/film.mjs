@@ -1,4 +1,5 @@
-// Draws the moving picture of the README: `plumb demo --planar --page`, and a click into its picture.
+// Draws the moving picture of the README: `plumb demo --planar --page`, and a click into its
+// picture.
 // usage: film.mjs FILE
 
 import { writeFileSync } from "node:fs";

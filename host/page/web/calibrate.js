@@ -92,7 +92,8 @@ function show() {
 
 /** Returns the lines about the result. */
 function lines() {
-  return state.result?.lines ?? [`nothing yet: choose the motors in the order ${state.names.join(", ")}`];
+  const none = `nothing yet: choose the motors in the order ${state.names.join(", ")}`;
+  return state.result?.lines ?? [none];
 }
 
 /** Returns the table's row of a motor; `mark` is undefined until it is chosen. */

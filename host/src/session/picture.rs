@@ -1,4 +1,4 @@
-//! The frame of the picture for a run of a rig with `[plane]`: that of the last run, or by two jogs.
+//! The frame of the picture for a run of a rig with `[plane]`: the kept one, or two jogs.
 
 use std::fs;
 use std::io::ErrorKind;

@@ -101,7 +101,8 @@ fn time_stamps_beyond_all_clocks_are_lost_frames() {
     );
     let (line, text) = (json(&output), stderr(&output));
     assert_eq!(line["ending"], "no more pictures", "{line} {text}");
-    // Those of both lists. A busy computer leaves out pictures that are late; a count of 0 is left out.
+    // Those of both lists. A busy computer leaves out pictures that are late. A count of 0 is not
+    // written.
     let count = |key: &str| line[key].as_u64().unwrap_or(0);
     assert!(
         count("frames") > 5 && count("frames") + count("skipped") > 8 && count("lost") > 2,
