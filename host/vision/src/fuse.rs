@@ -61,10 +61,8 @@ use view::{Eye, View};
 pub use monitor::{Alarm, Sign};
 pub use view::Side;
 
-/// Density of the acceleration's white noise while both cameras see the ball, m/s²/√Hz.
-const PAIR_NOISE: f64 = 0.1;
-/// The same while one does: a ball that stops would else be lost along the ray.
-const OUTLINE_NOISE: f64 = 0.3;
+/// Density of the acceleration's white noise, m/s²/√Hz.
+const ACCELERATION_NOISE: f64 = 0.1;
 /// Age above which a state predicts nothing any more, seconds.
 const MAX_STATE_AGE_S: f64 = 0.5;
 /// Squared Mahalanobis distance above which a measurement starts the filter again: of 3 dimensions
@@ -80,6 +78,8 @@ const MAX_JUMP_AGE_S: f64 = 1.0;
 /// 1.4 m.
 const KNOCKED_SD_M: f64 = 0.025;
 
+/// Variance of a radius of which nothing was learned, pixels².
+const UNKNOWN_RADIUS_PX2: f64 = 0.5;
 /// Largest step back of the positions' stamps that is no clock that was set back, seconds.
 const MAX_SETBACK_S: f64 = 2.0;
 
@@ -116,7 +116,7 @@ pub struct PairFuser {
     motion: Option<Motion>,
     taught: Taught,
     alarm: Option<Alarm>,
-    /// Last jump of one camera's rays that the other's did not share, and its time.
+    /// Jump of one camera's rays that the other's did not share, and its time.
     jump: Option<(Side, f64)>,
     /// Stamp of the last position.
     sent: Option<f64>,
@@ -128,7 +128,8 @@ impl PairFuser {
     pub fn new(cameras: [Camera; 2], period: f64) -> Self {
         Self {
             eyes: cameras.map(Eye::new),
-            period: period.max(0.001).min(1.0),
+            // What is not a number becomes the shortest period.
+            period: if period >= 0.001 { period.min(1.0) } else { 0.001 },
             channels: [Channel::default(), Channel::default()],
             motion: None,
             taught: Taught::new(),
@@ -246,10 +247,10 @@ impl PairFuser {
     }
 
     /// Returns the state at `stamp`; `None` if it is too old.
-    fn predicted(&self, stamp: f64, noise: f64) -> Option<Motion> {
+    fn predicted(&self, stamp: f64) -> Option<Motion> {
         let motion = self.motion.as_ref()?;
         let age = stamp - motion.stamp;
-        (age.abs() < MAX_STATE_AGE_S).then(|| motion.predicted(stamp, noise))
+        (age.abs() < MAX_STATE_AGE_S).then(|| motion.predicted(stamp, ACCELERATION_NOISE))
     }
 
     /// Returns the position of a pair, and learns from it.
@@ -259,7 +260,7 @@ impl PairFuser {
             view.corrected(0.0, variance)
         });
         let stamp = views[0].stamp.max(views[1].stamp);
-        let motion = self.predicted(stamp, PAIR_NOISE);
+        let motion = self.predicted(stamp);
         let eyes = self.eyes.clone();
         let rays = [0, 1].map(|side| {
             let dt = stamp - views[side].stamp;
@@ -290,9 +291,13 @@ impl PairFuser {
         self.send(Fused { stamp, position, origin: Origin::Pair(found.pixels) })
     }
 
-    /// Notes a jump of one camera's rays that the other's do not share.
+    /// Notes a jump of one camera's rays that the other's do not share. The first one of a second
+    /// counts: the filter follows it.
     fn note_jump(&mut self, motion: Option<&Motion>, views: &[View; 2], stamp: f64) {
         let Some(motion) = motion else { return };
+        if self.jump.is_some_and(|(_, at)| (0.0..=MAX_JUMP_AGE_S).contains(&(stamp - at))) {
+            return;
+        }
         let jumps = [0, 1].map(|side| {
             let distance2 = motion.view_distance2(&self.eyes[side], &views[side]);
             distance2.is_some_and(|distance2| distance2 > MAX_DISTANCE2)
@@ -333,7 +338,7 @@ impl PairFuser {
         let mut cone = eye.cone(&view)?;
         let along = (cone.mean.coords - eye.origin()) / view.circle.radius;
         cone.covariance += along * along.transpose() * radius_variance;
-        let motion = match self.predicted(view.stamp, OUTLINE_NOISE) {
+        let motion = match self.predicted(view.stamp) {
             Some(mut motion) if motion.distance2(&cone) <= MAX_DISTANCE2 => {
                 motion.update(eye, &view);
                 motion
@@ -361,10 +366,22 @@ impl PairFuser {
     }
 }
 
+/// Returns the position of a ball at rest that two cameras see as `circles`; `None` if their rays do
+/// not meet in front of both. It hardly depends on the radii.
+pub fn intersect(cameras: &[Camera; 2], circles: &[Circle; 2]) -> Option<Gaussian3> {
+    let eyes = cameras.each_ref().map(|camera| Eye::new(camera.clone()));
+    let view = |side: usize| eyes[side].view(0.0, &circles[side]);
+    let views = [view(0)?, view(1)?].map(|view| view.corrected(0.0, UNKNOWN_RADIUS_PX2));
+    let (shift, shift_covariance) = (Vector3::zeros(), Matrix3::zeros());
+    let rays =
+        [0, 1].map(|side| Ray { eye: &eyes[side], view: &views[side], shift, shift_covariance });
+    triangulate(&rays, gap(&rays)?.middle)
+}
+
 /// Returns the movement of a ball in `dt` seconds and its covariance.
 fn moved(motion: Option<&Motion>, dt: f64) -> (Vector3<f64>, Matrix3<f64>) {
     match motion {
-        Some(motion) => (motion.velocity() * dt, motion.moved_covariance(dt, PAIR_NOISE)),
+        Some(motion) => (motion.velocity() * dt, motion.moved_covariance(dt, ACCELERATION_NOISE)),
         None => (Vector3::zeros(), Motion::unknown_movement(dt)),
     }
 }
