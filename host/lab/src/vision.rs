@@ -20,8 +20,8 @@ use crate::output::{self, Failure, bad_input, failed};
 /// backgrounds under difficult conditions, and the same without a ball), rooms (rendered and
 /// recorded rooms of any colour, with and without depth, and the same without a ball), disc (flat
 /// discs of 60 mm, slanted by 0 to 50 degrees, without depth, and rooms without one), pair (two
-/// webcams as one depth camera), empty (all of scenes and hard without a ball). Backgrounds have the
-/// paper's intrinsics.
+/// webcams as one depth camera), empty (all of scenes and hard without a ball). Backgrounds have
+/// the paper's intrinsics.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   plumb-lab vision --frames 5

@@ -202,8 +202,8 @@ impl PairFuser {
     }
 
     /// Returns by how much the second camera's stamps are later than the first one's at the same
-    /// exposure, seconds; `None` until it is known to ±1 ms. From then on it is compensated, half on
-    /// each side.
+    /// exposure, seconds; `None` until it is known to ±1 ms. From then on it is compensated, half
+    /// on each side.
     pub fn latency_difference(&self) -> Option<f64> {
         self.taught.latency_difference()
     }
@@ -366,8 +366,8 @@ impl PairFuser {
     }
 }
 
-/// Returns the position of a ball at rest that two cameras see as `circles`; `None` if their rays do
-/// not meet in front of both. It hardly depends on the radii.
+/// Returns the position of a ball at rest that two cameras see as `circles`; `None` if their rays
+/// do not meet in front of both. It hardly depends on the radii.
 pub fn intersect(cameras: &[Camera; 2], circles: &[Circle; 2]) -> Option<Gaussian3> {
     let eyes = cameras.each_ref().map(|camera| Eye::new(camera.clone()));
     let view = |side: usize| eyes[side].view(0.0, &circles[side]);

@@ -232,8 +232,8 @@ fn falling_back_to_one_camera_and_returning_makes_no_jump() {
     }
 }
 
-/// A ball that stops where one camera sees it: the outline is too coarse to show it at once, but the
-/// position stays near and comes back.
+/// A ball that stops where one camera sees it: the outline is too coarse to show it at once, but
+/// the position stays near and comes back.
 #[test]
 fn a_ball_that_stops_behind_a_cover_is_followed() {
     let mut stand = Stand::new(0.05, 0.01);
