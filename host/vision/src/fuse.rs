@@ -184,10 +184,15 @@ impl PairFuser {
         self.channels[side.index()].lose();
     }
 
-    /// Notes that another check found a camera knocked, and raises the alarm.
+    /// Notes that another check found a camera knocked, and raises the alarm, or names the camera
+    /// of the present one.
     pub fn accuse(&mut self, side: Side) {
         let sign = self.alarm.map_or(Sign::Told, |alarm| alarm.sign);
-        self.raise(Alarm { side: Some(side), sign });
+        let alarm = Alarm { side: Some(side), sign };
+        // A check that repeats itself changes nothing.
+        if self.alarm != Some(alarm) {
+            self.raise(alarm);
+        }
     }
 
     /// Returns the alarm, if there was one.
