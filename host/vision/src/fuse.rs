@@ -7,11 +7,11 @@
 //! ```text
 //! circle, covariance, stamp (First)  -+-> velocity (Kalman filter of the rays)
 //! circle, covariance, stamp (Second) -+-> older ray moved by v Δt -> point, covariance
-//!                                     +-> what the pair teaches: radii, latencies, alarms
+//!                                     +-> calibration: radii, latencies, alarms
 //! ```
 //!
 //! Where only one camera sees the ball, its outline gives the position, with a radius that is
-//! corrected by what the pair has taught.
+//! corrected by what the pairs have shown.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Matrix3, Point3, Translation3};
@@ -41,7 +41,7 @@ mod channel;
 mod line;
 mod monitor;
 mod motion;
-mod taught;
+mod online_calibration;
 mod triangulate;
 mod view;
 
@@ -54,7 +54,7 @@ use crate::camera::Camera;
 use crate::observation::{Circle, Gaussian3};
 use channel::{Channel, Content};
 use motion::Motion;
-use taught::{Lesson, Taught};
+use online_calibration::{OnlineCalibration, PairSample};
 use triangulate::{Gap, Ray, gap, triangulate};
 use view::{Eye, View};
 
@@ -114,7 +114,7 @@ pub struct PairFuser {
     period: f64,
     channels: [Channel; 2],
     motion: Option<Motion>,
-    taught: Taught,
+    calibration: OnlineCalibration,
     alarm: Option<Alarm>,
     /// Jump of one camera's rays that the other's did not share, and its time.
     jump: Option<(Side, f64)>,
@@ -132,7 +132,7 @@ impl PairFuser {
             period: if period >= 0.001 { period.min(1.0) } else { 0.001 },
             channels: [Channel::default(), Channel::default()],
             motion: None,
-            taught: Taught::new(),
+            calibration: OnlineCalibration::new(),
             alarm: None,
             jump: None,
             sent: None,
@@ -200,17 +200,17 @@ impl PairFuser {
         self.alarm
     }
 
-    /// Returns by how much a camera's outline is too large, pixels, as the pair has taught; `None`
+    /// Returns by how much a camera's outline is too large, pixels, as the pairs have shown; `None`
     /// until it is known to ±0.1 pixels.
     pub fn radius_error(&self, side: Side) -> Option<f64> {
-        self.taught.radius_error(side)
+        self.calibration.radius_error(side)
     }
 
     /// Returns by how much the second camera's stamps are later than the first one's at the same
     /// exposure, seconds; `None` until it is known to ±1 ms. From then on it is compensated, half
     /// on each side.
     pub fn latency_difference(&self) -> Option<f64> {
-        self.taught.latency_difference()
+        self.calibration.latency_difference()
     }
 
     /// Raises an alarm: nothing that was seen before counts any more.
@@ -245,9 +245,9 @@ impl PairFuser {
     /// Returns a view with the learned radius and latency, and the variance of its radius by what
     /// was learned.
     fn corrected(&self, side: Side, view: &View) -> (View, f64) {
-        let (error, variance) = self.taught.radius(side, view.circle.radius);
+        let (error, variance) = self.calibration.radius(side, view.circle.radius);
         let mut corrected = view.corrected(error, 0.0);
-        corrected.stamp = view.stamp + self.taught.stamp_shift(side);
+        corrected.stamp = view.stamp + self.calibration.stamp_shift(side);
         (corrected, variance)
     }
 
@@ -329,9 +329,14 @@ impl PairFuser {
             Some((raw[side].seen.z, projection.seen.z))
         });
         let sensitivity = found.by_movement.dot(&velocity);
-        let lesson =
-            Lesson { stamp, gap: found.pixels, gap_variance: found.variance, sensitivity, radii };
-        let Some(sign) = self.taught.learn(&lesson, raw) else { return };
+        let sample = PairSample {
+            stamp,
+            gap: found.pixels,
+            gap_variance: found.variance,
+            sensitivity,
+            radii,
+        };
+        let Some(sign) = self.calibration.learn(&sample, raw) else { return };
         let side = self.jump.filter(|(_, at)| stamp - at <= MAX_JUMP_AGE_S).map(|(side, _)| side);
         self.raise(Alarm { side, sign });
     }

@@ -1,11 +1,12 @@
-//! What a pair teaches: the error of each outline's radius, and the difference of the latencies.
+//! Calibration by the pairs: the error of each outline's radius, and the difference of the
+//! latencies.
 
 use super::line::Line;
 use super::monitor::{Monitor, Sign};
 use super::view::{Side, View};
 
-/// Largest standard deviation of a circle that teaches, pixels: the error of a partly covered ball
-/// is one for many pictures.
+/// Largest standard deviation of a circle that is learned from, pixels: the error of a partly
+/// covered ball is one for many pictures.
 const MAX_DEVIATION_PX: f64 = 0.5;
 
 /// Prior and drift of a radius's error: of the rim (pixels), and of the ball's diameter (share).
@@ -27,7 +28,7 @@ const MAX_LATENCY_S: f64 = 0.03;
 
 /// Measurements of a pair.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lesson {
+pub(super) struct PairSample {
     /// Time of the pair, seconds.
     pub(super) stamp: f64,
     /// Distance between the rays, pixels.
@@ -40,9 +41,9 @@ pub(super) struct Lesson {
     pub(super) radii: [Option<(f64, f64)>; 2],
 }
 
-/// What a pair has taught.
+/// What the pairs have shown so far.
 #[derive(Debug, Clone)]
-pub(super) struct Taught {
+pub(super) struct OnlineCalibration {
     /// Error of the radius by the radius, for each camera, pixels.
     radii: [Line; 2],
     /// Radius of the last circle of each camera, pixels.
@@ -52,7 +53,7 @@ pub(super) struct Taught {
     monitor: Monitor,
 }
 
-impl Taught {
+impl OnlineCalibration {
     /// Creates the priors.
     pub(super) fn new() -> Self {
         let radius = || Line::new(RADIUS_PRIOR, RADIUS_DRIFT);
@@ -91,30 +92,30 @@ impl Taught {
     }
 
     /// Learns from a pair. Returns the sign of an alarm.
-    pub(super) fn learn(&mut self, lesson: &Lesson, views: &[View; 2]) -> Option<Sign> {
+    pub(super) fn learn(&mut self, sample: &PairSample, views: &[View; 2]) -> Option<Sign> {
         if views.iter().any(|view| view.deviation() > MAX_DEVIATION_PX) {
             return None;
         }
-        let &Lesson { stamp, gap, gap_variance, sensitivity, .. } = lesson;
+        let &PairSample { stamp, gap, gap_variance, sensitivity, .. } = sample;
         // As it would be without the compensation, and what no latency explains.
         let compensated = -self.latency_difference().unwrap_or(0.0);
         let gap = gap + sensitivity * compensated;
         let slope = self.gap.slope().0.clamp(-MAX_LATENCY_S, MAX_LATENCY_S);
         let residual = gap - sensitivity * slope;
         self.gap.update(stamp, (sensitivity, gap), gap_variance);
-        let errors = Side::BOTH.map(|side| self.learn_radius(side, lesson, views));
+        let errors = Side::BOTH.map(|side| self.learn_radius(side, sample, views));
         self.monitor.add(stamp, residual, errors)
     }
 
     /// Learns the error of a camera's radius. Returns how far this circle is from what was known.
-    fn learn_radius(&mut self, side: Side, lesson: &Lesson, views: &[View; 2]) -> Option<f64> {
-        let (radius, expected) = lesson.radii[side.index()]?;
+    fn learn_radius(&mut self, side: Side, sample: &PairSample, views: &[View; 2]) -> Option<f64> {
+        let (radius, expected) = sample.radii[side.index()]?;
         let line = &mut self.radii[side.index()];
         let error = radius - expected;
         let (known, variance) = line.at(radius);
         let sample_variance =
             views[side.index()].covariance[(2, 2)] + RADIUS_REST_PX * RADIUS_REST_PX;
-        line.update(lesson.stamp, (radius, error), sample_variance);
+        line.update(sample.stamp, (radius, error), sample_variance);
         self.last_radii[side.index()] = radius;
         (variance.sqrt() < RADIUS_KNOWN_PX).then_some(error - known)
     }
