@@ -4,6 +4,7 @@
 mod backdrops;
 mod hard;
 mod labelled;
+pub mod pair;
 mod placer;
 mod report;
 mod rooms;
@@ -35,6 +36,7 @@ named! {
     Hard "hard" "recorded frames, difficult conditions, with a ball of 60 mm and without one";
     Rooms "rooms" "rooms of any colour, with depth, parts of it and none, with a ball and without";
     Disc "disc" "flat discs of 60 mm at a slant, without depth, in rooms, and rooms without one";
+    Pair "pair" "two webcams as one depth camera: see `pair`; no single frames";
     Empty "empty" "the frames without a ball of the suites `scenes` and `hard`";
 }
 
@@ -91,7 +93,7 @@ pub fn suite_camera(suite: FrameSuite, camera: &Camera) -> Camera {
         FrameSuite::Hard | FrameSuite::Rooms | FrameSuite::Disc => {
             Camera { ball_diameter: placer::DIAMETER, ..placed }
         }
-        FrameSuite::Scenes | FrameSuite::Empty => placed,
+        FrameSuite::Scenes | FrameSuite::Pair | FrameSuite::Empty => placed,
     }
 }
 

@@ -19,15 +19,17 @@ use crate::output::{self, Failure, bad_input, failed};
 /// Suites: scenes (rendered, and balls in the first background), hard (balls of 60 mm in the
 /// backgrounds under difficult conditions, and the same without a ball), rooms (rendered and
 /// recorded rooms of any colour, with and without depth, and the same without a ball), disc (flat
-/// discs of 60 mm, slanted by 0 to 50 degrees, without depth, and rooms without one), empty (all of
-/// scenes and hard without a ball). Backgrounds have the paper's intrinsics.
+/// discs of 60 mm, slanted by 0 to 50 degrees, without depth, and rooms without one), pair (two
+/// webcams as one depth camera), empty (all of scenes and hard without a ball). Backgrounds have
+/// the paper's intrinsics.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   plumb-lab vision --frames 5
   plumb-lab vision --suite hard --background FOLDER
-  plumb-lab vision --suite rooms --held-out --background FOLDER")]
+  plumb-lab vision --suite rooms --held-out --background FOLDER
+  plumb-lab vision --suite pair --frames 3000")]
 pub(crate) struct Args {
-    /// Set of frames: scenes, hard, rooms, disc or empty
+    /// Set of frames: scenes, hard, rooms, disc, pair or empty
     #[arg(long, default_value = "scenes")]
     suite: FrameSuite,
     /// Number of frames of each kind of scene, 1 to 100000 frames
@@ -101,6 +103,9 @@ pub(crate) fn main(args: &Args) -> Result<(), Failure> {
     if args.hue != 0 && suite != FrameSuite::Disc {
         return Err(bad_input("--hue has an effect on the suite `disc` only"));
     }
+    if suite == FrameSuite::Pair {
+        return pair(args);
+    }
     let wanted = |number| suite != FrameSuite::Rooms || vision::is_held_out(number) == held_out;
     let recorded = backgrounds(&args.background, &camera, wanted)?;
     if recorded.is_empty() && suite == FrameSuite::Hard {
@@ -116,6 +121,18 @@ pub(crate) fn main(args: &Args) -> Result<(), Failure> {
     let mut detectors = [DetectorKind::Ball.build(&seen), other];
     let mut progress = |scene: &str| tell!("{scene}");
     let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut progress);
+    let report = report.map_err(failed)?;
+    tell!("{report}");
+    if args.json { output::print(&report) } else { Ok(()) }
+}
+
+/// Measures two webcams as one depth camera.
+fn pair(args: &Args) -> Result<(), Failure> {
+    if !args.background.is_empty() || args.empty.is_some() {
+        return Err(bad_input("--background and --empty have no effect on the suite `pair`"));
+    }
+    let mut progress = |case: &str| tell!("{case}");
+    let report = vision::pair::run(args.seed, args.frames as usize, &mut progress);
     let report = report.map_err(failed)?;
     tell!("{report}");
     if args.json { output::print(&report) } else { Ok(()) }

@@ -12,6 +12,7 @@
 //!   [`DetectorKind`](detect::DetectorKind), which makes one by name.
 //! - [`observation`]: what a detector returns; [`debug`]: images of what each stage found.
 //! - [`localise`]: from a circle in the image to a position in the rig frame with its covariance.
+//! - [`fuse`]: two cameras as one: from the circles of both to positions with their covariance.
 //! - [`render`]: a small renderer for tests and examples.
 //!
 //! [`camera`], [`frame`], [`image`], [`observation`], [`render`] and the detectors' interface are
@@ -50,6 +51,7 @@
 pub mod debug;
 mod depth_view;
 pub mod detect;
+pub mod fuse;
 pub mod localise;
 mod mat;
 

@@ -45,6 +45,7 @@ pub(super) fn each_kind(
         FrameSuite::Disc => {
             rooms(&rooms::DISC_KINDS, (camera, FIRST_DISC_KIND), recorded, options, visit)
         }
+        FrameSuite::Pair => Ok(()),
         FrameSuite::Empty => {
             scenes(camera, recorded, options, visit)?;
             hard(camera, recorded, options, visit)
