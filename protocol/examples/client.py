@@ -14,7 +14,7 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 3
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("237bda561f57a8bb")
+SCHEMA = bytes.fromhex("0269ad900b362a7e")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS, WIRE = 0, 1, 3, 6, 8, 9, 16
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
 STATES += ["jogging", "stopping", "storing", "following"]

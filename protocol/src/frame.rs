@@ -73,6 +73,12 @@ pub enum FrameError {
     Crc,
     /// The CRC matches, but the bytes are not a message of this schema.
     Malformed,
+    /// The CRC matches, and the bytes begin as a request does, whose command this program does not
+    /// know.
+    UnknownCommand {
+        /// [`ToBoard::id`](crate::message::ToBoard::id).
+        id: u16,
+    },
 }
 
 impl fmt::Display for FrameError {
@@ -82,6 +88,7 @@ impl fmt::Display for FrameError {
             Self::Torn => "a torn frame",
             Self::Crc => "a corrupted frame (CRC)",
             Self::Malformed => "an intact frame that is not a message of this version",
+            Self::UnknownCommand { .. } => "a command that this version does not know",
         })
     }
 }

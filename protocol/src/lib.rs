@@ -75,6 +75,7 @@ pub mod message;
 mod pins;
 pub mod prior;
 pub mod provenance;
+mod schema;
 mod text;
 pub mod units;
 pub mod wiring;

@@ -1,7 +1,6 @@
 //! Messages in both directions.
 
 use postcard_schema::Schema;
-use postcard_schema::key::Key;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
@@ -10,6 +9,7 @@ use crate::dimension::{MotorList, PerAxis};
 use crate::frame::{self, FrameError};
 use crate::prior::Prior;
 use crate::provenance::Provenance;
+use crate::schema;
 use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
 use crate::wiring::{Wiring, WiringError};
 
@@ -21,8 +21,9 @@ pub const MAGIC: [u8; 4] = *b"PLMB";
 /// Version of the messages' meaning. [`SCHEMA`] covers their bytes.
 pub const VERSION: u16 = 3;
 
-/// Identifier of the message types: a hash of their schema. Any change of a message changes it.
-pub const SCHEMA: [u8; 8] = Key::for_path::<(ToBoard, FromBoard)>("plumb").to_bytes();
+/// Identifier of the message types: a hash of their fields and variants. Any change of a message
+/// changes it, but for a variant at the end of an enum that grows: a law, a refusal, a fault.
+pub const SCHEMA: [u8; 8] = schema::of::<(ToBoard, FromBoard)>();
 
 /// A command with its request number.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,11 +72,15 @@ impl Request {
     /// Decodes a request from its postcard bytes.
     ///
     /// # Errors
-    /// [`FrameError::Malformed`] if the bytes are not a command of this schema.
+    /// [`FrameError::UnknownCommand`] where the bytes after the id are not a command that is known,
+    /// [`FrameError::Malformed`] where there is no id.
     #[inline]
     pub fn read(message: &[u8]) -> Result<Self, FrameError> {
         let crc = frame::checksum(message);
-        frame::read(message).map(|message| Self { message, crc })
+        frame::read(message).map(|message| Self { message, crc }).map_err(|malformed| {
+            let id = postcard::take_from_bytes::<u16>(message);
+            id.map_or(malformed, |(id, _)| FrameError::UnknownCommand { id })
+        })
     }
 }
 
@@ -317,7 +322,7 @@ pub struct Answer {
 pub enum Refusal {
     /// No matching Hello preceded the command.
     NotGreeted,
-    /// The frame was intact but is not a command of this protocol version; `id` is 0.
+    /// The board does not know the command, or a value in it.
     Malformed,
     /// The board has no configuration.
     Unconfigured,

@@ -139,7 +139,9 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotGreeted => f.write_str("no matching Hello came before"),
-            Self::Malformed => f.write_str("the frame is not a command of this protocol version"),
+            Self::Malformed => {
+                f.write_str("the board does not know this command, or a value in it")
+            }
             Self::Unconfigured => f.write_str("the board is not configured"),
             Self::Busy(State::Fault(fault)) => {
                 write!(f, "not before the board has come to rest after its fault ({fault})")

@@ -220,8 +220,8 @@ impl Board {
             }
             Err(error) => {
                 self.session.bad_frames = self.session.bad_frames.saturating_add(1);
-                if error == FrameError::Malformed {
-                    out.answer(now, 0, Err(Refusal::Malformed));
+                if let FrameError::UnknownCommand { id } = error {
+                    out.answer(now, id, Err(Refusal::Malformed));
                 }
             }
         }

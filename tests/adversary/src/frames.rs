@@ -98,7 +98,7 @@ fn compare(stream: &[u8], found: &[Result<Vec<u8>, FrameError>], outcome: &mut O
             Err(FrameError::Overlong) => "overlong",
             Err(FrameError::Torn) => "torn",
             Err(FrameError::Crc) => "wrong checksum",
-            Err(FrameError::Malformed) => "malformed",
+            Err(FrameError::Malformed | FrameError::UnknownCommand { .. }) => "malformed",
         });
     }
     let different = expected.iter().zip(found).position(|(expected, found)| expected != found);

@@ -37,7 +37,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("host/verify", 950),
     ("host/vision", 5600),
     ("host/vision/frame", 1250),
-    ("protocol", 1800),
+    ("protocol", 1900),
     ("tests", 52_450),
 ];
 

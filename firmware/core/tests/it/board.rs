@@ -273,7 +273,7 @@ fn torn_and_unknown_frames_are_counted_and_an_unknown_command_is_answered() {
     let Some(FromBoard::Answer(answer)) = bench.received.last() else {
         panic!("{:?}", bench.received)
     };
-    assert_eq!((answer.id, answer.refusal), (0, Some(Refusal::Malformed)));
+    assert_eq!((answer.id, answer.refusal), (3, Some(Refusal::Malformed)));
     let _ = bench.send(Command::Status);
     let telemetry = bench.received.iter().rev().find_map(|m| match m {
         FromBoard::Telemetry(telemetry) => Some(*telemetry),

@@ -3,7 +3,7 @@
 use plumb_core::Tick;
 use plumb_core::config_store::Stored;
 use plumb_protocol::MOTORS;
-use plumb_protocol::frame::{FrameError, read};
+use plumb_protocol::frame::FrameError;
 use plumb_protocol::message::*;
 
 use super::adversary::{Action, Adversary, View};
@@ -214,7 +214,8 @@ impl<'a> Session<'a> {
         let before = self.chip.snapshot();
         self.chip.receive(bytes, at, &mut self.random, self.outcome);
         let Some(message) = message else { return };
-        let message = message.and_then(|bytes| read::<ToBoard>(&bytes));
+        let message =
+            message.and_then(|bytes| Request::read(&bytes)).map(|request| request.message);
         let repeated = message.is_ok_and(|message| self.requests.is_repetition(&message));
         let (replies, after) = (self.chip.replies(), self.chip.snapshot());
         let delivery = Delivery { at, message, repeated, replies, before, after };

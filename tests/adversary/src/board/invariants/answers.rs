@@ -44,9 +44,9 @@ pub(super) struct Answers {
 impl Answers {
     pub(super) fn delivered(&mut self, delivery: &Delivery<'_>, outcome: &mut Outcome) {
         let holds = match delivery.message {
-            Err(FrameError::Malformed) => {
+            Err(FrameError::UnknownCommand { id }) => {
                 delivery.answer_count() == 1
-                    && delivery.answers(0).all(|refusal| refusal == Some(Refusal::Malformed))
+                    && delivery.answers(id).all(|refusal| refusal == Some(Refusal::Malformed))
             }
             Err(_) => delivery.answer_count() == 0,
             Ok(message) => answered(delivery, &message),
