@@ -35,7 +35,27 @@ const MAX_KNOT_SPEED: u32 = 2_000_000;
 /// Returns whether a repetition of `command` is answered and not carried out again. The others
 /// leave the board in the same state, or count themselves.
 fn is_once(command: &Command) -> bool {
-    !matches!(command, Command::Follow(_) | Command::Wire(_) | Command::Prior(_))
+    !matches!(
+        command,
+        Command::Hello(_)
+            | Command::Stop
+            | Command::Bootloader
+            | Command::Position(_)
+            | Command::Status
+            | Command::Diagnose
+            | Command::Measure
+            | Command::Follow(_)
+            | Command::Wire(_)
+            | Command::Prior(_)
+    )
+}
+
+/// Returns whether another message than an answer follows `command` where it is carried out.
+fn has_own_message(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Hello(_) | Command::Position(_) | Command::Diagnose | Command::Measure
+    )
 }
 
 /// Checks the interval and the velocities of a reference, and its knots against the workspace.
@@ -52,88 +72,66 @@ fn check_reference(reference: &Reference, workspace: &Workspace) -> Result<(), R
 }
 
 impl Board {
-    /// Executes a command and answers it.
+    /// Executes a command and answers it. A repetition of the last one that is carried out once,
+    /// with its id and CRC, is only answered again. A Store is answered once it is written.
     pub(super) fn on_command(&mut self, now: Micros, request: &Request, out: &mut Outbox) {
         self.session.last_rx = now;
         let ToBoard { id, ref command } = request.message;
-        let result = match *command {
-            Command::Hello(hello) => return self.hello(id, hello, out),
-            Command::Stop => {
-                self.stop();
-                Ok(())
-            }
-            Command::Bootloader => {
-                self.state = self.state.leaving();
-                Ok(())
-            }
-            _ if !self.session.greeted => Err(Refusal::NotGreeted),
-            Command::Position(ref position) => return self.on_position(now, id, position, out),
-            Command::Status => {
-                self.send_telemetry(now, out);
-                Ok(())
-            }
-            Command::Diagnose => {
-                self.session.diagnosis = Some(id);
-                return;
-            }
-            Command::Measure => match self.measure(id) {
-                Ok(()) => return,
-                refused => refused,
-            },
-            _ => return self.on_request(now, request, out),
-        };
-        out.answer(now, id, result);
-    }
-
-    /// Executes a command that must not be executed twice. A repetition of the last one, with its
-    /// id and CRC, is only answered again. A Store is answered once it is written.
-    fn on_request(&mut self, now: Micros, request: &Request, out: &mut Outbox) {
-        let ToBoard { id, ref command } = request.message;
         let key = RequestKey::of(request);
-        let is_repetition = self.session.last_request == Some(key);
+        let is_repetition = self.session.greeted && self.session.last_request == Some(key);
         let result = if is_repetition { Ok(()) } else { self.execute(now, request, out) };
         if result.is_ok() && is_once(command) {
             self.session.last_request = Some(key);
         }
         let is_pending = self.state.flash_job().is_some_and(|job| job.request == key);
-        if !is_pending {
+        if result.is_err() || !(is_pending || has_own_message(command)) {
             out.answer(now, id, result);
         }
     }
 
-    fn execute(&mut self, now: Micros, request: &Request, out: &mut Outbox) -> Result<(), Refusal> {
-        let ToBoard { id, ref command } = request.message;
+    /// Checks the session, the flash and the state for `command`.
+    fn admit(&self, command: &Command) -> Result<(), Refusal> {
+        if !matches!(command, Command::Hello(_) | Command::Stop | Command::Bootloader) {
+            self.session.require_greeting()?;
+        }
         let uses_flash = matches!(command, Command::Store | Command::TestFlash);
         if uses_flash && !self.setup.build.storage {
             return Err(Refusal::Unsupported);
         }
-        admit(&self.state, command)?;
+        admit(&self.state, command)
+    }
+
+    fn execute(&mut self, now: Micros, request: &Request, out: &mut Outbox) -> Result<(), Refusal> {
+        let ToBoard { id, ref command } = request.message;
+        self.admit(command)?;
         match *command {
-            Command::Configure(ref config) => self.configure(id, config),
-            Command::Wire(ref wiring) => self.wire(wiring),
-            Command::Target(target) => self.target(now, id, target, out),
-            Command::Hold => self.hold(now, id),
-            Command::Jog(jog) => self.jog(now, jog),
-            Command::ClearFault => self.clear_fault(),
-            Command::Store => self.use_flash(request, FlashTask::Store),
-            Command::Home => self.home(),
-            Command::TestFlash => self.use_flash(request, FlashTask::Test),
-            Command::Follow(ref reference) => self.follow(now, id, reference, out),
+            Command::Hello(hello) => self.hello(id, hello, out),
+            Command::Stop => self.stop(),
+            Command::Bootloader => self.state = self.state.leaving(),
+            Command::Configure(ref config) => self.configure(id, config)?,
+            Command::Position(ref position) => {
+                self.position(now, position, out)?;
+                self.schedule.telemetry_due = true;
+            }
+            Command::Target(target) => self.target(now, id, target, out)?,
+            Command::Jog(jog) => self.jog(now, jog)?,
+            Command::Hold => self.hold(now, id)?,
+            Command::ClearFault => self.clear_fault()?,
+            Command::Status => self.send_telemetry(now, out),
+            Command::Store => self.use_flash(request, FlashTask::Store)?,
+            Command::Home => self.home()?,
+            Command::Follow(ref reference) => self.follow(now, id, reference, out)?,
+            Command::Diagnose => self.session.diagnosis = Some(id),
+            Command::Measure => self.measure(id)?,
+            Command::TestFlash => self.use_flash(request, FlashTask::Test)?,
+            Command::Wire(ref wiring) => self.wire(wiring)?,
             Command::Prior(ref prior) => {
                 self.setup.check_prior(prior)?;
                 self.servo.know(*prior);
-                Ok(())
             }
-            Command::Rates(_) | Command::Pen(_) => Err(Refusal::Unsupported),
-            // `on_command` has executed these.
-            Command::Hello(_)
-            | Command::Stop
-            | Command::Bootloader
-            | Command::Position(_)
-            | Command::Status
-            | Command::Diagnose
-            | Command::Measure => Ok(()),
+            Command::Rates(_) | Command::Pen(_) => return Err(Refusal::Unsupported),
         }
+        Ok(())
     }
 
     /// Takes in a position, command `id`: [`on_frame`](Self::on_frame) for a caller that has
@@ -404,7 +402,6 @@ impl Board {
     /// Has the chip measure.
     #[cold]
     fn measure(&mut self, id: u16) -> Result<(), Refusal> {
-        admit(&self.state, &Command::Measure)?;
         if self.setup.wiring().is_some_and(|wiring| wiring.drivers.step_dir().is_none()) {
             return Err(Refusal::CoilsConfigured);
         }
